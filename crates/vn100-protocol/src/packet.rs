@@ -1,0 +1,168 @@
+//! Binary packets between the sentences: found, checked and skipped whole.
+//!
+//! ```text
+//! FA | groups u8 | field word u16 LE, one per set bit of groups | payload | CRC-16 high byte first
+//! ```
+//!
+//! A packet has no length field: its length follows from the size of every field in its masks.
+
+use crate::checksum::crc16;
+
+/// The byte a packet begins with.
+pub(crate) const START: u8 = 0xFA;
+
+/// The longest packet a VN-100 can send: every field of every group it has.
+pub const MAX_PACKET: usize = 523;
+
+/// A binary packet with a right CRC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Packet<'a> {
+    /// All its bytes, from the 0xFA to the second of the CRC; at most [`MAX_PACKET`].
+    pub raw: &'a [u8],
+    /// Where its 0xFA stands, in bytes from the beginning of the stream.
+    pub offset: u64,
+}
+
+/// What the bytes behind a 0xFA are.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Candidate {
+    /// A packet of this many bytes.
+    Packet(usize),
+    /// A packet only if more bytes bear it out.
+    Incomplete,
+    /// No packet.
+    No,
+}
+
+/// The groups a VN-100 has: the bit of each, and the bytes of its fields by bit, 0 where none is known.
+///
+/// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with them is known.
+#[rustfmt::skip]
+const GROUPS: [(u8, [u8; 16]); 4] = [
+    (0x01, [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0]), // common
+    (0x02, [8, 8, 8, 2, 8, 8, 8, 4, 4, 1, 0, 0, 0, 0, 0, 0]),          // time
+    (0x04, [2, 12, 12, 12, 4, 4, 16, 12, 12, 12, 12, 2, 0, 0, 0, 0]),  // inertial
+    (0x10, [2, 12, 16, 36, 12, 12, 12, 12, 12, 0, 0, 0, 12, 4, 0, 0]), // attitude
+];
+
+const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
+
+/// Judges `input`, which begins with 0xFA.
+pub(crate) fn judge(input: &[u8]) -> Candidate {
+    let Some(&groups) = input.get(1) else {
+        return Candidate::Incomplete;
+    };
+    // the CRC of zeros is zero: a packet without a field would be found in any run of them
+    if groups == 0 || groups & !KNOWN_GROUPS != 0 {
+        return Candidate::No;
+    }
+    let mut words = input[2..].chunks_exact(2);
+    let mut length = 2 + 2;
+    for (_, sizes) in GROUPS.iter().filter(|(bit, _)| groups & bit != 0) {
+        let Some(word) = words.next() else {
+            return Candidate::Incomplete;
+        };
+        match payload_length(u16::from_le_bytes([word[0], word[1]]), sizes) {
+            Some(payload) => length += 2 + payload,
+            None => return Candidate::No,
+        }
+    }
+    match input.get(1..length) {
+        None => Candidate::Incomplete,
+        Some(checked) if crc16(checked) == 0 => Candidate::Packet(length),
+        Some(_) => Candidate::No,
+    }
+}
+
+/// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
+fn payload_length(word: u16, sizes: &[u8; 16]) -> Option<usize> {
+    let mut length = 0;
+    for (_, &size) in sizes
+        .iter()
+        .enumerate()
+        .filter(|(bit, _)| word >> bit & 1 == 1)
+    {
+        if size == 0 {
+            return None;
+        }
+        length += usize::from(size);
+    }
+    (length > 0).then_some(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bytes(hex: &str) -> Vec<u8> {
+        let digits: Vec<_> = hex.bytes().filter(|byte| *byte != b' ').collect();
+        digits
+            .chunks(2)
+            .map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap())
+            .collect()
+    }
+
+    const RECORDED: [&str; 4] = [
+        "FA 01 0800 93502E42 833EF13F 48B504BB 9288",
+        "FA 05 0800 1000 A4150242 4DDFEB3F F61A36BE BF2DA441 AF1A",
+        "FA 01 0900 700500030A000000 480E2C42 084C37C1 10388BC2 D4CB",
+        "fa0139073065d926f60a00008432abc2ef02964232847e42fe8928bf6c74c3bd438a313fa69b8dbe00a59939508ea5bae0ac163a1eed0f4140620ac028a3\
+         89bf1eed0f4140620ac028a389bfa76aa23cf068f4bc94302cbc367d0dbf5d45e03e62fe673f299c064294d8ca429e60",
+    ];
+
+    #[test]
+    fn recorded_packets_are_found_whole() {
+        for (hex, length) in RECORDED.iter().zip([18, 24, 26, 110]) {
+            let packet = bytes(hex);
+            assert_eq!(packet.len(), length);
+            assert_eq!(judge(&packet), Candidate::Packet(length));
+            for cut in 1..length {
+                assert_eq!(
+                    judge(&packet[..cut]),
+                    Candidate::Incomplete,
+                    "{cut} of {length} bytes"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_anywhere_behind_the_masks_is_no_packet() {
+        for hex in RECORDED {
+            let mut packet = bytes(hex);
+            for at in 6..packet.len() {
+                packet[at] ^= 0x10;
+                assert_eq!(judge(&packet), Candidate::No, "byte {at}");
+                packet[at] ^= 0x10;
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_masks_are_no_packet() {
+        for head in [
+            "FA 00",
+            "FA 08",
+            "FA 20",
+            "FA 40",
+            "FA 80",
+            "FA FA",
+            "FA 01 0000",
+            "FA 01 0080",
+            "FA 02 0004",
+            "FA 04 0010",
+            "FA 10 0002",
+        ] {
+            assert_eq!(judge(&bytes(head)), Candidate::No, "{head}");
+        }
+    }
+
+    #[test]
+    fn the_longest_packet_has_every_field() {
+        let header = bytes("FA 17 FF7F FF03 FF0F FF31");
+        let mut packet = [&header[..], &[0x5A; 198 + 59 + 112 + 142]].concat();
+        packet.extend(crc16(&packet[1..]).to_be_bytes());
+        assert_eq!(packet.len(), MAX_PACKET);
+        assert_eq!(judge(&packet), Candidate::Packet(MAX_PACKET));
+    }
+}

@@ -1,0 +1,150 @@
+//! The usual `$VNYMR` line at full speed: every digit in its known place.
+//!
+//! Whatever differs in one byte is left to the general path, which says the same of every line that this one takes.
+
+use crate::{layout::YMR_CHANNELS, message::Ymr};
+
+/// The length of the usual line up to its last check digit.
+pub(crate) const LENGTH: usize = 120;
+
+/// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the `*` are judged by their value.
+const LINE: &[u8; LENGTH] =
+    b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
+    +00.000000,+00.000000,+00.000000*00";
+
+/// The length of what the checksum covers and what precedes it: up to the `*`.
+const BODY_END: usize = 117;
+
+/// Where the fields begin.
+const FIELDS: [usize; 12] = [7, 16, 25, 34, 43, 52, 61, 69, 77, 85, 96, 107];
+
+/// How far a byte may lie above its place in `LINE`: 9 for a digit, 2 for a sign.
+const SPAN: [u8; LENGTH] = span(9, 2);
+
+/// The bits in which that distance must be 0: between `+` and `-` there is the comma.
+const ODD_SIGN: [u8; LENGTH] = span(0, 1);
+
+/// Reads `line` if it is a usual one, in range, with a right checksum and CR or LF behind it.
+#[inline]
+pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Ymr> {
+    let xor = checked_xor(line)?;
+    const HEX: &[u8; 16] = b"0123456789ABCDEF";
+    let [.., high, low, b'\r' | b'\n'] = *line else {
+        return None;
+    };
+    if [high, low] != [HEX[usize::from(xor >> 4)], HEX[usize::from(xor & 15)]] {
+        return None;
+    }
+    let mut magnitudes = [0; 12];
+    for (index, at) in FIELDS.into_iter().enumerate() {
+        magnitudes[index] = match index {
+            0..3 => angle(word(line, at)),
+            3..6 => magnetic_field(word(line, at)),
+            6..9 => acceleration(word(line, at)),
+            _ => 10_000_000 * u32::from(line[at + 1] - b'0') + angular_rate(word(line, at + 2)),
+        };
+    }
+    let mut counts = [0; 12];
+    let mut negative_zeros = 0;
+    let mut beyond = false;
+    for index in 0..12 {
+        let magnitude = magnitudes[index];
+        let negative = line[FIELDS[index]] == b'-';
+        beyond |= magnitude > LIMITS[index];
+        negative_zeros |= u16::from(negative && magnitude == 0) << index;
+        let magnitude = magnitude.cast_signed();
+        counts[index] = if negative { -magnitude } else { magnitude };
+    }
+    (!beyond).then(|| Ymr::usual(counts, negative_zeros))
+}
+
+/// The XOR-8 of the body if all bytes before the check digits are of the usual line.
+#[inline]
+fn checked_xor(line: &[u8; LENGTH + 1]) -> Option<u8> {
+    let mut xor = [0; 16];
+    let mut wrong = [0; 16];
+    // byte by byte in sixteen lanes: what a vector register does in one go
+    for start in (0..112).step_by(16) {
+        for lane in 0..16 {
+            let at = start + lane;
+            let above = line[at].wrapping_sub(LINE[at]);
+            wrong[lane] |= above.saturating_sub(SPAN[at]) | above & ODD_SIGN[at];
+            xor[lane] ^= line[at];
+        }
+    }
+    let mut wrong = wrong.into_iter().fold(0, |all, lane| all | lane);
+    let mut xor = xor.into_iter().fold(b'$', |all, lane| all ^ lane);
+    for at in 112..BODY_END {
+        wrong |= line[at].wrapping_sub(LINE[at]).saturating_sub(SPAN[at]);
+        xor ^= line[at];
+    }
+    wrong |= line[BODY_END] ^ b'*';
+    (wrong == 0).then_some(xor)
+}
+
+/// Eight bytes as a number, the first one lowest.
+#[inline]
+fn word(line: &[u8; LENGTH + 1], at: usize) -> u64 {
+    let mut bytes = [0; 8];
+    bytes.copy_from_slice(&line[at..at + 8]);
+    u64::from_le_bytes(bytes)
+}
+
+// Each of these moves the digits of its form together at the end of the word, and zeros before them.
+
+/// `+ddd.ddd`
+#[inline]
+fn angle(word: u64) -> u32 {
+    eight_digits((word & 0x0000_0000_0F0F_0F00) << 8 | word & 0x0F0F_0F00_0000_0000)
+}
+
+/// `+dd.dddd`
+#[inline]
+fn magnetic_field(word: u64) -> u32 {
+    eight_digits((word & 0x0000_0000_000F_0F00) << 8 | word & 0x0F0F_0F0F_0000_0000)
+}
+
+/// `+dd.ddd,`
+#[inline]
+fn acceleration(word: u64) -> u32 {
+    eight_digits((word & 0x0000_0000_000F_0F00) << 16 | (word & 0x000F_0F0F_0000_0000) << 8)
+}
+
+/// `d.dddddd`
+#[inline]
+fn angular_rate(word: u64) -> u32 {
+    eight_digits((word & 0x0000_0000_0000_000F) << 8 | word & 0x0F0F_0F0F_0F0F_0000)
+}
+
+/// The number whose digits, the first one lowest, are the bytes of `digits`: neighbours are joined to pairs, fours and eight.
+#[inline]
+fn eight_digits(digits: u64) -> u32 {
+    let pairs = (digits * 10 + (digits >> 8)) & 0x00FF_00FF_00FF_00FF;
+    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
+    (fours * 10_000 + (fours >> 32)) as u32
+}
+
+const LIMITS: [u32; 12] = {
+    let mut limits = [0; 12];
+    let mut index = 0;
+    while index < 12 {
+        limits[index] = YMR_CHANNELS[index].limit_counts.cast_unsigned();
+        index += 1;
+    }
+    limits
+};
+
+/// `digit` where the line has a digit, `sign` where it has a sign, 0 elsewhere.
+const fn span(digit: u8, sign: u8) -> [u8; LENGTH] {
+    let mut span = [0; LENGTH];
+    let mut at = 0;
+    while at < LENGTH {
+        span[at] = match LINE[at] {
+            b'0' => digit,
+            b'+' => sign,
+            _ => 0,
+        };
+        at += 1;
+    }
+    span
+}

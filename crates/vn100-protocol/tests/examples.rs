@@ -1,0 +1,471 @@
+//! Lines that sensors and their maker have printed, and the way back to them.
+
+mod support;
+
+use proptest::prelude::*;
+use support::{counts, old_ymr_body, sentence, ymr_body};
+use vn100_protocol::{
+    BadKind, Check, DecimalError, Decoder, GrammarError, Imu, Item, Options, PrintFormat, VNYMR,
+    Ymr, crc16, xor8,
+};
+
+/// Bodies as recorded, by firmware 2 and 3 of several sensors, with the digits that came with them.
+const YMR: [(&str, &str); 14] = [
+    (
+        "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
+        "63",
+    ),
+    (
+        "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
+        "0B58",
+    ),
+    (
+        "VNYMR,-085.476,+074.973,+063.745,-00.5552,+00.4334,+00.9062,+08.992,-02.114,-01.105,+00.002040,-00.000298,-00.000980",
+        "6C",
+    ),
+    (
+        "VNYMR,-085.481,+074.976,+063.739,-00.5530,+00.4392,+00.9042,+08.963,-02.140,-01.046,-00.000959,+00.000204,-00.001733",
+        "68",
+    ),
+    (
+        "VNYMR,+148.954,+001.254,+000.995,-00.5664,-00.1587,+00.4170,+00.212,-00.169,-09.817,-00.000168,+00.000295,-00.000137",
+        "68",
+    ),
+    (
+        "VNYMR,+170.786,-005.153,+009.880,-00.1957,+00.2218,+00.6401,-00.952,-02.181,-09.775,-00.074567,+00.621957,-01.272982",
+        "68",
+    ),
+    (
+        "VNYMR,-133.974,-000.382,-000.760,-00.1565,+00.1618,+00.3073,-00.083,+00.134,-09.922,+00.001379,+00.000812,+00.000381",
+        "63",
+    ),
+    (
+        "VNYMR,-046.363,-001.254,-000.357,+00.2658,+00.4994,+00.1309,-00.281,-01.077,-09.525,-00.016486,-00.004867,-00.327177",
+        "6B",
+    ),
+    (
+        "VNYMR,-077.616,-001.322,+000.143,+00.0452,+00.2449,-00.3347,-00.249,-00.019,-09.893,+00.001117,+00.000227,-00.000329",
+        "63",
+    ),
+    (
+        "VNYMR,+015.169,+001.134,-000.930,+00.3679,+00.0580,+00.5148,+00.470,-00.577,-10.014,+00.002068,-00.103333,-00.305281",
+        "63",
+    ),
+    (
+        "VNYMR,-082.171,-044.329,-135.904,+00.3385,-00.2514,+00.0610,-32.044,+06.154,+01.762,+09.803607,-11.823348,-04.562857",
+        "60",
+    ),
+    (
+        "VNYMR,-118.034,-024.276,-062.915,+00.3261,-00.2790,+00.2276,-39.242,+123.931,-58.612,-00.223137,+02.140320,-03.657718",
+        "52",
+    ),
+    (
+        "VNYMR,-000.326,+088.263,-034.861,-00.2266,+00.2469,-00.5156,-19.679,-40.886,-143.685,-06.326948,-00.046931,-00.119262",
+        "55",
+    ),
+    (
+        "VNYMR,-170.94,+007.34,+000.70,-1.7866,+0.1747,+2.2113,-00.085,+00.005,-09.847,+00.0003,-00.0012,-00.0001",
+        "61",
+    ),
+];
+
+const IMU: &str = "VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322";
+
+fn only_item(line: &str, check: impl FnOnce(Item<'_>)) {
+    let mut decoder = Decoder::new(Options::default());
+    let mut check = Some(check);
+    let mut take = |item: Item<'_>| check.take().expect("one item")(item);
+    decoder.push(line.as_bytes(), &mut take);
+    decoder.finish(&mut take);
+    assert!(check.is_none(), "no item in {line}");
+    assert_eq!(decoder.tally().bytes(), line.len() as u64);
+}
+
+fn ymr(line: &str) -> Ymr {
+    let mut found = None;
+    only_item(line, |item| match item {
+        Item::Ymr(ymr) => found = Some(ymr),
+        other => panic!("{other:?}"),
+    });
+    found.expect("a sample")
+}
+
+fn imu(line: &str) -> Imu {
+    let mut found = None;
+    only_item(line, |item| match item {
+        Item::Imu(imu) => found = Some(imu),
+        other => panic!("{other:?}"),
+    });
+    found.expect("a sample")
+}
+
+fn bad(line: &str) -> BadKind {
+    let mut found = None;
+    only_item(line, |item| match item {
+        Item::Bad(bad) => found = Some(bad.kind),
+        other => panic!("{other:?}"),
+    });
+    found.expect("a bad line")
+}
+
+fn grammar(body: &str) -> GrammarError {
+    match bad(&sentence(body)) {
+        BadKind::Grammar(error) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn with_suffix(suffix: &str) -> String {
+    YMR[0].0.to_owned() + suffix
+}
+
+#[test]
+fn recorded_lines_have_their_values() {
+    for (body, digits) in YMR {
+        let ymr = ymr(&format!("${body}*{digits}\r\n"));
+        let printed: Vec<f64> = body
+            .split(',')
+            .skip(1)
+            .map(|field| field.parse().unwrap())
+            .collect();
+        let values: Vec<f64> = VNYMR
+            .channels
+            .iter()
+            .zip(ymr.counts())
+            .map(|(channel, &count)| channel.value(count))
+            .collect();
+        assert_eq!(values, printed);
+        let [[mx, my, mz], [ax, ay, az], [gx, gy, gz]] =
+            [ymr.mag_gauss(), ymr.accel_m_s2(), ymr.gyro_rad_s()];
+        assert_eq!(
+            values,
+            [
+                ymr.yaw_deg(),
+                ymr.pitch_deg(),
+                ymr.roll_deg(),
+                mx,
+                my,
+                mz,
+                ax,
+                ay,
+                az,
+                gx,
+                gy,
+                gz
+            ]
+        );
+    }
+}
+
+#[test]
+fn recorded_lines_come_back_byte_for_byte() {
+    for (body, digits) in YMR {
+        let line = format!("${body}*{digits}\r\n");
+        let sample = ymr(&line);
+        let mut out = String::new();
+        sample.encode(sample.check(), &mut out).unwrap();
+        assert_eq!(out, line);
+    }
+}
+
+#[test]
+fn old_lines_count_in_the_same_units() {
+    let old = ymr(&format!("${}*61\r\n", YMR[13].0));
+    assert_eq!(old.print_format(), PrintFormat::Old);
+    assert_eq!(
+        *old.counts(),
+        [
+            -170_940, 7_340, 700, -17_866, 1_747, 22_113, -85, 5, -9_847, 300, -1_200, -100
+        ]
+    );
+    let decimals: Vec<_> = VNYMR
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(index, channel)| PrintFormat::Old.decimals(index, channel))
+        .collect();
+    assert_eq!(decimals, [2, 2, 2, 4, 4, 4, 3, 3, 3, 4, 4, 4]);
+}
+
+#[test]
+fn the_uncompensated_message_is_read() {
+    let line = format!("${IMU}*66\r\n");
+    let sample = imu(&line);
+    assert_eq!(
+        *sample.counts(),
+        [
+            -350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322
+        ]
+    );
+    assert_eq!(sample.mag_gauss(), [-0.035, 0.4222, -0.6643]);
+    assert_eq!(sample.accel_m_s2(), [-0.015, 0.019, 9.948]);
+    assert_eq!(sample.gyro_rad_s(), [0.002066, -0.008442, -0.044656]);
+    assert_eq!(
+        (sample.temperature_c(), sample.pressure_kpa()),
+        (20.7, 84.322)
+    );
+    let mut out = String::new();
+    sample.encode(Check::Xor8, &mut out).unwrap();
+    assert_eq!(out, line);
+    // the pressure with five whole digits, as one edition of the manual has it, is the same pressure
+    assert_eq!(
+        imu(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(),
+        sample.counts()
+    );
+}
+
+#[test]
+fn other_lines_of_the_maker_are_replies_or_other() {
+    for (line, reply) in [
+        ("$VNRRG,01,VN-200T-CR*31", true),
+        ("$VNRRG,75,3,400,01,0321*3B31", true),
+        ("$VNWRG,75,0,4,01,0128*7A", true),
+        ("$VNERR,0C*02", true),
+        ("$VNERR,01*70", true),
+        ("$VNERR,FF*71", true),
+        ("$VNWNV*57", true),
+        ("$VNRFS*5F", true),
+        ("$VNRST*4D", true),
+        ("$VNTAR*5F", true),
+        ("$VNKMD,1*47", true),
+        ("$VNKAD,0*4A", true),
+        ("$VNSGB*4E", true),
+        ("$VNSFB*4F", true),
+        ("$VNASY,0*4F", true),
+        ("$VNBOM,1*45", true),
+        ("$VNFWU*5C", true),
+        ("$VNCMD*52", true),
+        ("$VNSIH,+045.000*62", true),
+        (
+            "$VNRRG,239,-124.743,+001.019,-000.203,+00.019,-00.001,+00.039,+00.001665,-00.000785,+00.000647*55",
+            true,
+        ),
+        ("$VNYPR,-129.867,-000.355,-000.296*61", false),
+        ("$VNYPR,+010.071,+000.278,-002.026,T1162704,S0000*50", false),
+        (
+            "$VNYBA,+059.745,+003.857,-004.949,+00.001,-00.008,+00.150,+00.000478,-00.000896,-00.001366*5B",
+            false,
+        ),
+        (
+            "$VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,-00.000272,\
+             +00.000824,+00.000073,T0000000543*3D",
+            false,
+        ),
+    ] {
+        only_item(&format!("{line}\r\n"), |item| match item {
+            Item::Reply(sentence) => assert!(reply && sentence.raw == line.as_bytes(), "{line}"),
+            Item::Other(sentence) => assert!(!reply && sentence.raw == line.as_bytes(), "{line}"),
+            other => panic!("{line}: {other:?}"),
+        });
+    }
+    for misprint in [
+        "$VNRRG,01,VN-310*58\r\n",
+        "$VNRRG,01,VN-200*4B\r\n",
+        "$VNYPR,-129.867,-000.355,-000.296*62\r\n",
+    ] {
+        assert!(
+            matches!(
+                bad(misprint),
+                BadKind::Checksum {
+                    received: Some(_),
+                    ..
+                }
+            ),
+            "{misprint}"
+        );
+    }
+}
+
+#[test]
+fn suffixes_come_back() {
+    for (suffix, count, status) in [
+        (",T1162704", Some(1_162_704), None),
+        (",S0000", None, Some(0)),
+        (",T0000000543,S09AF", Some(543), Some(0x9AF)),
+        (",S09AF,T0000000543", Some(543), Some(0x9AF)),
+    ] {
+        for check in [Check::Xor8, Check::Crc16] {
+            let body = with_suffix(suffix);
+            let line = match check {
+                Check::Crc16 => format!("${body}*{:04X}\r\n", crc16(body.as_bytes())),
+                _ => sentence(&body),
+            };
+            let sample = ymr(&line);
+            assert_eq!(
+                (sample.suffix().count(), sample.suffix().status()),
+                (count, status)
+            );
+            let mut out = String::new();
+            sample.encode(check, &mut out).unwrap();
+            assert_eq!(out, line);
+        }
+    }
+}
+
+#[test]
+fn what_the_checksum_lets_through_the_grammar_does_not() {
+    use GrammarError::{Decimals, FieldCount, Number, Suffix};
+    let usual = YMR[0].0;
+    assert_eq!(
+        bad("$VNYMR,-165.918,-008.770,+000.198*7D\r\n"),
+        FieldCount {
+            expected: 12,
+            found: 3
+        }
+        .into()
+    );
+    assert_eq!(
+        grammar("VNYMR"),
+        FieldCount {
+            expected: 12,
+            found: 0
+        }
+    );
+    assert_eq!(
+        grammar(&with_suffix(",+00.000001")),
+        FieldCount {
+            expected: 12,
+            found: 13
+        }
+    );
+    assert_eq!(
+        grammar(&with_suffix(",")),
+        FieldCount {
+            expected: 12,
+            found: 13
+        }
+    );
+    assert_eq!(grammar(&with_suffix(",T")), Suffix);
+    assert_eq!(grammar(&with_suffix(",T1,T2")), Suffix);
+    assert_eq!(grammar(&with_suffix(",S00ff")), Suffix);
+    let number = |error| Number {
+        channel: "pitch",
+        error,
+    };
+    for (field, error) in [
+        ("nan", DecimalError::NoSign { found: b'n' }),
+        (" +074.972", DecimalError::NoSign { found: b' ' }),
+        ("+1e3", DecimalError::Unexpected { found: b'e' }),
+        ("+.972", DecimalError::NoWholeDigits),
+        ("+074.", DecimalError::NoDecimals),
+        ("+074", DecimalError::NoPoint),
+        ("", DecimalError::Empty),
+        ("+74972000000.000", DecimalError::Overflow),
+    ] {
+        assert_eq!(
+            grammar(&usual.replace("+074.972", field)),
+            number(error),
+            "{field}"
+        );
+    }
+    let too_fine = Decimals {
+        channel: "pitch",
+        expected: 3,
+        found: 4,
+    };
+    assert_eq!(grammar(&usual.replace("+074.972", "+074.9720")), too_fine);
+    let mixed = Decimals {
+        channel: "pitch",
+        expected: 2,
+        found: 3,
+    };
+    assert_eq!(grammar(&usual.replace("-085.469", "-085.46")), mixed);
+    assert_eq!(
+        grammar(&IMU.replace("+20.7", "+20.70")),
+        Decimals {
+            channel: "temperature",
+            expected: 1,
+            found: 2
+        }
+    );
+    // 24 spaces are an even number of equal bytes: XOR-8 does not see them
+    let spaced = usual.replace(',', ",  ");
+    assert_eq!(xor8(spaced.as_bytes()), 0x63);
+    assert!(matches!(
+        grammar(&spaced),
+        Number {
+            channel: "yaw",
+            error: DecimalError::NoSign { found: b' ' }
+        }
+    ));
+}
+
+#[test]
+fn values_that_cannot_be_are_named() {
+    for (field, wrong, message) in [
+        (
+            "-085.469",
+            "-180.001",
+            "range: yaw of -180001 counts is beyond ±180000 counts (180 deg)",
+        ),
+        (
+            "+00.9048",
+            "+10.0001",
+            "range: mag_z of 100001 counts is beyond ±100000 counts (10 gauss)",
+        ),
+        (
+            "+08.971",
+            "+999.000",
+            "range: accel_x of 999000 counts is beyond ±200000 counts (200 m/s^2)",
+        ),
+        (
+            "-00.000391",
+            "-40.000001",
+            "range: gyro_z of -40000001 counts is beyond ±40000000 counts (40 rad/s)",
+        ),
+    ] {
+        let kind = bad(&sentence(&YMR[0].0.replace(field, wrong)));
+        assert!(matches!(kind, BadKind::Range(_)));
+        assert_eq!(kind.to_string(), message);
+    }
+    // an old count scaled by a hundred is beyond 32 bits
+    let old = YMR[13].0.replace("+00.0003", "+99999.9999");
+    assert_eq!(
+        bad(&sentence(&old)).to_string(),
+        "range: gyro_x of 99999999900 counts is beyond ±40000000 counts (40 rad/s)"
+    );
+    for (field, wrong) in [("+20.7", "+200.1"), ("+084.322", "+200.001")] {
+        assert!(matches!(
+            bad(&sentence(&IMU.replace(field, wrong))),
+            BadKind::Range(_)
+        ));
+    }
+}
+
+#[test]
+fn counts_out_of_range_are_not_written() {
+    assert_eq!(
+        Ymr::from_counts([180_001; 12]).unwrap_err().channel.name,
+        "yaw"
+    );
+    assert_eq!(
+        Ymr::from_counts([i32::MIN; 12]).unwrap_err().count,
+        i64::from(i32::MIN)
+    );
+}
+
+proptest! {
+    #[test]
+    fn what_is_printed_comes_back(counts in counts(), zeros in 0_u16..1 << 12, old: bool, suffix in "(,T[0-9]{1,19})?(,S[0-9A-F]{4})?") {
+        // the widest old count has to stay in range, too
+        let counts = if old { counts.map(|count| count / 100) } else { counts };
+        let body = if old { old_ymr_body(counts) } else { ymr_body(counts) };
+        let fields = body.split(',').enumerate().map(|(index, field)| {
+            let is_zero = field.bytes().all(|byte| b"+0.".contains(&byte));
+            if index > 0 && is_zero && zeros >> (index - 1) & 1 == 1 { field.replace('+', "-") } else { field.to_owned() }
+        });
+        let line = sentence(&(fields.collect::<Vec<_>>().join(",") + &suffix));
+        let sample = ymr(&line);
+        prop_assert_eq!(sample.print_format(), if old { PrintFormat::Old } else { PrintFormat::Current });
+        let mut out = String::new();
+        sample.encode(Check::Xor8, &mut out).unwrap();
+        prop_assert_eq!(out, line);
+    }
+
+    #[test]
+    fn counts_are_written_as_the_standard_library_prints_them(counts in counts()) {
+        let mut out = String::new();
+        Ymr::from_counts(counts).unwrap().encode(Check::Xor8, &mut out).unwrap();
+        prop_assert_eq!(out, sentence(&ymr_body(counts)));
+    }
+}

@@ -1,0 +1,417 @@
+//! What holds of any stream, however it is cut and whatever is in it.
+
+mod support;
+
+use proptest::{collection::vec, prelude::*, sample::Index};
+use support::{concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
+use vn100_protocol::{BadKind, CheckDigits, Decoder, Frame, Item, Options, crc16, xor8};
+
+/// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its own.
+///
+/// `Some(true)` is a good sentence, `Some(false)` a bad one. Knows nothing of packets.
+fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
+    let mut lines = Vec::new();
+    let is_end_of_body =
+        |&byte: &u8| byte == b'$' || byte == b'*' || !(b' '..=b'~').contains(&byte);
+    for start in (0..bytes.len()).filter(|&at| bytes[at] == b'$') {
+        let behind = &bytes[start + 1..];
+        let body = behind
+            .iter()
+            .position(is_end_of_body)
+            .unwrap_or(behind.len());
+        if body > 312 {
+            lines.push((start, 1 + 313, false));
+            continue;
+        }
+        let (body, tail) = behind.split_at(body);
+        let Some((b'*', tail)) = tail.split_first() else {
+            lines.push((start, 1 + body.len(), false));
+            continue;
+        };
+        let text: String = tail.iter().map(|&byte| char::from(byte)).collect();
+        let digits: String = text
+            .chars()
+            .take_while(|c| "0123456789ABCDEF".contains(*c))
+            .take(5)
+            .collect();
+        let good =
+            digits == format!("{:02X}", xor8(body)) || digits == format!("{:04X}", crc16(body));
+        let written = match digits.len() {
+            2 | 4 => digits.len(),
+            _ => text
+                .chars()
+                .take_while(char::is_ascii_alphanumeric)
+                .count()
+                .min(5),
+        };
+        lines.push((start, 1 + body.len() + 1 + written, good));
+    }
+    lines
+}
+
+/// Streams of lines with any kind of damage and no packet in them.
+fn damaged_text() -> impl Strategy<Value = Vec<u8>> {
+    #[derive(Debug, Clone)]
+    enum Edit {
+        Flip(Index, u8),
+        Delete(Index, usize),
+        Insert(Index, Vec<u8>),
+        Splice(Index, Index),
+        Truncate(Index),
+    }
+    let edit = prop_oneof![
+        (any::<Index>(), 0_u32..8).prop_map(|(at, bit)| Edit::Flip(at, 1 << bit)),
+        (any::<Index>(), 1_usize..150).prop_map(|(at, count)| Edit::Delete(at, count)),
+        (any::<Index>(), vec(any::<u8>(), 1..20)).prop_map(|(at, bytes)| Edit::Insert(at, bytes)),
+        (any::<Index>(), "[$*\r\n 0-9A-Fx]{1,8}")
+            .prop_map(|(at, text)| Edit::Insert(at, text.into_bytes())),
+        any::<Index>().prop_map(|at| Edit::Insert(at, vec![b'-'; 320])),
+        (any::<Index>(), any::<Index>()).prop_map(|(from, to)| Edit::Splice(from, to)),
+        any::<Index>().prop_map(Edit::Truncate),
+    ];
+    (vec(counts(), 1..6), vec(edit, 0..8)).prop_map(|(rows, edits)| {
+        let mut bytes: Vec<u8> = rows
+            .into_iter()
+            .flat_map(|row| sentence(&ymr_body(row)).into_bytes())
+            .collect();
+        for edit in edits {
+            let length = bytes.len();
+            if length == 0 {
+                break;
+            }
+            match edit {
+                Edit::Flip(at, mask) => bytes[at.index(length)] ^= mask,
+                Edit::Delete(at, count) => {
+                    drop(bytes.drain(at.index(length)..(at.index(length) + count).min(length)))
+                }
+                Edit::Insert(at, more) => {
+                    drop(bytes.splice(at.index(length)..at.index(length), more))
+                }
+                Edit::Splice(a, b) => {
+                    let (from, to) = (
+                        a.index(length).min(b.index(length)),
+                        a.index(length).max(b.index(length)),
+                    );
+                    bytes.drain(from..to);
+                }
+                Edit::Truncate(at) => bytes.truncate(at.index(length)),
+            }
+        }
+        bytes
+            .iter_mut()
+            .filter(|byte| **byte == 0xFA)
+            .for_each(|byte| *byte = 0xFB);
+        bytes
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn the_cutting_changes_nothing(pieces in vec(piece(), 0..12), sizes in vec(1_usize..200, 1..6), accept_unchecked: bool) {
+        let bytes = concat(&pieces);
+        let options = Options { accept_unchecked };
+        let whole = decode_in_pieces(&bytes, &[], options);
+        prop_assert_eq!(&decode_in_pieces(&bytes, &[1], options), &whole);
+        prop_assert_eq!(&decode_in_pieces(&bytes, &sizes, options), &whole);
+    }
+
+    #[test]
+    fn stepping_says_the_same_as_pushing(pieces in vec(piece(), 0..12), more in 1_usize..200) {
+        let bytes = concat(&pieces);
+        let (pushed, tally) = decode_in_pieces(&bytes, &[], Options::default());
+        let mut decoder = Decoder::new(Options::default());
+        let (mut at, mut end, mut items) = (0, 0, Vec::new());
+        loop {
+            let (consumed, item) = decoder.next(&bytes[at..end], end == bytes.len());
+            at += consumed;
+            prop_assert_eq!(decoder.tally().bytes(), at as u64);
+            match item {
+                Some(item) => items.push(support::describe(item)),
+                None if end == bytes.len() => break,
+                None => {
+                    prop_assert!(end - at <= 522, "{} bytes wait", end - at);
+                    end = (end + more).min(bytes.len());
+                }
+            }
+        }
+        prop_assert_eq!((items, decoder.tally()), (pushed, tally));
+    }
+
+    #[test]
+    fn whole_lines_and_packets_are_found_next_to_anything(pieces in vec(piece(), 0..12)) {
+        let bytes = concat(&pieces);
+        let found: Vec<_> = frames(&bytes, Options::default())
+            .into_iter()
+            .filter_map(|frame| match frame {
+                Frame::Sentence(sentence) => Some((sentence.offset, sentence.raw.to_vec())),
+                Frame::Packet(packet) => Some((packet.offset, packet.raw.to_vec())),
+                Frame::Bad(_) => None,
+            })
+            .collect();
+        let mut offset = 0;
+        for piece in pieces {
+            let line_end = piece.bytes.strip_suffix(b"\r\n").filter(|_| piece.bytes.starts_with(b"$"));
+            let raw = line_end.unwrap_or(&piece.bytes).to_vec();
+            prop_assert!(!piece.whole || found.contains(&(offset, raw)), "lost: {:?}", String::from_utf8_lossy(&piece.bytes));
+            offset += piece.bytes.len() as u64;
+        }
+    }
+
+    #[test]
+    fn damaged_lines_are_what_a_naive_reader_says(bytes in damaged_text()) {
+        let found: Vec<_> = frames(&bytes, Options::default())
+            .into_iter()
+            .map(|frame| match frame {
+                Frame::Sentence(sentence) => (sentence.offset as usize, sentence.raw.len(), true),
+                Frame::Bad(bad) => (bad.offset as usize, bad.raw.len(), false),
+                Frame::Packet(packet) => panic!("{packet:?}"),
+            })
+            .collect();
+        let naive = naive_lines(&bytes);
+        prop_assert_eq!(&found, &naive);
+
+        let (_, tally) = decode_in_pieces(&bytes, &[], Options::default());
+        let line_bytes: usize = naive
+            .iter()
+            .map(|&(start, length, _)| length + bytes[start + length..].iter().take_while(|byte| b"\r\n".contains(byte)).count())
+            .sum();
+        prop_assert_eq!(tally.good_line_bytes + tally.bad_line_bytes, line_bytes as u64);
+        prop_assert_eq!(tally.skipped_bytes, (bytes.len() - line_bytes) as u64);
+        prop_assert_eq!(tally.good_lines() + tally.bad.grammar + tally.bad.range, naive.iter().filter(|line| line.2).count() as u64);
+        prop_assert_eq!(tally.good_lines() + tally.bad.total(), naive.len() as u64);
+    }
+
+    #[test]
+    fn any_bytes_are_read(bytes: Vec<u8>, sizes in vec(1_usize..20, 1..4), accept_unchecked: bool) {
+        let options = Options { accept_unchecked };
+        prop_assert_eq!(decode_in_pieces(&bytes, &sizes, options), decode_in_pieces(&bytes, &[], options));
+    }
+}
+
+const GOOD: &str = "$VNRRG,01*72\r\n";
+
+/// What becomes of `bytes`: `good` for the line above, `packet`, or the kind of a bad line; and the bytes skipped.
+fn story(bytes: &[u8]) -> (Vec<String>, u64) {
+    let mut items = Vec::new();
+    let mut decoder = Decoder::new(Options::default());
+    let mut tell = |item: Item<'_>| {
+        items.push(match item {
+            Item::Reply(sentence) => {
+                assert_eq!(sentence.raw, GOOD.trim_end().as_bytes());
+                "good".into()
+            }
+            Item::Packet(_) => "packet".into(),
+            Item::Bad(bad) => bad.kind.to_string().split(':').next().unwrap().to_owned(),
+            other => panic!("{other:?}"),
+        });
+    };
+    decoder.push(bytes, &mut tell);
+    decoder.finish(&mut tell);
+    (items, decoder.tally().skipped_bytes)
+}
+
+#[test]
+fn a_good_line_is_not_lost_next_to() {
+    let packet = packet(7, [1.0, 2.0, 3.0]);
+    let cases: &[(&str, &[&[u8]], &[&str], u64)] = &[
+        (
+            "a dollar",
+            &[b"$", GOOD.as_bytes()],
+            &["truncated", "good"],
+            0,
+        ),
+        (
+            "dollars",
+            &[b"$$$$", GOOD.as_bytes()],
+            &["truncated", "truncated", "truncated", "truncated", "good"],
+            0,
+        ),
+        (
+            "a packet's start",
+            &[b"\xFA", GOOD.as_bytes()],
+            &["good"],
+            1,
+        ),
+        (
+            "a packet's header",
+            &[b"\xFA\x01\x39\x07", GOOD.as_bytes()],
+            &["good"],
+            4,
+        ),
+        (
+            "packet starts",
+            &[b"\xFA\xFA\xFA", GOOD.as_bytes()],
+            &["good"],
+            3,
+        ),
+        (
+            "a cut packet",
+            &[&packet[..20], GOOD.as_bytes()],
+            &["good"],
+            20,
+        ),
+        (
+            "a line without its CR LF",
+            &[GOOD.trim_end().as_bytes(), GOOD.as_bytes()],
+            &["good", "good"],
+            0,
+        ),
+        (
+            "a bad line without its CR LF",
+            &[b"$VNRRG,01*73", GOOD.as_bytes()],
+            &["checksum", "good"],
+            0,
+        ),
+        (
+            "a line cut before its checksum",
+            &[b"$VNRRG,01", GOOD.as_bytes()],
+            &["truncated", "good"],
+            0,
+        ),
+        (
+            "a line cut in its checksum",
+            &[b"$VNRRG,01*7", GOOD.as_bytes()],
+            &["checksum", "good"],
+            0,
+        ),
+        (
+            "a packet",
+            &[GOOD.as_bytes(), &packet, GOOD.as_bytes()],
+            &["good", "packet", "good"],
+            0,
+        ),
+        (
+            "a packet right behind the digits",
+            &[GOOD.trim_end().as_bytes(), &packet],
+            &["good", "packet"],
+            0,
+        ),
+        (
+            "junk in place of its CR",
+            &[b"$VNRRG,01*72\x8D\n"],
+            &["good"],
+            2,
+        ),
+        ("the end of the stream", &[b"$VNRRG,01*72"], &["good"], 0),
+    ];
+    for (name, pieces, items, skipped) in cases {
+        let told = story(&pieces.concat());
+        assert_eq!(
+            told,
+            (
+                items.iter().map(|item| (*item).to_owned()).collect(),
+                *skipped
+            ),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn bad_lines_have_a_kind() {
+    for (bytes, kind, skipped) in [
+        (&b"$VNRRG,01\r\n"[..], "unchecked", 0),
+        (b"$VNRRG,01\n", "unchecked", 0),
+        (b"$VNRRG,01*\r\n", "unchecked", 0),
+        (b"$VNRRG,01*XX\r\n", "checksum", 0),
+        (b"$VNRRG,01*7\r\n", "checksum", 0),
+        (b"$VNRRG,01*721\r\n", "checksum", 0),
+        (b"$VNRRG,01*E15F0\r\n", "checksum", 0),
+        (b"$VNRRG,01*7f\r\n", "checksum", 0),
+        (b"$VNRRG,01*E15E\r\n", "checksum", 0),
+        (b"$VNRRG,01*", "truncated", 0),
+        (b"$VNRRG", "truncated", 0),
+        (b"$VNR\x07RG,01*72\r\n", "truncated", 11),
+        (b"$VNR\xFARG,01*72\r\n", "truncated", 11),
+        (b"$VNYMR,+1.0*5D\r\n", "checksum", 0),
+    ] {
+        assert_eq!(
+            story(bytes),
+            (vec![kind.to_owned()], skipped),
+            "{}",
+            String::from_utf8_lossy(bytes)
+        );
+    }
+    let long = [&b"$"[..], &[b'x'; 400], b"\r\n"].concat();
+    assert_eq!(story(&long), (vec!["too long".to_owned()], 401 - 314 + 2));
+}
+
+#[test]
+fn a_wrong_checksum_tells_both_values() {
+    let mut kinds = Vec::new();
+    let mut decoder = Decoder::new(Options::default());
+    decoder.push(
+        b"x$VNRRG,01*73\r\n$VNRRG,01*E150\r\n$VNRRG,01*XX\r\n",
+        |item| {
+            if let Item::Bad(bad) = item {
+                kinds.push((bad.offset, bad.raw.len(), bad.kind));
+            }
+        },
+    );
+    let (xor, crc) = (CheckDigits::Xor8(0x72), CheckDigits::Crc16(0xE15F));
+    assert_eq!(
+        kinds,
+        [
+            (
+                1,
+                12,
+                BadKind::Checksum {
+                    computed: xor,
+                    received: Some(CheckDigits::Xor8(0x73))
+                }
+            ),
+            (
+                15,
+                14,
+                BadKind::Checksum {
+                    computed: crc,
+                    received: Some(CheckDigits::Crc16(0xE150))
+                }
+            ),
+            (
+                31,
+                12,
+                BadKind::Checksum {
+                    computed: xor,
+                    received: None
+                }
+            ),
+        ]
+    );
+    assert_eq!(
+        kinds[0].2.to_string(),
+        "checksum: the line gives 72, its end says 73"
+    );
+}
+
+#[test]
+fn lines_without_checksum_are_taken_on_request() {
+    let mut items = Vec::new();
+    let mut decoder = Decoder::new(Options {
+        accept_unchecked: true,
+    });
+    decoder.push(
+        b"$VNRRG,01\r\n$VNRRG,02*\r\n$VNRRG,01*73\r\n$VNRRG,01*72\r\n",
+        |item| items.push(matches!(item, Item::Reply(_))),
+    );
+    assert_eq!(items, [true, true, false, true]);
+    assert_eq!(
+        (decoder.tally().replies, decoder.tally().unchecked_lines),
+        (3, 2)
+    );
+}
+
+#[test]
+fn a_finished_decoder_begins_a_sentence_of_its_own() {
+    let mut decoder = Decoder::new(Options::default());
+    let mut good = 0;
+    decoder.push(b"$VNRRG,0", |_| good += 1);
+    decoder.finish(|item| assert!(matches!(item, Item::Bad(_))));
+    decoder.push(b"1*72\r\n$VNRRG,01*72\r\n", |_| good += 1);
+    assert_eq!(
+        (good, decoder.tally().replies, decoder.tally().bytes()),
+        (1, 1, 28)
+    );
+}
