@@ -1,0 +1,187 @@
+//! Windows at a stride, in bounded memory: a cascade of block sums, one level per octave.
+//!
+//! Level k holds sums of m = 2^k samples that end at absolute multiples of its stride s = max(1, m/R). Two sums m samples
+//! apart are `lag` = min(m, R) places apart; their difference is the Allan term of the level, their sum is a block sum
+//! of the next. Where the stride doubles, every second sum goes on, so all levels together cost log2 R + 2 updates
+//! per sample.
+
+use super::{Deviation, squares::SquareSum};
+
+/// Longest averaging factor, 2^30.
+pub(super) const MAX_LEVEL: u32 = 30;
+
+/// Samples taken at once: long enough for vector instructions, short enough for the first-level cache.
+const BLOCK: usize = 256;
+const MAX_LAG: usize = 16;
+
+/// Room for what a level remembers, followed from [`MAX_LAG`] on by what is new.
+type Scratch = [i64; MAX_LAG + BLOCK];
+
+#[derive(Clone, Debug)]
+pub(super) struct Cascade {
+    deviation: Deviation,
+    windows_per_tau: usize,
+    /// Absolute index behind the last sample; only its divisibility by powers of two matters, so it may wrap.
+    end: u64,
+    levels: Vec<Level>,
+}
+
+/// One octave. The memories hold up to `lag` values of the present run, and no place until they are needed.
+#[derive(Clone, Debug)]
+struct Level {
+    sums: Vec<i64>,
+    /// Differences of block sums, for third differences only.
+    differences: Vec<i64>,
+    squares: SquareSum,
+}
+
+impl Cascade {
+    /// `windows_per_tau` is R, a power of two up to 16.
+    pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
+        debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
+        Self {
+            deviation,
+            windows_per_tau,
+            end: 0,
+            levels: Vec::new(),
+        }
+    }
+
+    pub(super) fn push(&mut self, counts: &[i32]) {
+        for block in counts.chunks(BLOCK) {
+            self.push_block(block);
+        }
+    }
+
+    pub(super) fn gap(&mut self, missing: Option<u64>) {
+        self.end = missing.map_or(0, |missing| self.end.wrapping_add(missing));
+        for level in &mut self.levels {
+            level.sums.clear();
+            level.differences.clear();
+        }
+    }
+
+    /// The octave m = 2^k, if any sample reached it.
+    pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
+        self.levels.get(k).map(|level| level.squares)
+    }
+
+    fn push_block(&mut self, block: &[i32]) {
+        self.end = self.end.wrapping_add(block.len() as u64);
+        let (mut sums, mut next): (&mut Scratch, &mut Scratch) =
+            (&mut [0; MAX_LAG + BLOCK], &mut [0; MAX_LAG + BLOCK]);
+        for (sum, &count) in sums[MAX_LAG..].iter_mut().zip(block) {
+            *sum = count.into();
+        }
+        let mut new = block.len();
+        for k in 0..=MAX_LEVEL {
+            if new == 0 {
+                break;
+            }
+            if k as usize == self.levels.len() {
+                self.levels.push(Level::new());
+            }
+            let level = &mut self.levels[k as usize];
+            let m = 1_usize << k;
+            let lag = m.min(self.windows_per_tau);
+            let sums_of_level = level.sums_with_memory(sums, new, lag);
+            let (older, newer) = pairs(sums_of_level, lag);
+            level.add_terms(self.deviation, older, newer, lag);
+            let stride = (m / self.windows_per_tau).max(1) as u64;
+            new = if m < self.windows_per_tau {
+                join(older, newer, next);
+                older.len()
+            } else {
+                let first = (self.end / stride + older.len() as u64 + 1) & 1;
+                join_every_second(older, newer, first as usize, next)
+            };
+            core::mem::swap(&mut sums, &mut next);
+        }
+    }
+}
+
+impl Level {
+    const fn new() -> Self {
+        Self {
+            sums: Vec::new(),
+            differences: Vec::new(),
+            squares: SquareSum::EMPTY,
+        }
+    }
+
+    /// The remembered block sums followed by the new ones; remembers the last `lag` of them.
+    #[inline]
+    fn sums_with_memory<'a>(
+        &mut self,
+        scratch: &'a mut Scratch,
+        new: usize,
+        lag: usize,
+    ) -> &'a [i64] {
+        with_memory(&mut self.sums, scratch, new, lag)
+    }
+
+    #[inline]
+    fn add_terms(&mut self, deviation: Deviation, older: &[i64], newer: &[i64], lag: usize) {
+        match deviation {
+            Deviation::Allan => self
+                .squares
+                .add([older, newer], |[older, newer]| newer.wrapping_sub(older)),
+            Deviation::Hadamard => {
+                let mut scratch: Scratch = [0; MAX_LAG + BLOCK];
+                for ((difference, older), newer) in
+                    scratch[MAX_LAG..].iter_mut().zip(older).zip(newer)
+                {
+                    *difference = newer - older;
+                }
+                let differences =
+                    with_memory(&mut self.differences, &mut scratch, older.len(), lag);
+                let (older, newer) = pairs(differences, lag);
+                self.squares
+                    .add([older, newer], |[older, newer]| newer.wrapping_sub(older));
+            }
+        }
+    }
+}
+
+/// Puts `memory` before the `new` values of `scratch`, keeps the last `lag` of all in `memory`.
+#[inline]
+fn with_memory<'a>(
+    memory: &mut Vec<i64>,
+    scratch: &'a mut Scratch,
+    new: usize,
+    lag: usize,
+) -> &'a [i64] {
+    let values = &mut scratch[MAX_LAG - memory.len()..MAX_LAG + new];
+    values[..memory.len()].copy_from_slice(memory);
+    let kept = values.len().saturating_sub(lag);
+    memory.clear();
+    memory.extend_from_slice(&values[kept..]);
+    values
+}
+
+/// Values `lag` places apart, as two slices of equal length.
+#[inline]
+fn pairs(values: &[i64], lag: usize) -> (&[i64], &[i64]) {
+    let len = values.len().saturating_sub(lag);
+    let newer = if len == 0 { &[] } else { &values[lag..] };
+    (&values[..len], newer)
+}
+
+#[inline]
+fn join(older: &[i64], newer: &[i64], next: &mut Scratch) {
+    for ((sum, older), newer) in next[MAX_LAG..].iter_mut().zip(older).zip(newer) {
+        *sum = older + newer;
+    }
+}
+
+#[inline]
+fn join_every_second(older: &[i64], newer: &[i64], first: usize, next: &mut Scratch) -> usize {
+    let len = (older.len() + 1).saturating_sub(first) / 2;
+    for (i, sum) in next[MAX_LAG..MAX_LAG + len].iter_mut().enumerate() {
+        *sum = older[first + 2 * i] + newer[first + 2 * i];
+    }
+    len
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! Angles that wrap at half a turn, made continuous.
+
+/// Makes a continuous series of the counts of a wrapping angle, across any division into slices.
+///
+/// Each step is taken the short way round: into (-half a turn, half a turn]. The first sample is brought to the principal
+/// branch, the same half-open interval.
+///
+/// ```
+/// use imu_noise::Unwrap;
+///
+/// let mut yaw = Unwrap::new(360_000); // 1 count = 0.001 degrees
+/// let mut counts = [179_990, -179_995, 179_999];
+/// assert_eq!(yaw.unwrap(&mut counts), 3);
+/// assert_eq!(counts, [179_990, 180_005, 179_999]);
+/// assert_eq!(yaw.turn_offset_counts(180_001.5), 360_000);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unwrap {
+    turn_counts: i64,
+    last: Option<Last>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Last {
+    wrapped: i64,
+    /// Continuous minus wrapped count, a multiple of a turn.
+    offset: i64,
+}
+
+impl Unwrap {
+    /// For an angle with `turn_counts` counts in a full turn: 360 000 for degrees with three decimals.
+    ///
+    /// # Panics
+    /// When `turn_counts` is not positive.
+    #[must_use]
+    pub fn new(turn_counts: i32) -> Self {
+        assert!(
+            turn_counts > 0,
+            "a turn has {turn_counts} counts, it needs at least 1"
+        );
+        Self {
+            turn_counts: turn_counts.into(),
+            last: None,
+        }
+    }
+
+    /// Replaces the counts by the continuous series and returns how many belong together.
+    ///
+    /// Fewer than all when the angle has left the range of `i32` (after 5965 turns of 360 000 counts): the rest is
+    /// untouched, and unwrapping it restarts in the principal branch. Accumulators need a break without loss there
+    /// ([`gap(Some(0))`](crate::Octaves::gap)).
+    #[must_use = "the counts behind the returned number still wrap"]
+    pub fn unwrap(&mut self, counts: &mut [i32]) -> usize {
+        for (i, count) in counts.iter_mut().enumerate() {
+            let wrapped = i64::from(*count);
+            let offset = match self.last {
+                Some(last) => last.offset - self.turns(wrapped - last.wrapped) * self.turn_counts,
+                None => -self.turns(wrapped) * self.turn_counts,
+            };
+            let Ok(continuous) = i32::try_from(wrapped + offset) else {
+                self.last = None;
+                return i;
+            };
+            *count = continuous;
+            self.last = Some(Last { wrapped, offset });
+        }
+        counts.len()
+    }
+
+    /// The whole turns, in counts, to subtract from a mean of the continuous series to bring it to the principal
+    /// branch; subtract the same from minimum and maximum. 0 for a mean that is not finite.
+    #[must_use]
+    pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
+        let turn = self.turn_counts as f64;
+        // Ties go to the upper end of the branch. A cast of NaN is 0.
+        let turns = ((mean_counts - turn / 2.0) / turn).ceil();
+        if turns.is_finite() {
+            (turns as i64).saturating_mul(self.turn_counts)
+        } else {
+            0
+        }
+    }
+
+    /// Whole turns in `counts`: the rest is in (-half a turn, half a turn].
+    #[inline]
+    fn turns(&self, counts: i64) -> i64 {
+        // Doubled, since half an odd turn is no whole count.
+        if 2 * counts.abs() < self.turn_counts {
+            return 0;
+        }
+        -(self.turn_counts - 2 * counts).div_euclid(2 * self.turn_counts)
+    }
+}
