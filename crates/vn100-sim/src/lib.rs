@@ -1,0 +1,36 @@
+//! The emulated VN-100: seeded noise with known truth, printed as the sensor prints it.
+//!
+//! A [`Profile`] states the truth of all twelve channels of `$VNYMR`, a [`Generator`] turns it into
+//! rows, and [`write_capture`] prints them. The same profile, rate and seed give the same bytes.
+//!
+//! ```
+//! use vn100_sim::{Generator, Profile, write_capture};
+//!
+//! let mut generator = Generator::new(&Profile::named("lab3")?, 40, 1)?;
+//! let mut capture = Vec::new();
+//! write_capture(&mut capture, &mut generator, 40)?;
+//! assert!(capture.starts_with(b"$VNYMR,+052."));
+//! assert_eq!(capture.iter().filter(|&&byte| byte == b'\n').count(), 40);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`noise`] | the truth of one channel and the stream of its samples |
+//! | [`onboard`] | the averaging window of the sensor and the decimation behind it |
+//! | [`profile`] | the truth of all channels, by name |
+//! | [`generator`] | rows of twelve values |
+//! | [`sentence`] | one row as text |
+//! | [`capture`] | many rows as a file |
+
+pub mod capture;
+mod flicker;
+pub mod generator;
+pub mod noise;
+pub mod onboard;
+pub mod profile;
+pub mod sentence;
+
+pub use capture::write_capture;
+pub use generator::{Generator, UnsupportedRate};
+pub use profile::{Profile, UnknownProfile};

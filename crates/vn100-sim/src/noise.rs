@@ -1,0 +1,154 @@
+//! Noise of one channel with known truth: white, flicker, walk, ramp and a vibration line.
+
+use std::{f64::consts::TAU, num::NonZeroU32};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::{
+    flicker::Flicker,
+    onboard::{White, Window},
+};
+
+/// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or rad/s.
+///
+/// The default is a channel that always reads zero. Zero turns a component off; nothing is checked,
+/// a value that is not finite gives samples that are not finite.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ChannelNoise {
+    /// Constant mean, u.
+    pub mean: f64,
+    /// White noise density N, two-sided, u/√Hz: Allan deviation N/√τ, standard deviation N·√rate a
+    /// sample. Angle random walk of a gyro, velocity random walk of an accelerometer.
+    pub white_density: f64,
+    /// Bias instability B, u: flicker of two-sided density B²/(2πf), whose Allan deviation is flat at
+    /// √(2 ln 2/π)·B = 0.664 B. It holds within 0.5 % for τ from 16 sample intervals to 10⁵ s
+    /// (28 h). The shortest τ read higher, as sampled flicker does: 1.19, 1.08, 1.03, 1.01 times the
+    /// plateau at m = 1, 2, 4, 8.
+    pub bias_instability: f64,
+    /// Rate random walk K, u/√s: Allan deviation K·√(τ/3). Starts at zero.
+    pub random_walk: f64,
+    /// Ramp R, u/s: Allan deviation R·τ/√2. Starts at zero.
+    pub ramp: f64,
+    /// A vibration line.
+    pub line: Option<Line>,
+}
+
+/// A sinusoid; its phase comes from the seed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Peak amplitude, in the unit of the channel; the standard deviation is amplitude/√2.
+    pub amplitude: f64,
+    /// Frequency in Hz; above half the rate it is aliased, as in a real sensor.
+    pub frequency_hz: f64,
+}
+
+/// The endless stream of one channel's samples, in constant memory.
+///
+/// Every component of every channel draws from its own random stream: to change one component, or
+/// one channel, leaves all others as they were.
+#[derive(Debug, Clone)]
+pub struct ChannelStream {
+    noise: ChannelNoise,
+    rate_hz: f64,
+    /// Index of the next sample.
+    index: u64,
+    white: White,
+    flicker: Flicker,
+    walk: RandomWalk,
+    line_phase_turns: f64,
+}
+
+impl ChannelStream {
+    /// A stream of samples at `rate_hz`. Channels with equal seeds and different numbers are
+    /// independent.
+    ///
+    /// White noise passes the on-board `window`. The other components are advanced once per output
+    /// sample, past the window: averaging over some milliseconds changes a process only near the
+    /// frequency 1/window, and there each of them lies far below the white noise.
+    #[must_use]
+    pub fn new(
+        noise: &ChannelNoise,
+        window: Window,
+        rate_hz: NonZeroU32,
+        seed: u64,
+        channel: u32,
+    ) -> Self {
+        let rng = |component| random_stream(seed, channel, component);
+        let interval_s = 1.0 / f64::from(rate_hz.get());
+        Self {
+            noise: *noise,
+            rate_hz: f64::from(rate_hz.get()),
+            index: 0,
+            white: White::new(noise.white_density, window, rate_hz, rng(Component::White)),
+            flicker: Flicker::new(noise.bias_instability, interval_s, rng(Component::Flicker)),
+            walk: RandomWalk {
+                step: noise.random_walk * interval_s.sqrt(),
+                level: 0.0,
+                rng: rng(Component::Walk),
+            },
+            line_phase_turns: rng(Component::LinePhase).random(),
+        }
+    }
+
+    /// The next sample, in the unit of the channel.
+    #[must_use]
+    pub fn next_sample(&mut self) -> f64 {
+        let time_s = self.index as f64 / self.rate_hz;
+        self.index += 1;
+        let line = self.noise.line.map_or(0.0, |line| {
+            let turns = line.frequency_hz * time_s + self.line_phase_turns;
+            line.amplitude * (TAU * turns.fract()).sin()
+        });
+        self.noise.mean
+            + self.noise.ramp * time_s
+            + line
+            + self.white.advance()
+            + self.flicker.advance()
+            + self.walk.advance()
+    }
+}
+
+/// Sum of independent steps; the first sample is zero.
+#[derive(Debug, Clone)]
+struct RandomWalk {
+    step: f64,
+    level: f64,
+    rng: ChaCha8Rng,
+}
+
+impl RandomWalk {
+    fn advance(&mut self) -> f64 {
+        let level = self.level;
+        if self.step != 0.0 {
+            self.level += self.step * normal(&mut self.rng);
+        }
+        level
+    }
+}
+
+/// A standard normal deviate.
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// Numbers of the random streams of one channel. They are part of every capture's recipe: append only.
+#[derive(Debug, Clone, Copy)]
+enum Component {
+    White = 0,
+    Flicker = 1,
+    Walk = 2,
+    LinePhase = 3,
+}
+
+fn random_stream(seed: u64, channel: u32, component: Component) -> ChaCha8Rng {
+    // room for components to come, so that they do not renumber those of the next channel
+    const STREAMS_PER_CHANNEL: u64 = 16;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::from(channel) * STREAMS_PER_CHANNEL + component as u64);
+    rng
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,102 @@
+//! What the sensor does to its white noise before a sample is sent: averaging window and decimation.
+
+use std::num::NonZeroU32;
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::noise::normal;
+
+/// Rate at which the sensor refreshes gyro and accelerometer, Hz.
+pub const IMU_REFRESH_HZ: u32 = 800;
+
+/// Rate at which the sensor refreshes the magnetometer, Hz.
+pub const MAG_REFRESH_HZ: u32 = 250;
+
+/// How white noise reaches the output.
+///
+/// A window of w refreshes leaves samples that lie less than w refreshes apart correlated, by
+/// (w - lag)/w. Where fewer are sent than are averaged (w < refresh/rate), noise is aliased and the
+/// output shows a density higher than the sensor's: by √(200/rate) for 4 of 800 Hz.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Window {
+    /// The noise is drawn at the output rate: the density is that of the output.
+    None,
+    /// The density is that of the sensor, which refreshes at `refresh_hz`; each output sample is the
+    /// mean of the latest `samples` values, and output faster than the refresh repeats them.
+    Boxcar {
+        /// Rate of the values that are averaged, Hz.
+        refresh_hz: u32,
+        /// Number of values averaged; 0 and 1 average nothing.
+        samples: u32,
+    },
+}
+
+impl Window {
+    /// Gyro and accelerometer as delivered: 4 samples at 800 Hz.
+    pub const IMU_DEFAULT: Self = Self::Boxcar {
+        refresh_hz: IMU_REFRESH_HZ,
+        samples: 4,
+    };
+
+    /// Magnetometer as delivered: no averaging, refreshed at 250 Hz.
+    pub const MAG_DEFAULT: Self = Self::Boxcar {
+        refresh_hz: MAG_REFRESH_HZ,
+        samples: 0,
+    };
+}
+
+/// White noise behind the window, one value per output sample.
+#[derive(Debug, Clone)]
+pub(crate) struct White {
+    sigma: f64,
+    refresh_hz: u64,
+    rate_hz: u64,
+    /// The values in the window, a ring.
+    recent: Vec<f64>,
+    oldest: usize,
+    /// Output samples sent.
+    sent: u64,
+    rng: ChaCha8Rng,
+}
+
+impl White {
+    pub(crate) fn new(
+        density: f64,
+        window: Window,
+        rate_hz: NonZeroU32,
+        mut rng: ChaCha8Rng,
+    ) -> Self {
+        let (refresh_hz, samples) = match window {
+            Window::None => (rate_hz.get(), 1),
+            Window::Boxcar {
+                refresh_hz,
+                samples,
+            } => (refresh_hz, samples.max(1)),
+        };
+        let sigma = density * f64::from(refresh_hz).sqrt();
+        Self {
+            sigma,
+            refresh_hz: u64::from(refresh_hz),
+            rate_hz: u64::from(rate_hz.get()),
+            recent: (0..samples).map(|_| sigma * normal(&mut rng)).collect(),
+            oldest: 0,
+            sent: 0,
+            rng,
+        }
+    }
+
+    pub(crate) fn advance(&mut self) -> f64 {
+        let refreshes_until = |sent: u64| sent * self.refresh_hz / self.rate_hz;
+        let fresh = refreshes_until(self.sent + 1) - refreshes_until(self.sent);
+        self.sent += 1;
+        // values that would leave the window before it is read need not be drawn
+        for _ in 0..fresh.min(self.recent.len() as u64) {
+            self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
+            self.oldest = (self.oldest + 1) % self.recent.len();
+        }
+        self.recent.iter().sum::<f64>() / self.recent.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests;
