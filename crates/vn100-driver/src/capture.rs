@@ -1,0 +1,160 @@
+//! Recorded captures: opened, decompressed, recognised.
+
+use std::{
+    fs::File,
+    io::{self, Cursor, Read},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use flate2::read::MultiGzDecoder;
+
+use crate::{
+    recognise::{Format, Recognised, recognise},
+    source::ReaderSource,
+};
+
+const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
+const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+
+/// An opened capture, recognised by its content and ready to be read from its first byte.
+#[derive(Debug)]
+pub struct Capture {
+    /// What it is.
+    pub format: Format,
+    /// Size of the file in bytes, as stored; `None` for a stream.
+    pub stored_bytes: Option<u64>,
+    /// How many stored bytes have been read so far; grows while the source is read.
+    pub stored_bytes_read: Arc<AtomicU64>,
+    /// The bytes, decompressed.
+    pub source: ReaderSource,
+}
+
+impl Capture {
+    /// Opens a file. `.gz` and `.zst` content is decompressed, whatever the name says.
+    ///
+    /// # Errors
+    /// [`OpenError`] when the file cannot be read, or when it is text that holds nothing of a VN-100.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, OpenError> {
+        let path = path.as_ref();
+        let failed = |source| OpenError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let file = File::open(path).map_err(failed)?;
+        let metadata = file.metadata().map_err(failed)?;
+        if metadata.is_dir() {
+            return Err(OpenError::Directory {
+                path: path.to_owned(),
+            });
+        }
+        let stored_bytes = metadata.is_file().then_some(metadata.len());
+        Self::start(file, stored_bytes, path)
+    }
+
+    /// Takes any reader: standard input, or bytes in memory.
+    ///
+    /// # Errors
+    /// As [`Capture::open`].
+    pub fn from_reader(reader: impl Read + Send + 'static) -> Result<Self, OpenError> {
+        Self::start(reader, None, Path::new("-"))
+    }
+
+    fn start(
+        reader: impl Read + Send + 'static,
+        stored_bytes: Option<u64>,
+        path: &Path,
+    ) -> Result<Self, OpenError> {
+        let failed = |source| OpenError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let stored_bytes_read = Arc::new(AtomicU64::new(0));
+        let counted = CountedReader {
+            inner: reader,
+            read: Arc::clone(&stored_bytes_read),
+        };
+        let mut reader = decompressed(counted).map_err(failed)?;
+        let (head, recognised) = recognise(&mut reader).map_err(failed)?;
+        match recognised {
+            Recognised::Unknown(found) => Err(OpenError::NotACapture {
+                path: path.to_owned(),
+                found,
+            }),
+            Recognised::Capture(format) => {
+                let source = ReaderSource::spawn(head, reader).map_err(failed)?;
+                Ok(Self {
+                    format,
+                    stored_bytes,
+                    stored_bytes_read,
+                    source,
+                })
+            }
+        }
+    }
+}
+
+/// Why a capture could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The operating system, or the decompressor, refused.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// A folder was named.
+    #[error("{} is a folder: name the captures in it", path.display())]
+    Directory {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Readable, but not a capture of a VN-100.
+    #[error(
+        "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum) and 0xFA \
+         binary packets, also inside gzip and zstd; found {found}",
+        path.display()
+    )]
+    NotACapture {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// What stands there instead.
+        found: String,
+    },
+}
+
+/// Counts the bytes that pass, for a progress display on another thread.
+struct CountedReader<R> {
+    inner: R,
+    read: Arc<AtomicU64>,
+}
+
+impl<R: Read> Read for CountedReader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.read.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
+
+fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Read + Send>> {
+    let mut magic = Vec::new();
+    reader
+        .by_ref()
+        .take(ZSTD_MAGIC.len() as u64)
+        .read_to_end(&mut magic)?;
+    let (gzip, zstd) = (magic.starts_with(GZIP_MAGIC), magic.starts_with(ZSTD_MAGIC));
+    let whole = Cursor::new(magic).chain(reader);
+    Ok(if gzip {
+        Box::new(MultiGzDecoder::new(whole))
+    } else if zstd {
+        Box::new(zstd::Decoder::new(whole)?)
+    } else {
+        Box::new(whole)
+    })
+}

@@ -1,0 +1,115 @@
+//! What a source of samples tells its owner.
+
+use std::{fmt, io, time::Duration};
+
+use vn100_protocol::{BadKind, Layout, PrintFormat, Tally};
+
+/// One thing that happened on a stream, in the order it happened.
+#[derive(Debug)]
+pub enum Event {
+    /// What one read brought.
+    Batch(Batch),
+    /// The stream is over; nothing follows.
+    End(End),
+}
+
+/// Everything that one read completed: samples, and between them the places where something else was.
+///
+/// One batch per read, never one per sample: the price of handing it over is paid once.
+#[derive(Debug, Clone, Default)]
+pub struct Batch {
+    /// When the read returned, since the source was opened.
+    pub at: Option<Duration>,
+    /// The message these samples came in; `None` while the stream has shown none.
+    pub layout: Option<&'static Layout>,
+    /// The samples, one row of exact integer counts per line, in the order of `layout`; each count is in units of its channel's
+    /// last decimal.
+    pub counts: Vec<i32>,
+    /// What stood between the rows, by position.
+    pub marks: Vec<Mark>,
+    /// All that the stream has carried from its beginning to the end of this batch.
+    pub link: LinkCounts,
+}
+
+impl Batch {
+    /// The samples, one slice of counts each.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[i32]> {
+        // a batch without a layout has no counts, so that the width of a row does not matter
+        self.counts
+            .chunks_exact(self.layout.map_or(1, |layout| layout.channels.len()))
+    }
+}
+
+/// Something between two rows of a [`Batch`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark {
+    /// The row it stands before; the number of rows for the end of the batch.
+    pub before_row: usize,
+    /// What it is.
+    pub kind: MarkKind,
+}
+
+/// What a [`Mark`] marks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A line that was not let in.
+    BadLine(BadKind),
+    /// From here on the sensor prints so; stands before the first row, and wherever that changes.
+    Printed(PrintFormat),
+}
+
+/// What a stream has carried so far, byte by byte and line by line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LinkCounts {
+    /// The parser's own count; its byte classes add up to the bytes read.
+    pub tally: Tally,
+    /// Lines of a measurement other than the one this stream began with; part of the good lines, not of the samples.
+    pub foreign_samples: u64,
+    /// The first good sentence that is neither a measurement nor a reply.
+    pub other_message: Option<MessageName>,
+}
+
+impl LinkCounts {
+    /// Samples handed out.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.tally.samples - self.foreign_samples
+    }
+
+    /// Good sentences that are neither samples of this stream nor replies.
+    #[must_use]
+    pub fn other_messages(&self) -> u64 {
+        self.tally.other + self.foreign_samples
+    }
+}
+
+/// The name of a message, such as `VNYPR`; at most eight bytes of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MessageName {
+    // printable ASCII, filled up with spaces
+    bytes: [u8; 8],
+}
+
+impl MessageName {
+    pub(crate) fn new(header: &[u8]) -> Self {
+        let mut bytes = [b' '; 8];
+        bytes
+            .iter_mut()
+            .zip(header)
+            .for_each(|(to, from)| *to = *from);
+        Self { bytes }
+    }
+}
+
+impl fmt::Display for MessageName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(String::from_utf8_lossy(&self.bytes).trim_end())
+    }
+}
+
+/// How a stream ended.
+#[derive(Debug)]
+pub struct End {
+    /// The error that ended it; `None` at the end of the data, or when it was told to stop.
+    pub error: Option<io::Error>,
+}

@@ -1,0 +1,38 @@
+//! Where VN-100 bytes come from, and how they become typed samples.
+//!
+//! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of that read. [`read_samples`] turns
+//! them into [`Event`]s: one [`Batch`] of samples per chunk, with everything that was not a sample counted and placed between them.
+//! Only a failing read ends a stream; bad content never does.
+//!
+//! ```
+//! use tokio_util::sync::CancellationToken;
+//! use vn100_driver::{Capture, Event, ReadOptions, read_samples};
+//!
+//! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+//! let capture = Capture::from_reader(&line[..])?; // or Capture::open("flight.vnymr")
+//! let mut events = read_samples(capture.source, ReadOptions::default(), CancellationToken::new());
+//! while let Some(event) = events.recv().await {
+//!     if let Event::Batch(batch) = event {
+//!         for counts in batch.rows() {
+//!             println!("{counts:?} in units of the last printed digit");
+//!         }
+//!     }
+//! }
+//! # Ok(()) }
+//! ```
+
+mod capture;
+mod codec;
+mod event;
+mod read_samples;
+mod recognise;
+mod source;
+
+pub use capture::{Capture, OpenError};
+pub use codec::{Decoded, SentenceCodec};
+pub use event::{Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName};
+pub use read_samples::{ReadOptions, read_samples};
+pub use recognise::Format;
+pub use source::{Chunk, ReaderSource, Source};
+pub use vn100_protocol as protocol;

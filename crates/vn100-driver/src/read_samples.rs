@@ -1,0 +1,213 @@
+//! Chunks in, batches of samples out: the task between a source and whoever uses its samples.
+
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, VNYMR};
+
+use crate::{
+    event::{Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
+    source::{Chunk, Source},
+};
+
+/// How a stream is read.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReadOptions {
+    /// Take lines that carry no checksum. Nothing then protects a value but its own grammar.
+    pub accept_unchecked: bool,
+    /// Give every sample a batch of its own, whose counts end with its line: what was known at each sample is then the same however
+    /// the bytes were cut into reads. Costs a channel send per sample.
+    pub line_by_line: bool,
+}
+
+/// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory flat.
+const WAITING_BATCHES: usize = 4;
+
+/// Starts a task that reads `source` to its end, or until `stop`, and tells what it holds: a [`Batch`] for each chunk, then one
+/// [`Event::End`].
+///
+/// When the channel is full the task waits, and so does the source behind it; when the receiver is dropped it ends.
+///
+/// The first measurement decides which message the stream is about; lines of another one are counted, not mixed in.
+///
+/// # Panics
+/// Outside a tokio runtime.
+#[must_use]
+pub fn read_samples(
+    source: impl Source,
+    options: ReadOptions,
+    stop: CancellationToken,
+) -> mpsc::Receiver<Event> {
+    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
+    // ends with the source, with `stop`, or when the inbox is dropped
+    tokio::spawn(read(source, options, events, stop));
+    inbox
+}
+
+async fn read(
+    mut source: impl Source,
+    options: ReadOptions,
+    events: mpsc::Sender<Event>,
+    stop: CancellationToken,
+) {
+    let mut parser = Parser::new(options);
+    let error = loop {
+        let chunk = tokio::select! {
+            // checked first: a source that always has data must not outrun the request to stop
+            biased;
+            () = stop.cancelled() => break None,
+            chunk = source.next_chunk() => chunk,
+        };
+        match chunk {
+            Ok(Some(chunk)) => {
+                for batch in parser.parse(&chunk) {
+                    if events.send(Event::Batch(batch)).await.is_err() {
+                        return;
+                    }
+                }
+            }
+            Ok(None) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    for batch in parser.finish() {
+        // a receiver that left has no use for the end either
+        let _ = events.send(Event::Batch(batch)).await;
+    }
+    let _ = events.send(Event::End(End { error })).await;
+}
+
+struct Parser {
+    decoder: Decoder,
+    stream: Stream,
+    line_by_line: bool,
+    /// Line by line only: bytes not yet decoded.
+    waiting: Vec<u8>,
+}
+
+/// What is known of the stream from one batch to the next, and the batches not yet sent.
+#[derive(Default)]
+struct Stream {
+    layout: Option<&'static Layout>,
+    printed: Option<PrintFormat>,
+    foreign_samples: u64,
+    other_message: Option<MessageName>,
+    open: Batch,
+    sealed: Vec<Batch>,
+}
+
+impl Parser {
+    fn new(options: ReadOptions) -> Self {
+        let decoder = Decoder::new(Options {
+            accept_unchecked: options.accept_unchecked,
+        });
+        Self {
+            decoder,
+            stream: Stream::default(),
+            line_by_line: options.line_by_line,
+            waiting: Vec::new(),
+        }
+    }
+
+    fn parse(&mut self, chunk: &Chunk) -> Vec<Batch> {
+        self.stream.open.at = chunk.at;
+        if self.line_by_line {
+            self.waiting.extend_from_slice(&chunk.bytes);
+            self.decode_line_by_line(false);
+        } else {
+            // no line that anybody prints is shorter than half the usual one
+            self.stream
+                .open
+                .counts
+                .reserve(chunk.bytes.len() / 60 * VNYMR.channels.len());
+            self.decoder
+                .push(&chunk.bytes, |item| self.stream.put(item));
+        }
+        self.take_batches()
+    }
+
+    fn finish(&mut self) -> Vec<Batch> {
+        self.stream.open.at = None;
+        if self.line_by_line {
+            self.decode_line_by_line(true);
+        } else {
+            self.decoder.finish(|item| self.stream.put(item));
+        }
+        self.take_batches()
+    }
+
+    fn decode_line_by_line(&mut self, end: bool) {
+        let mut at = 0;
+        loop {
+            let (consumed, item) = self.decoder.next(&self.waiting[at..], end);
+            at += consumed;
+            let Some(item) = item else { break };
+            self.stream.put(item);
+            if !self.stream.open.counts.is_empty() {
+                self.stream.seal(self.decoder.tally());
+            }
+        }
+        self.waiting.drain(..at);
+    }
+
+    fn take_batches(&mut self) -> Vec<Batch> {
+        self.stream.seal(self.decoder.tally());
+        std::mem::take(&mut self.stream.sealed)
+    }
+}
+
+impl Stream {
+    fn put(&mut self, item: Item<'_>) {
+        match item {
+            Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format()),
+            Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
+            Item::Bad(bad) => self.mark(MarkKind::BadLine(bad.kind)),
+            Item::Other(sentence) => {
+                self.other_message = self
+                    .other_message
+                    .or(Some(MessageName::new(sentence.header())))
+            }
+            // in the tally
+            Item::Reply(_) | Item::Packet(_) => {}
+        }
+    }
+
+    #[inline]
+    fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat) {
+        let chosen = *self.layout.get_or_insert(layout);
+        if !std::ptr::eq(chosen, layout) {
+            self.foreign_samples += 1;
+            return;
+        }
+        if self.printed != Some(printed) {
+            self.printed = Some(printed);
+            self.mark(MarkKind::Printed(printed));
+        }
+        self.open.counts.extend_from_slice(counts);
+    }
+
+    fn mark(&mut self, kind: MarkKind) {
+        let width = self.layout.map_or(1, |layout| layout.channels.len());
+        self.open.marks.push(Mark {
+            before_row: self.open.counts.len() / width,
+            kind,
+        });
+    }
+
+    fn seal(&mut self, tally: Tally) {
+        let at = self.open.at;
+        let mut batch = std::mem::replace(
+            &mut self.open,
+            Batch {
+                at,
+                ..Batch::default()
+            },
+        );
+        batch.layout = self.layout;
+        batch.link = LinkCounts {
+            tally,
+            foreign_samples: self.foreign_samples,
+            other_message: self.other_message,
+        };
+        self.sealed.push(batch);
+    }
+}

@@ -1,0 +1,115 @@
+//! What a capture is, judged by its first bytes and never by its name.
+
+use std::io::{self, Read};
+
+use vn100_protocol::{BadKind, Decoder, Item, Options};
+
+/// How much of a capture is looked at before it is given up as unknown.
+const HEAD_BYTES: usize = 64 * 1024;
+
+/// The form a capture has, after decompression.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Sentences in text, any line ending, anything else between them.
+    Text,
+    /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was on the line.
+    Raw,
+}
+
+/// What the head of a file was taken for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Recognised {
+    Capture(Format),
+    /// Nothing of a VN-100 in it; holds what was found instead, in words.
+    Unknown(String),
+}
+
+/// The first bytes of a capture, and the error that ended them early if one did.
+#[derive(Debug, Default)]
+pub(crate) struct Head {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) fault: Option<io::Error>,
+}
+
+/// Reads the head of `reader` (no more than is needed to be sure) and says what it is.
+///
+/// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud rate looks exactly like that,
+/// and reading on is how its owner learns it.
+pub(crate) fn recognise(reader: &mut impl Read) -> io::Result<(Head, Recognised)> {
+    let mut head = Head::default();
+    let mut decoder = Decoder::new(Options {
+        accept_unchecked: true,
+    });
+    let mut sentence_seen = false;
+    let mut piece = [0; 4096];
+    while head.bytes.len() < HEAD_BYTES && !sentence_seen {
+        let n = match reader.read(&mut piece) {
+            Ok(n) => n,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) if head.bytes.is_empty() => return Err(error),
+            // what came before the fault is still a capture
+            Err(error) => {
+                head.fault = Some(error);
+                0
+            }
+        };
+        let note = |item: Item<'_>| sentence_seen |= is_evidence(&item);
+        if n == 0 {
+            decoder.finish(note);
+            break;
+        }
+        decoder.push(&piece[..n], note);
+        head.bytes.extend_from_slice(&piece[..n]);
+    }
+    let text = is_text(&head.bytes);
+    let recognised = match (sentence_seen, text) {
+        (_, false) => Recognised::Capture(Format::Raw),
+        (true, true) => Recognised::Capture(Format::Text),
+        (false, true) => Recognised::Unknown(describe(&head.bytes)),
+    };
+    Ok((head, recognised))
+}
+
+/// A whole sentence or packet, or a damaged sentence that still names a VectorNav message.
+fn is_evidence(item: &Item<'_>) -> bool {
+    match item {
+        Item::Bad(bad) => bad.raw.starts_with(b"$VN") && bad.kind != BadKind::Truncated,
+        _ => true,
+    }
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    bytes
+        .iter()
+        .all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..))
+        && {
+            match std::str::from_utf8(bytes) {
+                Ok(_) => true,
+                // a character cut by the end of the head is no evidence against text
+                Err(error) => error.error_len().is_none(),
+            }
+        }
+}
+
+fn describe(head: &[u8]) -> String {
+    if head.is_empty() {
+        return "the file is empty".into();
+    }
+    let text = String::from_utf8_lossy(head);
+    let first = text
+        .lines()
+        .map(str::trim)
+        .find(|line| !line.is_empty())
+        .unwrap_or("");
+    // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
+    let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
+    let ellipsis = if first.chars().count() > 60 {
+        "…"
+    } else {
+        ""
+    };
+    format!(
+        "{} bytes of text that begin with \"{shown}{ellipsis}\"",
+        head.len()
+    )
+}

@@ -1,0 +1,99 @@
+//! The seam between whatever delivers bytes and everything that reads them.
+
+use std::{
+    future::Future,
+    io::{self, Read},
+    thread,
+    time::Duration,
+};
+
+use bytes::{Bytes, BytesMut};
+use tokio::sync::mpsc;
+
+use crate::recognise::Head;
+
+/// Bytes of one read. Large enough that handing a chunk over costs nothing per line, small enough to stay in the second-level
+/// cache between the thread that reads and the one that parses.
+const READ_BYTES: usize = 64 * 1024;
+
+/// Chunks that may wait between the reading thread and the parser. When they are full the reading thread waits: a capture can.
+const WAITING_CHUNKS: usize = 4;
+
+/// Bytes as one read returned them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chunk {
+    /// The bytes; never empty.
+    pub bytes: Bytes,
+    /// When the read returned, since the source was opened; `None` where the source does not know, as for a plain file.
+    pub at: Option<Duration>,
+}
+
+/// Anything that delivers chunks: a capture, a port, an emulated sensor, a script in a test.
+pub trait Source: Send + 'static {
+    /// The next chunk, or `None` at the end of the data. Dropping the future loses nothing.
+    ///
+    /// # Errors
+    /// The error of the read that failed; the stream has then ended.
+    fn next_chunk(&mut self) -> impl Future<Output = io::Result<Option<Chunk>>> + Send;
+}
+
+/// A blocking reader on a thread of its own, as fast as its bytes are taken.
+#[derive(Debug)]
+pub struct ReaderSource {
+    // the reading thread holds the other end and stops when this one is dropped
+    chunks: mpsc::Receiver<io::Result<Chunk>>,
+}
+
+impl ReaderSource {
+    /// Starts reading: first `head` (what was already taken from the reader), then the reader to its end.
+    pub(crate) fn spawn(head: Head, reader: impl Read + Send + 'static) -> io::Result<Self> {
+        let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
+        thread::Builder::new()
+            .name("capture-reader".into())
+            .spawn(move || read_to_end(head, reader, &sender))?;
+        Ok(Self { chunks })
+    }
+}
+
+impl Source for ReaderSource {
+    async fn next_chunk(&mut self) -> io::Result<Option<Chunk>> {
+        self.chunks.recv().await.transpose()
+    }
+}
+
+fn read_to_end(head: Head, mut reader: impl Read, chunks: &mpsc::Sender<io::Result<Chunk>>) {
+    if !head.bytes.is_empty()
+        && chunks
+            .blocking_send(Ok(Chunk {
+                bytes: head.bytes.into(),
+                at: None,
+            }))
+            .is_err()
+    {
+        return;
+    }
+    if let Some(fault) = head.fault {
+        // nobody left to tell is as good an end as any
+        let _ = chunks.blocking_send(Err(fault));
+        return;
+    }
+    loop {
+        let mut buffer = BytesMut::zeroed(READ_BYTES);
+        let item = match reader.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(n) => {
+                buffer.truncate(n);
+                Ok(Chunk {
+                    bytes: buffer.freeze(),
+                    at: None,
+                })
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => Err(error),
+        };
+        let failed = item.is_err();
+        if chunks.blocking_send(item).is_err() || failed {
+            return;
+        }
+    }
+}
