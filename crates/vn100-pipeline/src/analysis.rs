@@ -1,0 +1,250 @@
+//! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
+
+use std::ops::Range;
+
+use imu_noise::{ChannelAccumulator, Unwrap};
+use vn100_driver::{Batch, LinkCounts, MarkKind};
+use vn100_protocol::{Layout, PrintFormat, Quantity};
+
+use crate::{
+    advice::{self, Findings},
+    repeats::Repeats,
+    settings::{DEFAULT_RATE_HZ, Settings},
+    snapshot::{ChannelSnapshot, RateFrom, Snapshot, Timing},
+};
+
+/// One stream's statistics, growing batch by batch. How the stream was cut into batches changes nothing.
+#[derive(Debug)]
+pub struct Analysis {
+    settings: Settings,
+    timing: Timing,
+    skip_samples: u64,
+    layout: Option<&'static Layout>,
+    channels: Vec<ChannelState>,
+    column: Vec<i32>,
+    repeats: Repeats,
+    link: LinkCounts,
+    /// Absolute index of the next sample, those missing counted in.
+    index: u64,
+    /// Bad lines since the last good one: each takes the place of a sample, once a good one follows.
+    bad_lines_pending: u64,
+    printed: Option<PrintFormat>,
+    coarsest: PrintFormat,
+    print_changes: u64,
+}
+
+#[derive(Debug)]
+struct ChannelState {
+    accumulator: ChannelAccumulator,
+    /// Angles only.
+    unwrap: Option<Unwrap>,
+    /// The angle turned too far for its counts, and they started anew.
+    restarted: bool,
+}
+
+impl Analysis {
+    /// An analysis that has seen nothing.
+    #[must_use]
+    pub fn new(settings: Settings) -> Self {
+        let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
+        let rate_from = if settings.rate_hz.is_some() {
+            RateFrom::Option
+        } else {
+            RateFrom::Assumed
+        };
+        Self {
+            settings,
+            timing: Timing {
+                rate_hz,
+                rate_from,
+                samples: 0,
+                left_out: 0,
+                missing: 0,
+                gaps: 0,
+                segments: 0,
+            },
+            skip_samples: (settings.skip.as_secs_f64() * rate_hz).ceil() as u64,
+            layout: None,
+            channels: Vec::new(),
+            column: Vec::new(),
+            repeats: Repeats::new(),
+            link: LinkCounts::default(),
+            index: 0,
+            bad_lines_pending: 0,
+            printed: None,
+            coarsest: PrintFormat::Current,
+            print_changes: 0,
+        }
+    }
+
+    /// Takes what one read brought.
+    pub fn absorb(&mut self, batch: &Batch) {
+        self.link = batch.link;
+        if let (None, Some(layout)) = (self.layout, batch.layout) {
+            self.begin(layout);
+        }
+        let mut row = 0;
+        for mark in &batch.marks {
+            self.absorb_rows(batch, row..mark.before_row);
+            row = mark.before_row;
+            match mark.kind {
+                MarkKind::BadLine(_) => self.bad_lines_pending += 1,
+                MarkKind::Printed(format) => self.change_print_format(format),
+            }
+        }
+        self.absorb_rows(batch, row..batch.rows().len());
+    }
+
+    /// Whole seconds of data time passed, those missing or left out counted in.
+    #[must_use]
+    pub fn seconds(&self) -> u64 {
+        (self.index as f64 / self.timing.rate_hz) as u64
+    }
+
+    /// All results so far.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let layout_channels = self.layout.map_or(&[][..], |layout| &layout.channels);
+        let channels = (self.channels.iter().zip(layout_channels).enumerate())
+            .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel)))
+            .collect();
+        let restarted = (self.channels.iter().zip(layout_channels))
+            .filter(|(state, _)| state.restarted)
+            .map(|(_, channel)| channel.name.to_string())
+            .collect();
+        let mut snapshot = Snapshot {
+            layout: self.layout,
+            timing: self.timing,
+            link: self.link,
+            estimator: self.settings.estimator,
+            deviation: self.settings.deviation,
+            channels,
+            warnings: Vec::new(),
+        };
+        let findings = Findings {
+            repeated_lines: self.repeats.repeated(),
+            print_changes: self.print_changes,
+            restarted,
+        };
+        snapshot.warnings = advice::warnings(&snapshot, findings);
+        snapshot
+    }
+}
+
+impl Analysis {
+    fn begin(&mut self, layout: &'static Layout) {
+        self.layout = Some(layout);
+        self.channels = (layout.channels.iter())
+            .map(|channel| ChannelState {
+                accumulator: ChannelAccumulator::new(
+                    self.settings.estimator,
+                    self.settings.deviation,
+                ),
+                unwrap: (channel.quantity == Quantity::Angle)
+                    .then(|| Unwrap::new(360 * 10_i32.pow(u32::from(channel.decimals)))),
+                restarted: false,
+            })
+            .collect();
+    }
+
+    fn absorb_rows(&mut self, batch: &Batch, rows: Range<usize>) {
+        if rows.is_empty() {
+            return;
+        }
+        self.close_gap();
+        let to_skip = self.skip_samples.saturating_sub(self.index);
+        let skipped = rows
+            .len()
+            .min(usize::try_from(to_skip).unwrap_or(usize::MAX));
+        self.timing.left_out += skipped as u64;
+        self.index += rows.len() as u64;
+        let kept = rows.len() - skipped;
+        if kept == 0 {
+            return;
+        }
+        if self.timing.samples == 0 {
+            self.timing.segments = 1;
+        }
+        self.timing.samples += kept as u64;
+
+        let width = self.channels.len();
+        let counts = &batch.counts[(rows.start + skipped) * width..rows.end * width];
+        for row in counts.chunks_exact(width) {
+            self.repeats.push(row);
+        }
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            self.column.clear();
+            self.column.extend(counts[index..].iter().step_by(width));
+            channel.absorb(&mut self.column);
+        }
+    }
+
+    /// A good line came: the bad ones before it stood for samples, if the record had begun.
+    fn close_gap(&mut self) {
+        let missing = std::mem::take(&mut self.bad_lines_pending);
+        if missing == 0 || self.index == 0 {
+            return;
+        }
+        self.index += missing;
+        if self.timing.samples > 0 {
+            self.timing.missing += missing;
+            self.timing.gaps += 1;
+            self.break_segment(missing);
+        }
+    }
+
+    /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.
+    fn change_print_format(&mut self, format: PrintFormat) {
+        let before = self.printed.replace(format);
+        if format != PrintFormat::Current {
+            self.coarsest = format;
+        }
+        if before.is_some() {
+            self.print_changes += 1;
+            if self.timing.samples > 0 {
+                self.break_segment(0);
+            }
+        }
+    }
+
+    fn break_segment(&mut self, missing: u64) {
+        self.timing.segments += 1;
+        for channel in &mut self.channels {
+            channel.accumulator.gap(Some(missing));
+        }
+    }
+}
+
+impl ChannelState {
+    fn absorb(&mut self, mut counts: &mut [i32]) {
+        let Some(unwrap) = &mut self.unwrap else {
+            return self.accumulator.push(counts);
+        };
+        loop {
+            let together = unwrap.unwrap(counts);
+            let (continuous, rest) = counts.split_at_mut(together);
+            self.accumulator.push(continuous);
+            if rest.is_empty() {
+                return;
+            }
+            self.restarted = true;
+            self.accumulator.gap(Some(0));
+            counts = rest;
+        }
+    }
+
+    fn snapshot(&self, printed_decimals: u8) -> ChannelSnapshot {
+        let moments = self.accumulator.moments().clone();
+        let mean = moments.mean_counts().unwrap_or(0.0);
+        ChannelSnapshot {
+            branch_counts: self
+                .unwrap
+                .as_ref()
+                .map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
+            moments,
+            histogram: self.accumulator.histogram().clone(),
+            octaves: self.accumulator.octaves().sums().collect(),
+            printed_decimals,
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! From the events of a source to snapshots of its statistics.
+//!
+//! [`start`] leads the events of a source to the accumulators and gives a [`Measurement`]: its latest [`Snapshot`] at any time, and its
+//! [`Outcome`] at the end. Live sources and captures take the very same path. [`Analysis`] is the same without tasks.
+//!
+//! ```
+//! use tokio_util::sync::CancellationToken;
+//! use vn100_driver::{Capture, ReadOptions, read_samples};
+//! use vn100_pipeline::{Settings, start};
+//!
+//! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+//! let capture = Capture::from_reader(&line[..])?; // or Capture::open("flight.vnymr")
+//! let events = read_samples(capture.source, ReadOptions::default(), CancellationToken::new());
+//! let measurement = start(events, Settings::default(), None);
+//! let outcome = measurement.outcome().await?;
+//! assert_eq!(outcome.snapshot.timing.samples, 1);
+//! # Ok(()) }
+//! ```
+
+mod advice;
+mod analysis;
+mod repeats;
+mod run;
+mod settings;
+mod snapshot;
+mod warning;
+
+pub use analysis::Analysis;
+pub use run::{Died, Measurement, Outcome, every_second, start};
+pub use settings::{DEFAULT_RATE_HZ, Settings};
+pub use snapshot::{ChannelSnapshot, RateFrom, Snapshot, Timing};
+pub use warning::{Warning, WarningKind};

@@ -1,0 +1,125 @@
+//! The tasks of one measurement, and the channels between them.
+//!
+//! ```text
+//! reading thread --4 chunks--> read_samples --4 batches--> analyse --latest--> watchers
+//!                                                                \--4 snapshots--> every second, if asked
+//! ```
+//!
+//! Every channel is bounded. A full one holds back the one before it, down to the source: a capture waits, and what a live source
+//! does is its own affair, to count. A watcher that does not look in time misses snapshots and delays nobody.
+
+use std::{io, sync::Arc, time::Duration};
+
+use tokio::{
+    sync::{mpsc, watch},
+    task::JoinHandle,
+    time::{self, MissedTickBehavior},
+};
+use vn100_driver::Event;
+
+use crate::{analysis::Analysis, settings::Settings, snapshot::Snapshot};
+
+/// Snapshots of every second that may wait for whoever writes them down.
+const WAITING_SECONDS: usize = 4;
+
+/// How often watchers get a new snapshot, if anything changed.
+const WATCH_PERIOD: Duration = Duration::from_millis(100);
+
+/// A measurement under way.
+#[derive(Debug)]
+pub struct Measurement {
+    /// The latest snapshot, at most ten a second.
+    pub latest: watch::Receiver<Arc<Snapshot>>,
+    analysis: JoinHandle<Outcome>,
+}
+
+/// How a measurement ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The final results.
+    pub snapshot: Arc<Snapshot>,
+    /// The error that ended the source, if one did. The results up to it stand.
+    pub source_error: Option<io::Error>,
+}
+
+/// A task of the measurement died; its results are lost. This is a fault of the program.
+#[derive(Debug, thiserror::Error)]
+#[error("the analysis stopped by a fault of this program: {0}")]
+pub struct Died(#[from] tokio::task::JoinError);
+
+/// Starts a task that measures a stream of samples, until it ends.
+///
+/// `every_second` gets a snapshot whenever a second of data time has passed: see [`every_second`].
+///
+/// # Panics
+/// Outside a tokio runtime with time enabled.
+#[must_use]
+pub fn start(
+    events: mpsc::Receiver<Event>,
+    settings: Settings,
+    every_second: Option<mpsc::Sender<Arc<Snapshot>>>,
+) -> Measurement {
+    let analysis = Analysis::new(settings);
+    let (watchers, latest) = watch::channel(Arc::new(analysis.snapshot()));
+    let analysis = tokio::spawn(analyse(events, analysis, watchers, every_second));
+    Measurement { latest, analysis }
+}
+
+/// A channel for the snapshots of every second of data time; see [`start`]. When it is full the measurement waits: only for
+/// sources that can.
+#[must_use]
+pub fn every_second() -> (mpsc::Sender<Arc<Snapshot>>, mpsc::Receiver<Arc<Snapshot>>) {
+    mpsc::channel(WAITING_SECONDS)
+}
+
+impl Measurement {
+    /// Waits for the end.
+    ///
+    /// # Errors
+    /// [`Died`] when the analysis panicked.
+    pub async fn outcome(self) -> Result<Outcome, Died> {
+        Ok(self.analysis.await?)
+    }
+}
+
+async fn analyse(
+    mut events: mpsc::Receiver<Event>,
+    mut analysis: Analysis,
+    watchers: watch::Sender<Arc<Snapshot>>,
+    every_second: Option<mpsc::Sender<Arc<Snapshot>>>,
+) -> Outcome {
+    let mut ticks = time::interval(WATCH_PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut changed = false;
+    let mut seconds = 0;
+    let source_error = loop {
+        tokio::select! {
+            event = events.recv() => match event {
+                Some(Event::Batch(batch)) => {
+                    analysis.absorb(&batch);
+                    changed = true;
+                    if let Some(queue) = &every_second
+                        && analysis.seconds() > seconds
+                    {
+                        seconds = analysis.seconds();
+                        // whoever asked for them may have left; the measurement goes on
+                        let _ = queue.send(Arc::new(analysis.snapshot())).await;
+                    }
+                }
+                Some(Event::End(end)) => break end.error,
+                // the reading task died: what it delivered stands
+                None => break Some(io::Error::other("the task that reads the source stopped")),
+            },
+            _ = ticks.tick(), if changed && watchers.receiver_count() > 0 => {
+                changed = false;
+                watchers.send_replace(Arc::new(analysis.snapshot()));
+            }
+        }
+    };
+    let snapshot = Arc::new(analysis.snapshot());
+    watchers.send_replace(Arc::clone(&snapshot));
+    Outcome {
+        snapshot,
+        source_error,
+    }
+}

@@ -1,0 +1,33 @@
+//! What the user asks of a measurement.
+
+use std::time::Duration;
+
+use imu_noise::{Deviation, Estimator};
+
+/// The sensor's default output rate, taken where nothing tells the rate.
+pub const DEFAULT_RATE_HZ: f64 = 40.0;
+
+/// How a stream is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Nominal sample rate in hertz, if the user knows it.
+    pub rate_hz: Option<f64>,
+    /// Which windows enter the deviation.
+    pub estimator: Estimator,
+    /// Which deviation.
+    pub deviation: Deviation,
+    /// Data time left out at the beginning.
+    pub skip: Duration,
+}
+
+impl Default for Settings {
+    /// Allan deviation with sixteen windows per tau, everything included, rate unknown.
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+            skip: Duration::ZERO,
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The state of a measurement at one moment, as plain data for screens and reports.
+
+use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum};
+use vn100_driver::LinkCounts;
+use vn100_protocol::Layout;
+
+use crate::warning::Warning;
+
+/// Everything known of a measurement at one moment. Taking one does not disturb the measurement.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// The message measured; `None` while no sample has come.
+    pub layout: Option<&'static Layout>,
+    /// The time base.
+    pub timing: Timing,
+    /// What the stream carried, samples or not.
+    pub link: LinkCounts,
+    /// How the deviations are estimated.
+    pub estimator: Estimator,
+    /// Which deviation it is.
+    pub deviation: Deviation,
+    /// One per channel, in the order of `layout`; empty without a layout.
+    pub channels: Vec<ChannelSnapshot>,
+    /// What may spoil the result, the gravest first.
+    pub warnings: Vec<Warning>,
+}
+
+/// The samples in time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// Nominal sample rate in hertz; tau = m / rate.
+    pub rate_hz: f64,
+    /// Where the rate comes from.
+    pub rate_from: RateFrom,
+    /// Samples in the statistics.
+    pub samples: u64,
+    /// Good samples left out because they came before the time asked to be skipped.
+    pub left_out: u64,
+    /// Samples known to be missing among those in the statistics.
+    pub missing: u64,
+    /// Places where samples are missing.
+    pub gaps: u64,
+    /// Runs of samples without a gap or a change of scale between them.
+    pub segments: u64,
+}
+
+impl Timing {
+    /// Time the samples in the statistics span, in seconds: (samples + missing) / rate.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        (self.samples + self.missing) as f64 / self.rate_hz
+    }
+}
+
+/// Where a sample rate comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RateFrom {
+    /// The user said so.
+    Option,
+    /// Nothing tells: the sensor's default of 40 Hz.
+    Assumed,
+}
+
+/// One channel of a [`Snapshot`]. Everything is in counts of the channel's last decimal.
+#[derive(Debug, Clone)]
+pub struct ChannelSnapshot {
+    /// Mean, spread and extremes.
+    pub moments: Moments,
+    /// Which values came how often.
+    pub histogram: Histogram,
+    /// The deviation's exact sums, one per octave that has a window.
+    pub octaves: Vec<OctaveSum>,
+    /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous series has left the branch from
+    /// -180 (not included) to 180 degrees; 0 for any other channel.
+    pub branch_counts: i64,
+    /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
+    pub printed_decimals: u8,
+}

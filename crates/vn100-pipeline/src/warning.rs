@@ -1,0 +1,65 @@
+//! What may spoil a result, each with what was seen, why it matters and what to try.
+
+use std::fmt;
+
+/// The kinds of warning, by the names scripts may rely on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum WarningKind {
+    /// Bytes arrive, and no sample is among them.
+    NoValidLines,
+    /// The message carries values corrected by the sensor's own filter.
+    CompensatedStream,
+    /// Nothing in the recording tells the sample rate.
+    RateAssumed,
+    /// Samples are missing.
+    Gaps,
+    /// Lines were damaged.
+    BadLines,
+    /// Lines carry no checksum.
+    UncheckedLines,
+    /// Lines came again.
+    RepeatedLines,
+    /// The sensor's printed resolution changed in mid-stream.
+    PrintFormat,
+    /// An angle turned so far that its count had to start anew.
+    AngleRestarted,
+    /// Too few samples for any deviation.
+    TooShort,
+}
+
+impl WarningKind {
+    /// The kind's name in results: lower case, words joined by hyphens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoValidLines => "no-valid-lines",
+            Self::CompensatedStream => "compensated-stream",
+            Self::RateAssumed => "rate-assumed",
+            Self::Gaps => "gaps",
+            Self::BadLines => "bad-lines",
+            Self::UncheckedLines => "unchecked-lines",
+            Self::RepeatedLines => "repeated-lines",
+            Self::PrintFormat => "print-format",
+            Self::AngleRestarted => "angle-restarted",
+            Self::TooShort => "too-short",
+        }
+    }
+}
+
+/// One warning.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// What kind it is.
+    pub kind: WarningKind,
+    /// The channels it concerns, by name; empty when it concerns all.
+    pub channels: Vec<String>,
+    /// What was seen, why it matters, what to try.
+    pub text: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.kind.name(), self.text)
+    }
+}
