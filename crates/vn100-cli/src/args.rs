@@ -1,0 +1,149 @@
+//! The command line.
+
+use std::{path::PathBuf, time::Duration};
+
+use clap::{Parser, Subcommand, ValueEnum};
+use vn100_pipeline::Settings;
+
+/// Live Allan deviation and statistics for the VectorNav VN-100.
+#[derive(Debug, Parser)]
+#[command(
+    name = "vn100",
+    version,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 good, 1 failed, 2 usage, 3 no source or nothing valid in it."
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run recorded captures through the pipeline, as fast as the machine can
+    Replay(ReplayArgs),
+    /// Write a capture of an emulated sensor whose noise is known
+    Sim(SimArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ReplayArgs {
+    /// Captures: text or raw bytes, also gzip or zstd, recognised by content; "-" is standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    pub(crate) rate: Option<f64>,
+
+    /// Windows that enter the deviation
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) estimator: Estimator,
+
+    /// Which deviation
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) deviation: Deviation,
+
+    /// Leave this much data time out at the beginning, for example 10min (warm-up)
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "0s")]
+    pub(crate) skip: Duration,
+
+    /// Take lines that carry no checksum
+    #[arg(long)]
+    pub(crate) accept_unchecked: bool,
+
+    /// Print one JSON document at the end, and nothing else, on standard output
+    #[arg(long, conflicts_with = "ndjson")]
+    pub(crate) json: bool,
+
+    /// Print one JSON document per line, for every second of data time and at the end
+    #[arg(long)]
+    pub(crate) ndjson: bool,
+}
+
+impl ReplayArgs {
+    pub(crate) fn settings(&self) -> Settings {
+        Settings {
+            rate_hz: self.rate,
+            estimator: self.estimator.into(),
+            deviation: self.deviation.into(),
+            skip: self.skip,
+        }
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SimArgs {
+    /// The capture to write; "-" is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Length of the record, for example 5h
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "60s")]
+    pub(crate) duration: Duration,
+
+    /// Output rate in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200
+    #[arg(long, value_name = "HZ", default_value_t = 40)]
+    pub(crate) rate: u32,
+
+    /// Seed of the noise; the same seed gives the same bytes
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Noise of the sensor: "datasheet" or "lab3"
+    #[arg(long, default_value = "datasheet")]
+    pub(crate) profile: String,
+
+    /// Replace an existing file
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Windows of the deviation, by their names on the command line and in results.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Estimator {
+    /// Octave windows at stride tau/16: fully overlapping up to m = 16, bounded memory
+    #[default]
+    Strided,
+    /// Fully overlapping at every octave (OADEV); memory grows with the record
+    Full,
+    /// The textbook non-overlapping deviation (ADEV), stride tau
+    Plain,
+}
+
+impl From<Estimator> for imu_noise::Estimator {
+    fn from(estimator: Estimator) -> Self {
+        match estimator {
+            Estimator::Strided => Self::Strided,
+            Estimator::Full => Self::Full,
+            Estimator::Plain => Self::Plain,
+        }
+    }
+}
+
+/// Deviations, by their names on the command line and in results.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Deviation {
+    /// Allan deviation
+    #[default]
+    Allan,
+    /// Hadamard deviation, blind to a linear drift of the rate
+    Hadamard,
+}
+
+impl From<Deviation> for imu_noise::Deviation {
+    fn from(deviation: Deviation) -> Self {
+        match deviation {
+            Deviation::Allan => Self::Allan,
+            Deviation::Hadamard => Self::Hadamard,
+        }
+    }
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hz) if hz.is_finite() && (1e-3..=1e5).contains(&hz) => Ok(hz),
+        Ok(hz) => Err(format!("{hz} Hz is not between 0.001 and 100000 Hz")),
+        Err(_) => Err("not a number of hertz".into()),
+    }
+}

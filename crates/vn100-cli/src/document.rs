@@ -1,0 +1,249 @@
+//! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
+
+use imu_noise::{Deviation, Estimator};
+use serde::Serialize;
+use serde_json::Value;
+use vn100_pipeline::{RateFrom, Snapshot};
+
+use crate::units::{ChannelValues, channel_values};
+
+/// Where the samples came from, as far as the document names it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Origin {
+    /// File name without its folder, `-` for standard input.
+    pub(crate) name: String,
+    /// The form of the source; `None` while it could not be told.
+    pub(crate) kind: Option<&'static str>,
+    /// Why reading did not begin, or ended early.
+    pub(crate) error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Document {
+    schema: &'static str,
+    source: Source,
+    timing: Timing,
+    link: Link,
+    channels: Vec<Channel>,
+    warnings: Vec<Warning>,
+}
+
+#[derive(Debug, Serialize)]
+struct Source {
+    kind: Option<&'static str>,
+    name: String,
+    message: Option<String>,
+    compensated: Option<bool>,
+    device: Option<Value>,
+    recorded: Option<Value>,
+    meta: Option<Value>,
+    error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Timing {
+    rate_hz: f64,
+    rate_from: &'static str,
+    measured_hz: Option<f64>,
+    offset_ppm: Option<f64>,
+    duration_s: f64,
+    samples: u64,
+    left_out: u64,
+    segments: u64,
+    gaps: u64,
+    missing: u64,
+    missing_from: &'static str,
+    interarrival_us: Option<Value>,
+}
+
+#[derive(Debug, Serialize)]
+struct Link {
+    bytes: u64,
+    frames: u64,
+    replies: u64,
+    other_messages: u64,
+    binary_packets: u64,
+    skipped_bytes: u64,
+    overrun_bytes: u64,
+    reconnects: u64,
+    bad_frames: BadFrames,
+}
+
+#[derive(Debug, Serialize)]
+struct BadFrames {
+    checksum: u64,
+    unchecked: u64,
+    grammar: u64,
+    range: u64,
+    truncated: u64,
+    too_long: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Channel {
+    name: String,
+    unit: String,
+    statistics: Statistics,
+    allan: Curve,
+    noise: Option<Value>,
+    verdict: Option<Value>,
+}
+
+#[derive(Debug, Serialize)]
+struct Statistics {
+    count: u64,
+    mean: Option<f64>,
+    std: Option<f64>,
+    skewness: Option<f64>,
+    excess_kurtosis: Option<f64>,
+    min: Option<f64>,
+    max: Option<f64>,
+    resolution: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Curve {
+    deviation: &'static str,
+    estimator: &'static str,
+    confidence: Option<f64>,
+    points: Vec<Point>,
+}
+
+#[derive(Debug, Serialize)]
+struct Point {
+    m: u64,
+    tau_s: f64,
+    deviation: Option<f64>,
+    terms: u64,
+    edf: Option<f64>,
+    alpha: Option<i32>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Warning {
+    kind: &'static str,
+    channels: Vec<String>,
+    text: String,
+}
+
+impl Document {
+    pub(crate) fn new(origin: &Origin, snapshot: &Snapshot) -> Self {
+        Self {
+            schema: "vn100.analysis/1",
+            source: source(origin, snapshot),
+            timing: timing(snapshot),
+            link: link(snapshot),
+            channels: channel_values(snapshot)
+                .into_iter()
+                .map(|values| channel(values, snapshot))
+                .collect(),
+            warnings: (snapshot.warnings.iter())
+                .map(|w| Warning {
+                    kind: w.kind.name(),
+                    channels: w.channels.clone(),
+                    text: w.text.clone(),
+                })
+                .collect(),
+        }
+    }
+}
+
+fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
+    Source {
+        kind: origin.kind,
+        name: origin.name.clone(),
+        message: snapshot.layout.map(|layout| layout.message.to_string()),
+        compensated: snapshot.layout.map(|layout| layout.compensated),
+        device: None,
+        recorded: None,
+        meta: None,
+        error: origin.error.clone(),
+    }
+}
+
+fn timing(snapshot: &Snapshot) -> Timing {
+    let timing = &snapshot.timing;
+    Timing {
+        rate_hz: timing.rate_hz,
+        rate_from: match timing.rate_from {
+            RateFrom::Option => "option",
+            RateFrom::Assumed => "assumed",
+        },
+        measured_hz: None,
+        offset_ppm: None,
+        duration_s: timing.duration_s(),
+        samples: timing.samples,
+        left_out: timing.left_out,
+        segments: timing.segments,
+        gaps: timing.gaps,
+        missing: timing.missing,
+        missing_from: "bad-lines",
+        interarrival_us: None,
+    }
+}
+
+fn link(snapshot: &Snapshot) -> Link {
+    let (link, tally) = (&snapshot.link, &snapshot.link.tally);
+    Link {
+        bytes: tally.bytes(),
+        frames: tally.good_lines(),
+        replies: tally.replies,
+        other_messages: link.other_messages(),
+        binary_packets: tally.packets,
+        skipped_bytes: tally.skipped_bytes,
+        overrun_bytes: 0,
+        reconnects: 0,
+        bad_frames: BadFrames {
+            checksum: tally.bad.checksum,
+            unchecked: tally.bad.unchecked,
+            grammar: tally.bad.grammar,
+            range: tally.bad.range,
+            truncated: tally.bad.truncated,
+            too_long: tally.bad.too_long,
+        },
+    }
+}
+
+fn channel(values: ChannelValues, snapshot: &Snapshot) -> Channel {
+    let points = values.deviations.into_iter().map(|point| Point {
+        m: point.m,
+        tau_s: point.tau_s,
+        deviation: point.deviation,
+        terms: point.terms,
+        edf: None,
+        alpha: None,
+        lower: None,
+        upper: None,
+    });
+    Channel {
+        name: values.name,
+        unit: values.unit,
+        statistics: Statistics {
+            count: values.count,
+            mean: values.mean,
+            std: values.std,
+            skewness: values.skewness,
+            excess_kurtosis: values.excess_kurtosis,
+            min: values.min,
+            max: values.max,
+            resolution: values.resolution,
+        },
+        allan: Curve {
+            deviation: match snapshot.deviation {
+                Deviation::Allan => "allan",
+                Deviation::Hadamard => "hadamard",
+            },
+            estimator: match snapshot.estimator {
+                Estimator::Strided => "strided",
+                Estimator::Full => "full",
+                Estimator::Plain => "plain",
+            },
+            confidence: None,
+            points: points.collect(),
+        },
+        noise: None,
+        verdict: None,
+    }
+}

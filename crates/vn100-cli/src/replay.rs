@@ -1,0 +1,259 @@
+//! `vn100 replay`: recorded captures through the pipeline, one result each, in the order given.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::Ordering},
+    thread,
+};
+
+use anyhow::{Context, Result};
+use tokio::{
+    runtime::Runtime,
+    sync::Semaphore,
+    task::{self, JoinHandle},
+    time,
+};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{Capture, Format, OpenError, ReadOptions, read_samples};
+use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, every_second, start};
+
+use crate::{
+    args::ReplayArgs,
+    document::{Document, Origin},
+    exit::{Exit, report},
+    progress::Progress,
+    text,
+};
+
+pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    let exit = runtime.block_on(replay_all(args));
+    // a thread may hang in a read of standard input that nobody waits for any more
+    runtime.shutdown_background();
+    match exit {
+        // whoever read our output has seen enough
+        Err(error) if is_broken_pipe(&error) => Ok(Exit::Good),
+        exit => exit,
+    }
+}
+
+async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
+    let job = Arc::new(Job {
+        read: ReadOptions {
+            accept_unchecked: args.accept_unchecked,
+            line_by_line: args.ndjson,
+        },
+        settings: args.settings(),
+        ndjson: args.ndjson,
+        progress: Progress::new(
+            args.files
+                .iter()
+                .map(|file| fs::metadata(file).ok().map(|m| m.len())),
+        ),
+        // documents of several files must not mingle line by line
+        turns: Semaphore::new(if args.ndjson {
+            1
+        } else {
+            thread::available_parallelism().map_or(1, Into::into)
+        }),
+        stop: stop_on_interrupt(),
+    });
+    let files: Vec<JoinHandle<Result<Replayed>>> = args
+        .files
+        .iter()
+        .map(|file| task::spawn(replay_one(file.clone(), Arc::clone(&job))))
+        .collect();
+
+    let mut exit = Exit::Good;
+    let mut documents = Vec::new();
+    for file in files {
+        let replayed = file
+            .await
+            .context("the replay stopped by a fault of this program")??;
+        exit = exit.max(replayed.exit);
+        if let Some(error) = &replayed.origin.error {
+            job.progress.suspend(|| report(error));
+        }
+        if args.json {
+            documents.push(Document::new(&replayed.origin, &replayed.snapshot));
+        } else if !args.ndjson {
+            job.progress
+                .suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
+        }
+    }
+    job.progress.clear();
+    if args.json {
+        let document = if let [document] = &documents[..] {
+            serde_json::to_string_pretty(document)
+        } else {
+            serde_json::to_string_pretty(&documents)
+        };
+        print(&(document? + "\n"))?;
+    }
+    Ok(exit)
+}
+
+/// What all files of one command share.
+struct Job {
+    read: ReadOptions,
+    settings: Settings,
+    ndjson: bool,
+    progress: Progress,
+    turns: Semaphore,
+    stop: CancellationToken,
+}
+
+/// One file's result. Where nothing could be read it is that of no samples, and `origin` says why.
+struct Replayed {
+    origin: Origin,
+    snapshot: Arc<Snapshot>,
+    exit: Exit,
+}
+
+async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
+    let _turn = job.turns.acquire().await?;
+    let mut origin = Origin {
+        name: name(&path),
+        kind: None,
+        error: None,
+    };
+    let capture = tokio::select! {
+        capture = task::spawn_blocking(move || open(&path)) => capture.context("the capture could not be opened")?,
+        () = job.stop.cancelled() => Err(OpenError::Io { path: origin.name.clone().into(), source: io::ErrorKind::Interrupted.into() }),
+    };
+    let capture = match capture {
+        Ok(capture) => capture,
+        Err(error) => {
+            origin.error = Some(error.to_string());
+            let snapshot = Arc::new(Analysis::new(job.settings).snapshot());
+            return Ok(Replayed {
+                origin,
+                snapshot,
+                exit: Exit::NoData,
+            });
+        }
+    };
+    origin.kind = Some(kind(&capture, &origin.name));
+
+    let Outcome {
+        snapshot,
+        source_error,
+    } = measure(capture, &origin, &job).await?;
+    let exit = if let Some(error) = source_error {
+        origin.error = Some(format!(
+            "{}: reading failed after {} bytes, the result holds what came before: {error}",
+            origin.name,
+            snapshot.link.tally.bytes()
+        ));
+        Exit::Failed
+    } else {
+        Exit::Good
+    };
+    let exit = if snapshot.timing.samples == 0 {
+        origin.error.get_or_insert_with(|| {
+            format!(
+                "{}: no valid sample in {} bytes",
+                origin.name,
+                snapshot.link.tally.bytes()
+            )
+        });
+        Exit::NoData
+    } else {
+        exit
+    };
+    if job.ndjson {
+        print_line(&Document::new(&origin, &snapshot))?;
+    }
+    Ok(Replayed {
+        origin,
+        snapshot,
+        exit,
+    })
+}
+
+/// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
+async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome> {
+    let read_so_far = Arc::clone(&capture.stored_bytes_read);
+    let (seconds, mut each_second) = every_second();
+    let seconds = job.ndjson.then_some(seconds);
+    let events = read_samples(capture.source, job.read, job.stop.clone());
+    let measurement = start(events, job.settings, seconds);
+    let outcome = async {
+        // ends with the measurement: it holds the only sender
+        while let Some(snapshot) = each_second.recv().await {
+            print_line(&Document::new(origin, &snapshot))?;
+        }
+        anyhow::Ok(measurement.outcome().await?)
+    };
+    tokio::pin!(outcome);
+    let mut ticks = time::interval(Progress::PERIOD);
+    let mut shown = 0;
+    loop {
+        tokio::select! {
+            outcome = &mut outcome => return outcome,
+            _ = ticks.tick() => {
+                let read = read_so_far.load(Ordering::Relaxed);
+                job.progress.add(read - shown);
+                shown = read;
+            }
+        }
+    }
+}
+
+fn open(path: &Path) -> Result<Capture, OpenError> {
+    if path == Path::new("-") {
+        Capture::from_reader(io::stdin())
+    } else {
+        Capture::open(path)
+    }
+}
+
+/// The file's name without its folder: a document says the same wherever its capture lies.
+fn name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn kind(capture: &Capture, name: &str) -> &'static str {
+    match capture.format {
+        _ if name == "-" => "stdin",
+        Format::Text => "text",
+        Format::Raw => "raw",
+    }
+}
+
+/// The first Ctrl-C ends the data, the second the program.
+fn stop_on_interrupt() -> CancellationToken {
+    let stop = CancellationToken::new();
+    let token = stop.clone();
+    task::spawn(async move {
+        if tokio::signal::ctrl_c().await.is_ok() {
+            token.cancel();
+        }
+        if tokio::signal::ctrl_c().await.is_ok() {
+            std::process::exit(130);
+        }
+    });
+    stop
+}
+
+fn print_line(document: &Document) -> Result<()> {
+    print(&(serde_json::to_string(document)? + "\n"))
+}
+
+fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .context("cannot write the result to standard output")
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<io::Error>()
+        .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}

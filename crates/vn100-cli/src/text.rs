@@ -1,0 +1,212 @@
+//! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
+
+use std::fmt::{self, Write};
+
+use imu_noise::{Deviation, Estimator};
+use vn100_pipeline::{RateFrom, Snapshot};
+use vn100_protocol::{Quantity, Tally};
+
+use crate::{
+    document::Origin,
+    exit::printable,
+    units::{ChannelValues, channel_values},
+};
+
+/// Columns a line may take; what every terminal has.
+const WIDTH: usize = 80;
+
+/// The whole result. Ends with a line feed.
+pub(crate) fn result(origin: &Origin, snapshot: &Snapshot) -> String {
+    let mut out = String::new();
+    // a String takes everything
+    let _ = write_result(&mut out, origin, snapshot);
+    out
+}
+
+fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
+    write_head(out, origin, snapshot)?;
+    for warning in &snapshot.warnings {
+        let options = textwrap::Options::new(WIDTH)
+            .initial_indent("! ")
+            .subsequent_indent("  ");
+        writeln!(out, "{}", textwrap::fill(&warning.to_string(), options))?;
+    }
+    let channels = channel_values(snapshot);
+    if channels.is_empty() {
+        return writeln!(out);
+    }
+    write_statistics(out, &channels)?;
+    write_deviations(out, snapshot, &channels)?;
+    writeln!(out)
+}
+
+fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
+    let timing = &snapshot.timing;
+    let message = snapshot
+        .layout
+        .map_or("no message", |layout| &layout.message);
+    let rate_from = match timing.rate_from {
+        RateFrom::Option => "as asked",
+        RateFrom::Assumed => "assumed",
+    };
+    writeln!(
+        out,
+        "{}: {} samples of {message} in {} s at {} Hz ({rate_from})",
+        printable(&origin.name),
+        timing.samples,
+        timing.duration_s(),
+        timing.rate_hz
+    )?;
+    let (link, tally) = (&snapshot.link, &snapshot.link.tally);
+    let bad = format!("  bad lines  {}", bad_lines(tally));
+    writeln!(
+        out,
+        "{}",
+        textwrap::fill(
+            &bad,
+            textwrap::Options::new(WIDTH).subsequent_indent("             ")
+        )
+    )?;
+    writeln!(
+        out,
+        "  missing    {} samples in {} gaps, judged by bad lines; {} segments",
+        timing.missing, timing.gaps, timing.segments
+    )?;
+    writeln!(
+        out,
+        "  good lines {} ({} replies, {} other messages, {} left out)",
+        tally.good_lines(),
+        tally.replies,
+        link.other_messages(),
+        timing.left_out
+    )?;
+    writeln!(
+        out,
+        "  bytes      {} ({} skipped, {} binary packets)",
+        tally.bytes(),
+        tally.skipped_bytes,
+        tally.packets
+    )
+}
+
+fn bad_lines(tally: &Tally) -> String {
+    let bad = &tally.bad;
+    let kinds = [
+        ("checksum", bad.checksum),
+        ("unchecked", bad.unchecked),
+        ("grammar", bad.grammar),
+        ("range", bad.range),
+        ("truncated", bad.truncated),
+        ("too long", bad.too_long),
+    ];
+    let present: Vec<_> = kinds
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(kind, count)| format!("{count} {kind}"))
+        .collect();
+    if present.is_empty() {
+        "0".into()
+    } else {
+        format!("{} ({})", bad.total(), present.join(", "))
+    }
+}
+
+fn write_statistics(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
+    writeln!(out)?;
+    writeln!(
+        out,
+        "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}",
+        "channel", "unit", "mean", "std", "min", "max"
+    )?;
+    for channel in channels {
+        // three digits more than the sensor prints: averages resolve more than one sample
+        let average = |value| number(value, channel.decimals + 3);
+        let sample = |value| number(value, channel.decimals);
+        writeln!(
+            out,
+            "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}",
+            channel.name,
+            channel.unit,
+            average(channel.mean),
+            average(channel.std),
+            sample(channel.min),
+            sample(channel.max)
+        )?;
+    }
+    Ok(())
+}
+
+fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+}
+
+/// One table for each sensor, its axes side by side.
+fn write_deviations(
+    out: &mut String,
+    snapshot: &Snapshot,
+    channels: &[ChannelValues],
+) -> fmt::Result {
+    let deviation = match snapshot.deviation {
+        Deviation::Allan => "Allan deviation",
+        Deviation::Hadamard => "Hadamard deviation",
+    };
+    let windows = match snapshot.estimator {
+        Estimator::Strided => "windows at stride tau/16, all overlaps up to m = 16",
+        Estimator::Full => "all overlaps",
+        Estimator::Plain => "no overlap",
+    };
+    writeln!(out, "\n{deviation}, {windows}")?;
+    for group in channels.chunk_by(|a, b| a.quantity == b.quantity) {
+        write!(
+            out,
+            "\n{}, {}\n{:>10}{:>10}{:>10}",
+            sensor(group[0].quantity),
+            group[0].unit,
+            "tau (s)",
+            "m",
+            "terms"
+        )?;
+        for channel in group {
+            write!(out, "{:>14}", channel.name)?;
+        }
+        writeln!(out)?;
+        let octaves = group
+            .iter()
+            .map(|channel| channel.deviations.len())
+            .max()
+            .unwrap_or(0);
+        for octave in 0..octaves {
+            let Some(first) = group
+                .iter()
+                .find_map(|channel| channel.deviations.get(octave))
+            else {
+                continue;
+            };
+            write!(out, "{:>10}{:>10}{:>10}", first.tau_s, first.m, first.terms)?;
+            for channel in group {
+                let value = channel
+                    .deviations
+                    .get(octave)
+                    .and_then(|point| point.deviation);
+                write!(
+                    out,
+                    "{:>14}",
+                    value.map_or("-".into(), |value| format!("{value:.4e}"))
+                )?;
+            }
+            writeln!(out)?;
+        }
+    }
+    Ok(())
+}
+
+fn sensor(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Angle => "orientation",
+        Quantity::MagneticField => "magnetic field",
+        Quantity::Acceleration => "acceleration",
+        Quantity::AngularRate => "angular rate",
+        Quantity::Temperature => "temperature",
+        Quantity::Pressure => "pressure",
+    }
+}

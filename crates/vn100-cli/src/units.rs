@@ -1,0 +1,76 @@
+//! From exact counts to values in each channel's own unit, for display and documents.
+
+use imu_noise::counts_to_unit;
+use vn100_pipeline::{ChannelSnapshot, Snapshot};
+use vn100_protocol::Quantity;
+
+/// One channel's results in its own unit. `None` is what the samples do not tell.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ChannelValues {
+    pub(crate) name: String,
+    pub(crate) quantity: Quantity,
+    pub(crate) unit: String,
+    pub(crate) decimals: usize,
+    pub(crate) count: u64,
+    pub(crate) mean: Option<f64>,
+    pub(crate) std: Option<f64>,
+    pub(crate) skewness: Option<f64>,
+    pub(crate) excess_kurtosis: Option<f64>,
+    pub(crate) min: Option<f64>,
+    pub(crate) max: Option<f64>,
+    pub(crate) resolution: f64,
+    pub(crate) deviations: Vec<Point>,
+}
+
+/// The deviation at one octave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) m: u64,
+    pub(crate) tau_s: f64,
+    pub(crate) deviation: Option<f64>,
+    pub(crate) terms: u64,
+}
+
+/// All channels of a snapshot, in its order.
+pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
+    let channels = snapshot.layout.map_or(&[][..], |layout| &layout.channels);
+    (channels.iter().zip(&snapshot.channels))
+        .map(|(channel, results)| {
+            let value = |counts| counts_to_unit(counts, channel.decimals);
+            let moments = &results.moments;
+            let sample = |counts: Option<i32>| {
+                counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64))
+            };
+            ChannelValues {
+                name: channel.name.to_string(),
+                quantity: channel.quantity,
+                unit: channel.unit.to_string(),
+                decimals: usize::from(channel.decimals),
+                count: moments.count(),
+                mean: moments
+                    .mean_counts()
+                    .map(|counts| value(counts - results.branch_counts as f64)),
+                std: moments.std_counts().map(value),
+                skewness: moments.skewness(),
+                excess_kurtosis: moments.excess_kurtosis(),
+                min: sample(moments.min_counts()),
+                max: sample(moments.max_counts()),
+                resolution: counts_to_unit(1.0, results.printed_decimals),
+                deviations: points(results, snapshot, channel.decimals),
+            }
+        })
+        .collect()
+}
+
+fn points(results: &ChannelSnapshot, snapshot: &Snapshot, decimals: u8) -> Vec<Point> {
+    (results.octaves.iter())
+        .map(|octave| Point {
+            m: octave.m,
+            tau_s: octave.m as f64 / snapshot.timing.rate_hz,
+            deviation: octave
+                .deviation_counts()
+                .map(|counts| counts_to_unit(counts, decimals)),
+            terms: octave.terms,
+        })
+        .collect()
+}

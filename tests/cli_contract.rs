@@ -1,0 +1,517 @@
+//! What users and their scripts may rely on: streams, exit codes, options, the document.
+
+mod support;
+
+use std::{fs, io::Write, process::Stdio};
+
+use flate2::{Compression, write::GzEncoder};
+use serde_json::Value;
+use support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
+
+const CLEAN: &str = "clean-minute.vnymr";
+
+#[test]
+fn help_and_version_go_to_stdout() {
+    for argument in ["--help", "--version"] {
+        let output = vn100().arg(argument).output().unwrap();
+        assert_eq!(output.status.code(), Some(0));
+        assert!(output.stderr.is_empty());
+        assert!(String::from_utf8(output.stdout).unwrap().contains("vn100"));
+    }
+}
+
+#[test]
+fn a_wrong_command_line_is_usage() {
+    for arguments in [
+        &["replay"][..],
+        &["replay", "x", "--rate", "0"],
+        &["replay", "x", "--rate", "nan"],
+        &["replay", "x", "--estimator", "best"],
+        &["replay", "x", "--json", "--ndjson"],
+        &["replay", "x", "--skip", "5 parsecs"],
+        &["fly"],
+    ] {
+        let output = vn100().args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_document_has_every_field_of_the_contract() {
+    let (document, exit) = replay(&replay_log(CLEAN), &[]);
+    assert_eq!(exit, 0);
+    assert_eq!(document["schema"], "vn100.analysis/1");
+    for (pointer, expected) in [
+        ("/source/kind", "text".into()),
+        ("/source/name", CLEAN.into()),
+        ("/source/message", "VNYMR".into()),
+        ("/source/compensated", true.into()),
+        ("/source/device", Value::Null),
+        ("/source/recorded", Value::Null),
+        ("/source/meta", Value::Null),
+        ("/timing/rate_hz", 40.0.into()),
+        ("/timing/rate_from", "assumed".into()),
+        ("/timing/measured_hz", Value::Null),
+        ("/timing/offset_ppm", Value::Null),
+        ("/timing/duration_s", 60.0.into()),
+        ("/timing/samples", 2400.into()),
+        ("/timing/segments", 1.into()),
+        ("/timing/gaps", 0.into()),
+        ("/timing/missing", 0.into()),
+        ("/timing/missing_from", "bad-lines".into()),
+        ("/timing/interarrival_us", Value::Null),
+        (
+            "/link/bytes",
+            fs::metadata(replay_log(CLEAN)).unwrap().len().into(),
+        ),
+        ("/link/frames", 2400.into()),
+        ("/link/replies", 0.into()),
+        ("/link/other_messages", 0.into()),
+        ("/link/binary_packets", 0.into()),
+        ("/link/skipped_bytes", 0.into()),
+        ("/link/overrun_bytes", 0.into()),
+        ("/link/reconnects", 0.into()),
+        ("/link/bad_frames/checksum", 0.into()),
+        ("/link/bad_frames/unchecked", 0.into()),
+        ("/link/bad_frames/grammar", 0.into()),
+        ("/link/bad_frames/range", 0.into()),
+        ("/link/bad_frames/truncated", 0.into()),
+        ("/link/bad_frames/too_long", 0.into()),
+    ] {
+        assert_eq!(document.pointer(pointer), Some(&expected), "{pointer}");
+    }
+    let names: Vec<_> = document["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|channel| channel["name"].as_str().unwrap())
+        .collect();
+    let expected = "yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z";
+    assert_eq!(names.join(" "), expected);
+    let gyro_y = channel(&document, "gyro_y");
+    assert_eq!(gyro_y["unit"], "rad/s");
+    assert_eq!(gyro_y["statistics"]["count"], 2400);
+    assert_eq!(gyro_y["statistics"]["resolution"], 1e-6);
+    assert_eq!(gyro_y["allan"]["deviation"], "allan");
+    assert_eq!(gyro_y["allan"]["estimator"], "strided");
+    assert_eq!(gyro_y["noise"], Value::Null);
+    assert_eq!(gyro_y["verdict"], Value::Null);
+    let points = gyro_y["allan"]["points"].as_array().unwrap();
+    assert_eq!(
+        points.len(),
+        11,
+        "octaves up to m = 1024, the longest whose window fits 2400 samples"
+    );
+    assert_eq!(
+        (&points[0]["m"], &points[0]["tau_s"], &points[0]["terms"]),
+        (&1.into(), &0.025.into(), &2399.into())
+    );
+    for field in ["edf", "alpha", "lower", "upper"] {
+        assert_eq!(points[0][field], Value::Null, "{field}");
+    }
+}
+
+#[test]
+fn the_same_bytes_give_the_same_bytes() {
+    let run = || {
+        vn100()
+            .args(["replay", "--json"])
+            .arg(replay_log("corrupted.vnymr"))
+            .output()
+            .unwrap()
+            .stdout
+    };
+    let first = run();
+    assert!(!first.is_empty());
+    assert_eq!(first, run());
+}
+
+#[test]
+fn stdin_differs_in_its_source_only() {
+    for log in ["corrupted.vnymr", "binary-between.bin"] {
+        let bytes = fs::read(replay_log(log)).unwrap();
+        let (mut from_file, _) = replay(&replay_log(log), &[]);
+        let mut from_stdin = document(&with_stdin(vn100().args(["replay", "-", "--json"]), &bytes));
+        assert_eq!(from_stdin["source"]["kind"], "stdin");
+        assert_eq!(from_stdin["source"]["name"], "-");
+        from_file["source"] = Value::Null;
+        from_stdin["source"] = Value::Null;
+        assert_eq!(from_file, from_stdin);
+    }
+}
+
+#[test]
+fn compressed_captures_are_read_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(replay_log(CLEAN)).unwrap();
+    let (plain, _) = replay(&replay_log(CLEAN), &[]);
+    let gzip = |bytes: &[u8]| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let zstd = |bytes: &[u8]| zstd::encode_all(bytes, 1).unwrap();
+    let (head, tail) = bytes.split_at(100_003);
+    for (name, stored) in [
+        ("one.gz", gzip(&bytes)),
+        ("two-members.gz", [gzip(head), gzip(tail)].concat()),
+        ("one.zst", zstd(&bytes)),
+        ("two-frames.zst", [zstd(head), zstd(tail)].concat()),
+        ("no-extension", gzip(&bytes)),
+    ] {
+        let path = folder.path().join(name);
+        fs::write(&path, stored).unwrap();
+        let (document, exit) = replay(&path, &[]);
+        assert_eq!(exit, 0, "{name}");
+        assert_eq!(document["link"], plain["link"], "{name}");
+        assert_eq!(document["channels"], plain["channels"], "{name}");
+    }
+}
+
+#[test]
+fn a_cut_archive_gives_what_it_holds_and_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.gz");
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder
+        .write_all(&fs::read(replay_log(CLEAN)).unwrap())
+        .unwrap();
+    let stored = encoder.finish().unwrap();
+    fs::write(&path, &stored[..stored.len() / 2]).unwrap();
+    let (document, exit) = replay(&path, &[]);
+    assert_eq!(exit, 1);
+    assert!(document["timing"]["samples"].as_u64().unwrap() > 1000);
+    assert!(
+        document["source"]["error"]
+            .as_str()
+            .unwrap()
+            .contains("reading failed")
+    );
+}
+
+#[test]
+fn line_ends_do_not_matter() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(replay_log(CLEAN)).unwrap();
+    let (plain, _) = replay(&replay_log(CLEAN), &[]);
+    let text = String::from_utf8(bytes).unwrap();
+    for (name, end) in [
+        ("lf", "\n"),
+        ("cr", "\r"),
+        ("blank-lines", "\r\n\r\n"),
+        ("doubled", "\r\r\n"),
+        ("none", ""),
+    ] {
+        let path = folder.path().join(name);
+        fs::write(&path, text.replace("\r\n", end)).unwrap();
+        let (document, exit) = replay(&path, &[]);
+        assert_eq!(exit, 0, "{name}");
+        assert_eq!(document["channels"], plain["channels"], "{name}");
+        assert_eq!(
+            document["link"]["bad_frames"], plain["link"]["bad_frames"],
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn several_files_come_in_the_order_given_and_the_worst_decides() {
+    let folder = tempfile::tempdir().unwrap();
+    let notes = folder.path().join("notes.txt");
+    fs::write(&notes, "shopping: bread, milk\n").unwrap();
+    let output = vn100()
+        .arg("replay")
+        .arg(replay_log("gaps.vnymr"))
+        .arg(&notes)
+        .arg(replay_log(CLEAN))
+        .arg("--json")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    let documents = document(&output);
+    let names: Vec<_> = documents
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|d| d["source"]["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["gaps.vnymr", "notes.txt", CLEAN]);
+    assert_eq!(documents[1]["timing"]["samples"], 0);
+    assert_eq!(documents[2]["timing"]["samples"], 2400);
+}
+
+#[test]
+fn what_is_not_a_capture_is_said_with_what_was_looked_for_and_found() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content, found) in [
+        (
+            "notes.txt",
+            "shopping: bread, milk\n",
+            "shopping: bread, milk",
+        ),
+        ("empty", "", "the file is empty"),
+    ] {
+        let path = folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        let output = vn100().arg("replay").arg(&path).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{name}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            error.contains("$VNYMR") && error.contains(found) && error.contains(name),
+            "{error}"
+        );
+    }
+    let output = vn100()
+        .args(["replay", "/does/not/exist"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("/does/not/exist")
+    );
+    let output = vn100().arg("replay").arg(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("is a folder")
+    );
+}
+
+#[test]
+fn ndjson_gives_every_second_and_the_end() {
+    let output = vn100()
+        .args(["replay", "--ndjson"])
+        .arg(replay_log(CLEAN))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let documents: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(
+        documents.len(),
+        61,
+        "one for each of 60 seconds, one at the end"
+    );
+    for (second, document) in (1..=60).zip(&documents) {
+        assert_eq!(document["timing"]["duration_s"], f64::from(second));
+        // the line end behind the last sample is not yet its own
+        assert_eq!(document["link"]["bytes"], second * 40 * 122 - 2);
+    }
+    let (whole, _) = replay(&replay_log(CLEAN), &[]);
+    assert_eq!(documents[60], whole);
+}
+
+#[test]
+fn ndjson_does_not_depend_on_how_the_bytes_arrive() {
+    let bytes = fs::read(replay_log("corrupted.vnymr")).unwrap();
+    let run = |piece: usize| {
+        let mut command = vn100();
+        let mut child = command
+            .args(["replay", "-", "--ndjson"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        let bytes = bytes.clone();
+        let writer = std::thread::spawn(move || {
+            bytes
+                .chunks(piece)
+                .for_each(|piece| stdin.write_all(piece).unwrap())
+        });
+        let output = child.wait_with_output().unwrap();
+        writer.join().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let whole = run(usize::MAX);
+    assert!(whole.lines().count() > 15);
+    assert_eq!(whole, run(121));
+    assert_eq!(whole, run(1));
+}
+
+#[test]
+fn skip_leaves_out_and_counts() {
+    let (document, _) = replay(&replay_log(CLEAN), &["--skip", "10s"]);
+    assert_eq!(document["timing"]["samples"], 2000);
+    assert_eq!(document["timing"]["left_out"], 400);
+    assert_eq!(document["link"]["frames"], 2400);
+    let (nothing, exit) = replay(&replay_log(CLEAN), &["--skip", "1h"]);
+    assert_eq!((&nothing["timing"]["samples"], exit), (&0.into(), 3));
+}
+
+#[test]
+fn the_rate_scales_tau_and_nothing_else() {
+    let (assumed, _) = replay(&replay_log(CLEAN), &[]);
+    assert!(warned(&assumed, "rate-assumed"));
+    let (asked, _) = replay(&replay_log(CLEAN), &["--rate", "200"]);
+    assert!(!warned(&asked, "rate-assumed"));
+    assert_eq!(asked["timing"]["rate_from"], "option");
+    assert_eq!(asked["timing"]["duration_s"], 12.0);
+    assert_eq!(channel(&asked, "yaw")["allan"]["points"][3]["tau_s"], 0.04);
+    assert_eq!(
+        deviation(&asked, "gyro_x", 8),
+        deviation(&assumed, "gyro_x", 8)
+    );
+}
+
+#[test]
+fn estimators_agree_where_they_must() {
+    let (strided, _) = replay(&replay_log(CLEAN), &[]);
+    let (full, _) = replay(&replay_log(CLEAN), &["--estimator", "full"]);
+    let (plain, _) = replay(&replay_log(CLEAN), &["--estimator", "plain"]);
+    for m in [1, 2, 4, 8, 16] {
+        assert_eq!(
+            deviation(&strided, "accel_z", m),
+            deviation(&full, "accel_z", m)
+        );
+    }
+    assert_eq!(
+        deviation(&plain, "accel_z", 1),
+        deviation(&full, "accel_z", 1)
+    );
+    assert_ne!(
+        deviation(&plain, "accel_z", 2),
+        deviation(&full, "accel_z", 2)
+    );
+    let (hadamard, _) = replay(&replay_log(CLEAN), &["--deviation", "hadamard"]);
+    assert_eq!(channel(&hadamard, "yaw")["allan"]["deviation"], "hadamard");
+    assert_ne!(
+        deviation(&hadamard, "accel_z", 1),
+        deviation(&full, "accel_z", 1)
+    );
+}
+
+#[test]
+fn another_message_is_named_with_its_cure() {
+    let output = with_stdin(
+        vn100().args(["replay", "-"]),
+        b"$VNYPR,-129.867,-000.355,-000.296*61\r\n"
+            .repeat(20)
+            .as_slice(),
+    );
+    assert_eq!(output.status.code(), Some(3));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("VNYPR") && text.contains("--set-message VNYMR"),
+        "{text}"
+    );
+}
+
+#[test]
+fn text_shows_what_is_wrong_first_and_fits_eighty_columns() {
+    let output = vn100()
+        .arg("replay")
+        .arg(replay_log("corrupted.vnymr"))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let position = |word: &str| {
+        text.find(word)
+            .unwrap_or_else(|| panic!("no {word} in\n{text}"))
+    };
+    assert!(position("bad lines") < position("gyro_y") && position("gyro_y") < position("tau (s)"));
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    assert!(
+        output.stderr.is_empty(),
+        "no progress bar where stderr is no terminal"
+    );
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let mut child = vn100()
+        .args(["replay"])
+        .arg(replay_log(CLEAN))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said() {
+    let full = || {
+        Stdio::from(
+            fs::OpenOptions::new()
+                .write(true)
+                .open("/dev/full")
+                .unwrap(),
+        )
+    };
+    for arguments in [
+        &["replay", "clean-minute.vnymr"][..],
+        &["sim", "-o", "-", "--duration", "1s"],
+    ] {
+        let output = vn100()
+            .args(arguments)
+            .current_dir(replay_log(""))
+            .stdout(full())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            error.contains("standard output") && error.contains("No space left"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn the_simulated_capture_is_the_shipped_one() {
+    let output = vn100()
+        .args("sim -o - --profile lab3 --duration 60s --rate 40 --seed 1".split(' '))
+        .output()
+        .unwrap();
+    assert!(
+        output.stdout == fs::read(replay_log(CLEAN)).unwrap(),
+        "the recipe of {CLEAN} gives other bytes"
+    );
+}
+
+#[test]
+fn sim_replaces_nothing_unasked_and_names_its_choices() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.vnymr");
+    let run = |more: &[&str]| {
+        vn100()
+            .args(["sim", "--duration", "1s", "-o"])
+            .arg(&path)
+            .args(more)
+            .output()
+            .unwrap()
+    };
+    assert_eq!(run(&[]).status.code(), Some(0));
+    assert_eq!(fs::read(&path).unwrap().len(), 40 * 122);
+    let refused = run(&[]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        String::from_utf8(refused.stderr)
+            .unwrap()
+            .contains("--force")
+    );
+    assert_eq!(run(&["--force", "--rate", "200"]).status.code(), Some(0));
+    assert_eq!(fs::read(&path).unwrap().len(), 200 * 122);
+    let unknown = run(&["--force", "--profile", "mars"]);
+    assert!(String::from_utf8(unknown.stderr).unwrap().contains("lab3"));
+    let odd = run(&["--force", "--rate", "33"]);
+    assert!(String::from_utf8(odd.stderr).unwrap().contains("200"));
+    assert_eq!(
+        fs::read(&path).unwrap().len(),
+        200 * 122,
+        "a refused command leaves the file as it was"
+    );
+}

@@ -1,0 +1,121 @@
+//! The code map's table of allowed imports, held against the manifests.
+
+use std::{collections::BTreeSet, fs, path::Path};
+
+/// Crate, what it may use of ours, and what must never appear among its dependencies.
+const RULES: &[(&str, &[&str], &[&str])] = &[
+    (
+        "vn100-protocol",
+        &[],
+        &[
+            "tokio",
+            "tokio-util",
+            "serialport",
+            "clap",
+            "tracing",
+            "anyhow",
+            "serde",
+        ],
+    ),
+    (
+        "imu-noise",
+        &[],
+        &[
+            "tokio",
+            "tokio-util",
+            "serialport",
+            "clap",
+            "tracing",
+            "anyhow",
+            "serde",
+        ],
+    ),
+    (
+        "vn100-driver",
+        &["vn100-protocol"],
+        &["clap", "ratatui", "anyhow", "serde"],
+    ),
+    (
+        "vn100-sim",
+        &["vn100-protocol"],
+        &["tokio", "tokio-util", "clap", "anyhow", "serde"],
+    ),
+    (
+        "vn100-pipeline",
+        &["vn100-protocol", "vn100-driver", "imu-noise"],
+        &["serialport", "clap", "ratatui", "anyhow", "serde"],
+    ),
+    (
+        "vn100-cli",
+        &[
+            "vn100-protocol",
+            "vn100-driver",
+            "imu-noise",
+            "vn100-sim",
+            "vn100-pipeline",
+        ],
+        &[],
+    ),
+];
+
+fn crates() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+fn dependencies(name: &str) -> BTreeSet<String> {
+    let text = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
+    let manifest: toml::Table = toml::from_str(&text).unwrap();
+    let table = manifest["dependencies"].as_table().unwrap();
+    table.keys().cloned().collect()
+}
+
+#[test]
+fn every_crate_is_in_the_table() {
+    let found: BTreeSet<_> = fs::read_dir(crates())
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .filter(|entry| entry.path().join("Cargo.toml").exists())
+        .map(|entry| entry.file_name().into_string().unwrap())
+        .collect();
+    let ruled: BTreeSet<_> = RULES.iter().map(|(name, ..)| (*name).to_owned()).collect();
+    assert_eq!(found, ruled);
+}
+
+#[test]
+fn crates_use_only_what_the_code_map_allows() {
+    let ours: BTreeSet<_> = RULES.iter().map(|(name, ..)| *name).collect();
+    for (name, allowed, banned) in RULES {
+        for dependency in dependencies(name) {
+            let foreign = !ours.contains(dependency.as_str());
+            assert!(
+                foreign || allowed.contains(&dependency.as_str()),
+                "{name} must not use {dependency}"
+            );
+            assert!(
+                !banned.contains(&dependency.as_str()),
+                "{name} must not use {dependency}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_code_map_says_the_same() {
+    let map = fs::read_to_string(crates().join("README.md")).unwrap();
+    for (name, allowed, _) in RULES {
+        let row = map
+            .lines()
+            .find(|line| line.starts_with(&format!("| `{name}` |")))
+            .unwrap_or_else(|| panic!("no row for {name}"));
+        let column = row.split('|').nth(3).unwrap();
+        for ours in RULES.iter().map(|(other, ..)| other) {
+            let said = column.contains(&format!("`{ours}`"));
+            let all = column.trim() == "all";
+            assert_eq!(
+                said || (all && ours != name),
+                allowed.contains(ours),
+                "row of {name}, {ours}"
+            );
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Recordings of real sensors: what a right reader says of each. They cannot be shipped; without them these tests say so and pass.
+
+mod support;
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+use support::{channel, deviation, real_captures, replay, warned};
+use vn100_driver::protocol::{Check, Frame, Framer, Options};
+
+fn bad(document: &Value) -> u64 {
+    document["link"]["bad_frames"]
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|count| count.as_u64().unwrap())
+        .sum()
+}
+
+fn samples(document: &Value) -> u64 {
+    document["timing"]["samples"].as_u64().unwrap()
+}
+
+/// Runs `check` on the document of a capture, where there are captures.
+fn check(name: &str, options: &[&str], check: impl FnOnce(&Value, i32)) {
+    if let Some(folder) = real_captures() {
+        let (document, exit) = replay(&folder.join(name), options);
+        assert_bytes_conserved(&folder.join(name), &document);
+        check(&document, exit);
+    }
+}
+
+fn assert_bytes_conserved(file: &Path, document: &Value) {
+    assert_eq!(document["link"]["bytes"], fs::metadata(file).unwrap().len());
+}
+
+fn close(got: &Value, expected: f64, relative: f64) {
+    let got = got.as_f64().unwrap();
+    assert!(
+        (got - expected).abs() <= relative * expected.abs(),
+        "{got} is not {expected}"
+    );
+}
+
+#[test]
+fn a_static_record_reads_clean_and_right() {
+    check(
+        "vn100-static-kiran-330s.vnymr",
+        &["--rate", "40"],
+        |document, exit| {
+            assert_eq!((exit, samples(document), bad(document)), (0, 13_223, 0));
+            assert_eq!(document["link"]["frames"], 13_223);
+            let gyro_y = &channel(document, "gyro_y")["statistics"];
+            close(&gyro_y["mean"], 7.670_800_9e-6, 1e-7);
+            close(&gyro_y["std"], 0.001_102_01, 1e-5);
+            let accel_z = &channel(document, "accel_z")["statistics"];
+            close(&accel_z["mean"], -9.887_886_4, 1e-8);
+            close(&accel_z["std"], 0.026_343_2, 1e-5);
+        },
+    );
+}
+
+#[test]
+fn the_overlapping_deviation_of_the_static_record_is_the_published_one() {
+    check(
+        "vn100-static-kiran-330s.vnymr",
+        &["--rate", "40", "--estimator", "full"],
+        |document, _| {
+            for (m, expected) in [(1, 0.001_338_06), (32, 0.000_144_304), (512, 3.842_68e-5)] {
+                let got = deviation(document, "gyro_y", m);
+                assert!((got - expected).abs() < 1e-5 * expected, "m = {m}: {got}");
+            }
+        },
+    );
+}
+
+#[test]
+fn clean_moving_records_lose_nothing() {
+    for (name, lines) in [
+        ("vn100-donut-huang-155s.vnymr", 6_206),
+        ("vn100-shake-iwale-153s.vnymr", 6_127),
+        ("vn100-circles-qian-95s-GAPS.vnymr", 3_671),
+        ("vn100-hand-thumatti-BADSTAMPS.vnymr", 12_114),
+        ("vn100-static1hz-ramirez-run2-623s.vnymr", 623),
+    ] {
+        check(name, &[], |document, exit| {
+            assert_eq!(
+                (exit, samples(document), bad(document)),
+                (0, lines, 0),
+                "{name}"
+            );
+            assert!(!warned(document, "repeated-lines"), "{name}");
+        });
+    }
+}
+
+#[test]
+fn spliced_lines_are_refused() {
+    check(
+        "vn100-walk-circle-sazgar-CORRUPT.vnymr",
+        &[],
+        |document, _| {
+            assert_eq!((samples(document), bad(document)), (3_875, 5));
+            assert_eq!(document["link"]["bad_frames"]["checksum"], 5);
+            assert_eq!(document["timing"]["missing"], 5);
+        },
+    );
+}
+
+#[test]
+fn lines_without_checksum_need_permission() {
+    let name = "vn100-circles-rohx17-NOCHECKSUM.vnymr";
+    check(name, &[], |document, exit| {
+        assert_eq!((exit, samples(document)), (3, 0));
+        assert_eq!(document["link"]["bad_frames"]["unchecked"], 3_991);
+    });
+    check(name, &["--accept-unchecked"], |document, exit| {
+        assert_eq!((exit, samples(document), bad(document)), (0, 3_991, 0));
+        assert!(warned(document, "unchecked-lines"));
+    });
+}
+
+#[test]
+fn a_loop_is_told_from_a_sensor() {
+    check("emulator-loop-pattala-449s.vnymr", &[], |document, _| {
+        assert_eq!(samples(document), 449);
+        assert!(warned(document, "repeated-lines"));
+    });
+}
+
+#[test]
+fn junk_before_the_first_line_is_skipped_and_counted() {
+    check("wire/ascii-only.bin", &[], |document, exit| {
+        assert_eq!((exit, samples(document), bad(document)), (0, 39, 0));
+        assert_eq!(document["link"]["skipped_bytes"], 76);
+    });
+}
+
+#[test]
+fn binary_packets_between_lines_are_packets() {
+    for name in [
+        "wire/both-streams.bin",
+        "wire/zero-parse__misframe-before.bin",
+        "wire/zero-parse__timing-run-2__t1-after.bin",
+    ] {
+        check(name, &[], |document, exit| {
+            assert_eq!((exit, samples(document)), (0, 40), "{name}");
+            assert!(
+                document["link"]["binary_packets"].as_u64().unwrap() > 100,
+                "{name}"
+            );
+        });
+    }
+}
+
+#[test]
+fn flipped_bits_and_a_wrong_baud_rate_are_named() {
+    for (name, words) in [
+        ("wire/zero-parse__misframe-fail.bin", "reopen the port"),
+        ("wire/zero-parse__stale-fail.bin", "wrong baud rate?"),
+    ] {
+        check(name, &[], |document, exit| {
+            assert_eq!((exit, samples(document)), (3, 0), "{name}");
+            let text = document["warnings"].to_string();
+            assert!(text.contains(words), "{name}: {text}");
+        });
+    }
+}
+
+/// Undoes the list's escapes: `\r`, `\n`, `\xNN` and `\\`.
+fn unescape(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut rest = text.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(match byte {
+            b'\\' => match rest.next().unwrap() {
+                b'r' => b'\r',
+                b'n' => b'\n',
+                b'x' => {
+                    let digits = [rest.next().unwrap(), rest.next().unwrap()];
+                    u8::from_str_radix(std::str::from_utf8(&digits).unwrap(), 16).unwrap()
+                }
+                other => other,
+            },
+            other => other,
+        });
+    }
+    bytes
+}
+
+#[test]
+fn each_published_frame_is_valid_or_not_as_listed() {
+    let Some(folder) = real_captures() else {
+        return;
+    };
+    let list = fs::read_to_string(folder.join("frames-real.txt")).unwrap();
+    let mut seen = 0;
+    for line in list.lines().filter(|line| !line.starts_with('#')) {
+        let [_, frame, valid] = line.split('\t').collect::<Vec<_>>()[..] else {
+            panic!("{line}")
+        };
+        let bytes = unescape(frame);
+        let mut framer = Framer::new(Options::default());
+        let mut input = &bytes[..];
+        let mut valid_here = false;
+        loop {
+            let step = framer.next(input, true);
+            match step.item {
+                Some(Frame::Sentence(sentence)) => valid_here |= sentence.check != Check::None,
+                Some(_) => {}
+                None => break,
+            }
+            input = &input[step.consumed..];
+        }
+        assert_eq!(valid_here, valid == "yes", "{frame}");
+        seen += 1;
+    }
+    assert_eq!(seen, 243);
+}

@@ -1,0 +1,74 @@
+//! The captures that ship with the project: what the program says of each is what stands beside it.
+
+mod support;
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+use support::{replay, replay_log};
+
+const LOGS: &[&str] = &[
+    "clean-minute.vnymr",
+    "corrupted.vnymr",
+    "gaps.vnymr",
+    "binary-between.bin",
+];
+
+/// Everything in `expected` must stand in `got`; `got` may say more. Numbers are equal to the last digit.
+fn assert_contains(got: &Value, expected: &Value, place: &str) {
+    match expected {
+        Value::Object(fields) => {
+            for (name, value) in fields {
+                assert_contains(&got[name], value, &format!("{place}/{name}"));
+            }
+        }
+        Value::Array(items) => {
+            assert_eq!(got.as_array().map(Vec::len), Some(items.len()), "{place}");
+            for (index, item) in items.iter().enumerate() {
+                assert_contains(&got[index], item, &format!("{place}/{index}"));
+            }
+        }
+        _ => assert_eq!(got, expected, "{place}"),
+    }
+}
+
+#[test]
+fn each_log_reads_as_expected() {
+    for log in LOGS {
+        let expected = fs::read_to_string(replay_log(&format!("{log}.expected.json"))).unwrap();
+        let (document, exit) = replay(&replay_log(log), &[]);
+        assert_eq!(exit, 0, "{log}");
+        assert_contains(&document, &serde_json::from_str(&expected).unwrap(), log);
+    }
+}
+
+#[test]
+fn every_log_is_tested() {
+    for entry in fs::read_dir(replay_log("")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let known = name == "README.md"
+            || LOGS
+                .iter()
+                .any(|log| name == *log || name == format!("{log}.expected.json"));
+        assert!(known, "{name} is not in the list of this test");
+        assert!(Path::new(&name).extension().is_some());
+    }
+}
+
+#[test]
+fn counts_are_conserved_in_every_log() {
+    for log in LOGS {
+        let (document, _) = replay(&replay_log(log), &[]);
+        let count = |pointer: &str| document.pointer(pointer).unwrap().as_u64().unwrap();
+        assert_eq!(
+            count("/link/bytes"),
+            fs::metadata(replay_log(log)).unwrap().len(),
+            "{log}"
+        );
+        let good = count("/timing/samples")
+            + count("/timing/left_out")
+            + count("/link/replies")
+            + count("/link/other_messages");
+        assert_eq!(count("/link/frames"), good, "{log}");
+    }
+}
