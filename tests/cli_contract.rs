@@ -61,10 +61,7 @@ fn the_document_has_every_field_of_the_contract() {
         ("/timing/missing", 0.into()),
         ("/timing/missing_from", "bad-lines".into()),
         ("/timing/interarrival_us", Value::Null),
-        (
-            "/link/bytes",
-            fs::metadata(replay_log(CLEAN)).unwrap().len().into(),
-        ),
+        ("/link/bytes", fs::metadata(replay_log(CLEAN)).unwrap().len().into()),
         ("/link/frames", 2400.into()),
         ("/link/replies", 0.into()),
         ("/link/other_messages", 0.into()),
@@ -81,12 +78,8 @@ fn the_document_has_every_field_of_the_contract() {
     ] {
         assert_eq!(document.pointer(pointer), Some(&expected), "{pointer}");
     }
-    let names: Vec<_> = document["channels"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|channel| channel["name"].as_str().unwrap())
-        .collect();
+    let names: Vec<_> =
+        document["channels"].as_array().unwrap().iter().map(|channel| channel["name"].as_str().unwrap()).collect();
     let expected = "yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z";
     assert_eq!(names.join(" "), expected);
     let gyro_y = channel(&document, "gyro_y");
@@ -98,15 +91,8 @@ fn the_document_has_every_field_of_the_contract() {
     assert_eq!(gyro_y["noise"], Value::Null);
     assert_eq!(gyro_y["verdict"], Value::Null);
     let points = gyro_y["allan"]["points"].as_array().unwrap();
-    assert_eq!(
-        points.len(),
-        11,
-        "octaves up to m = 1024, the longest whose window fits 2400 samples"
-    );
-    assert_eq!(
-        (&points[0]["m"], &points[0]["tau_s"], &points[0]["terms"]),
-        (&1.into(), &0.025.into(), &2399.into())
-    );
+    assert_eq!(points.len(), 11, "octaves up to m = 1024, the longest whose window fits 2400 samples");
+    assert_eq!((&points[0]["m"], &points[0]["tau_s"], &points[0]["terms"]), (&1.into(), &0.025.into(), &2399.into()));
     for field in ["edf", "alpha", "lower", "upper"] {
         assert_eq!(points[0][field], Value::Null, "{field}");
     }
@@ -114,14 +100,7 @@ fn the_document_has_every_field_of_the_contract() {
 
 #[test]
 fn the_same_bytes_give_the_same_bytes() {
-    let run = || {
-        vn100()
-            .args(["replay", "--json"])
-            .arg(replay_log("corrupted.vnymr"))
-            .output()
-            .unwrap()
-            .stdout
-    };
+    let run = || vn100().args(["replay", "--json"]).arg(replay_log("corrupted.vnymr")).output().unwrap().stdout;
     let first = run();
     assert!(!first.is_empty());
     assert_eq!(first, run());
@@ -174,20 +153,13 @@ fn a_cut_archive_gives_what_it_holds_and_fails() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.gz");
     let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-    encoder
-        .write_all(&fs::read(replay_log(CLEAN)).unwrap())
-        .unwrap();
+    encoder.write_all(&fs::read(replay_log(CLEAN)).unwrap()).unwrap();
     let stored = encoder.finish().unwrap();
     fs::write(&path, &stored[..stored.len() / 2]).unwrap();
     let (document, exit) = replay(&path, &[]);
     assert_eq!(exit, 1);
     assert!(document["timing"]["samples"].as_u64().unwrap() > 1000);
-    assert!(
-        document["source"]["error"]
-            .as_str()
-            .unwrap()
-            .contains("reading failed")
-    );
+    assert!(document["source"]["error"].as_str().unwrap().contains("reading failed"));
 }
 
 #[test]
@@ -196,22 +168,13 @@ fn line_ends_do_not_matter() {
     let bytes = fs::read(replay_log(CLEAN)).unwrap();
     let (plain, _) = replay(&replay_log(CLEAN), &[]);
     let text = String::from_utf8(bytes).unwrap();
-    for (name, end) in [
-        ("lf", "\n"),
-        ("cr", "\r"),
-        ("blank-lines", "\r\n\r\n"),
-        ("doubled", "\r\r\n"),
-        ("none", ""),
-    ] {
+    for (name, end) in [("lf", "\n"), ("cr", "\r"), ("blank-lines", "\r\n\r\n"), ("doubled", "\r\r\n"), ("none", "")] {
         let path = folder.path().join(name);
         fs::write(&path, text.replace("\r\n", end)).unwrap();
         let (document, exit) = replay(&path, &[]);
         assert_eq!(exit, 0, "{name}");
         assert_eq!(document["channels"], plain["channels"], "{name}");
-        assert_eq!(
-            document["link"]["bad_frames"], plain["link"]["bad_frames"],
-            "{name}"
-        );
+        assert_eq!(document["link"]["bad_frames"], plain["link"]["bad_frames"], "{name}");
     }
 }
 
@@ -230,12 +193,7 @@ fn several_files_come_in_the_order_given_and_the_worst_decides() {
         .unwrap();
     assert_eq!(output.status.code(), Some(3));
     let documents = document(&output);
-    let names: Vec<_> = documents
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|d| d["source"]["name"].as_str().unwrap())
-        .collect();
+    let names: Vec<_> = documents.as_array().unwrap().iter().map(|d| d["source"]["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["gaps.vnymr", "notes.txt", CLEAN]);
     assert_eq!(documents[1]["timing"]["samples"], 0);
     assert_eq!(documents[2]["timing"]["samples"], 2400);
@@ -244,60 +202,30 @@ fn several_files_come_in_the_order_given_and_the_worst_decides() {
 #[test]
 fn what_is_not_a_capture_is_said_with_what_was_looked_for_and_found() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, content, found) in [
-        (
-            "notes.txt",
-            "shopping: bread, milk\n",
-            "shopping: bread, milk",
-        ),
-        ("empty", "", "the file is empty"),
-    ] {
+    for (name, content, found) in
+        [("notes.txt", "shopping: bread, milk\n", "shopping: bread, milk"), ("empty", "", "the file is empty")]
+    {
         let path = folder.path().join(name);
         fs::write(&path, content).unwrap();
         let output = vn100().arg("replay").arg(&path).output().unwrap();
         assert_eq!(output.status.code(), Some(3), "{name}");
         let error = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            error.contains("$VNYMR") && error.contains(found) && error.contains(name),
-            "{error}"
-        );
+        assert!(error.contains("$VNYMR") && error.contains(found) && error.contains(name), "{error}");
     }
-    let output = vn100()
-        .args(["replay", "/does/not/exist"])
-        .output()
-        .unwrap();
+    let output = vn100().args(["replay", "/does/not/exist"]).output().unwrap();
     assert_eq!(output.status.code(), Some(3));
-    assert!(
-        String::from_utf8(output.stderr)
-            .unwrap()
-            .contains("/does/not/exist")
-    );
+    assert!(String::from_utf8(output.stderr).unwrap().contains("/does/not/exist"));
     let output = vn100().arg("replay").arg(folder.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(3));
-    assert!(
-        String::from_utf8(output.stderr)
-            .unwrap()
-            .contains("is a folder")
-    );
+    assert!(String::from_utf8(output.stderr).unwrap().contains("is a folder"));
 }
 
 #[test]
 fn ndjson_gives_every_second_and_the_end() {
-    let output = vn100()
-        .args(["replay", "--ndjson"])
-        .arg(replay_log(CLEAN))
-        .output()
-        .unwrap();
+    let output = vn100().args(["replay", "--ndjson"]).arg(replay_log(CLEAN)).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let documents: Vec<Value> = text
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
-    assert_eq!(
-        documents.len(),
-        61,
-        "one for each of 60 seconds, one at the end"
-    );
+    let documents: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(documents.len(), 61, "one for each of 60 seconds, one at the end");
     for (second, document) in (1..=60).zip(&documents) {
         assert_eq!(document["timing"]["duration_s"], f64::from(second));
         // the line end behind the last sample is not yet its own
@@ -312,19 +240,11 @@ fn ndjson_does_not_depend_on_how_the_bytes_arrive() {
     let bytes = fs::read(replay_log("corrupted.vnymr")).unwrap();
     let run = |piece: usize| {
         let mut command = vn100();
-        let mut child = command
-            .args(["replay", "-", "--ndjson"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child =
+            command.args(["replay", "-", "--ndjson"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let mut stdin = child.stdin.take().unwrap();
         let bytes = bytes.clone();
-        let writer = std::thread::spawn(move || {
-            bytes
-                .chunks(piece)
-                .for_each(|piece| stdin.write_all(piece).unwrap())
-        });
+        let writer = std::thread::spawn(move || bytes.chunks(piece).for_each(|piece| stdin.write_all(piece).unwrap()));
         let output = child.wait_with_output().unwrap();
         writer.join().unwrap();
         String::from_utf8(output.stdout).unwrap()
@@ -354,10 +274,7 @@ fn the_rate_scales_tau_and_nothing_else() {
     assert_eq!(asked["timing"]["rate_from"], "option");
     assert_eq!(asked["timing"]["duration_s"], 12.0);
     assert_eq!(channel(&asked, "yaw")["allan"]["points"][3]["tau_s"], 0.04);
-    assert_eq!(
-        deviation(&asked, "gyro_x", 8),
-        deviation(&assumed, "gyro_x", 8)
-    );
+    assert_eq!(deviation(&asked, "gyro_x", 8), deviation(&assumed, "gyro_x", 8));
 }
 
 #[test]
@@ -366,74 +283,40 @@ fn estimators_agree_where_they_must() {
     let (full, _) = replay(&replay_log(CLEAN), &["--estimator", "full"]);
     let (plain, _) = replay(&replay_log(CLEAN), &["--estimator", "plain"]);
     for m in [1, 2, 4, 8, 16] {
-        assert_eq!(
-            deviation(&strided, "accel_z", m),
-            deviation(&full, "accel_z", m)
-        );
+        assert_eq!(deviation(&strided, "accel_z", m), deviation(&full, "accel_z", m));
     }
-    assert_eq!(
-        deviation(&plain, "accel_z", 1),
-        deviation(&full, "accel_z", 1)
-    );
-    assert_ne!(
-        deviation(&plain, "accel_z", 2),
-        deviation(&full, "accel_z", 2)
-    );
+    assert_eq!(deviation(&plain, "accel_z", 1), deviation(&full, "accel_z", 1));
+    assert_ne!(deviation(&plain, "accel_z", 2), deviation(&full, "accel_z", 2));
     let (hadamard, _) = replay(&replay_log(CLEAN), &["--deviation", "hadamard"]);
     assert_eq!(channel(&hadamard, "yaw")["allan"]["deviation"], "hadamard");
-    assert_ne!(
-        deviation(&hadamard, "accel_z", 1),
-        deviation(&full, "accel_z", 1)
-    );
+    assert_ne!(deviation(&hadamard, "accel_z", 1), deviation(&full, "accel_z", 1));
 }
 
 #[test]
 fn another_message_is_named_with_its_cure() {
-    let output = with_stdin(
-        vn100().args(["replay", "-"]),
-        b"$VNYPR,-129.867,-000.355,-000.296*61\r\n"
-            .repeat(20)
-            .as_slice(),
-    );
+    let output =
+        with_stdin(vn100().args(["replay", "-"]), b"$VNYPR,-129.867,-000.355,-000.296*61\r\n".repeat(20).as_slice());
     assert_eq!(output.status.code(), Some(3));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        text.contains("VNYPR") && text.contains("--set-message VNYMR"),
-        "{text}"
-    );
+    assert!(text.contains("VNYPR") && text.contains("--set-message VNYMR"), "{text}");
 }
 
 #[test]
 fn text_shows_what_is_wrong_first_and_fits_eighty_columns() {
-    let output = vn100()
-        .arg("replay")
-        .arg(replay_log("corrupted.vnymr"))
-        .output()
-        .unwrap();
+    let output = vn100().arg("replay").arg(replay_log("corrupted.vnymr")).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let position = |word: &str| {
-        text.find(word)
-            .unwrap_or_else(|| panic!("no {word} in\n{text}"))
-    };
+    let position = |word: &str| text.find(word).unwrap_or_else(|| panic!("no {word} in\n{text}"));
     assert!(position("bad lines") < position("gyro_y") && position("gyro_y") < position("tau (s)"));
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
-    assert!(
-        output.stderr.is_empty(),
-        "no progress bar where stderr is no terminal"
-    );
+    assert!(output.stderr.is_empty(), "no progress bar where stderr is no terminal");
 }
 
 #[test]
 fn a_closed_pipe_is_no_error() {
-    let mut child = vn100()
-        .args(["replay"])
-        .arg(replay_log(CLEAN))
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child =
+        vn100().args(["replay"]).arg(replay_log(CLEAN)).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
@@ -443,75 +326,36 @@ fn a_closed_pipe_is_no_error() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_said() {
-    let full = || {
-        Stdio::from(
-            fs::OpenOptions::new()
-                .write(true)
-                .open("/dev/full")
-                .unwrap(),
-        )
-    };
-    for arguments in [
-        &["replay", "clean-minute.vnymr"][..],
-        &["sim", "-o", "-", "--duration", "1s"],
-    ] {
-        let output = vn100()
-            .args(arguments)
-            .current_dir(replay_log(""))
-            .stdout(full())
-            .output()
-            .unwrap();
+    let full = || Stdio::from(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    for arguments in [&["replay", "clean-minute.vnymr"][..], &["sim", "-o", "-", "--duration", "1s"]] {
+        let output = vn100().args(arguments).current_dir(replay_log("")).stdout(full()).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
         let error = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            error.contains("standard output") && error.contains("No space left"),
-            "{error}"
-        );
+        assert!(error.contains("standard output") && error.contains("No space left"), "{error}");
     }
 }
 
 #[test]
 fn the_simulated_capture_is_the_shipped_one() {
-    let output = vn100()
-        .args("sim -o - --profile lab3 --duration 60s --rate 40 --seed 1".split(' '))
-        .output()
-        .unwrap();
-    assert!(
-        output.stdout == fs::read(replay_log(CLEAN)).unwrap(),
-        "the recipe of {CLEAN} gives other bytes"
-    );
+    let output = vn100().args("sim -o - --profile lab3 --duration 60s --rate 40 --seed 1".split(' ')).output().unwrap();
+    assert!(output.stdout == fs::read(replay_log(CLEAN)).unwrap(), "the recipe of {CLEAN} gives other bytes");
 }
 
 #[test]
 fn sim_replaces_nothing_unasked_and_names_its_choices() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.vnymr");
-    let run = |more: &[&str]| {
-        vn100()
-            .args(["sim", "--duration", "1s", "-o"])
-            .arg(&path)
-            .args(more)
-            .output()
-            .unwrap()
-    };
+    let run = |more: &[&str]| vn100().args(["sim", "--duration", "1s", "-o"]).arg(&path).args(more).output().unwrap();
     assert_eq!(run(&[]).status.code(), Some(0));
     assert_eq!(fs::read(&path).unwrap().len(), 40 * 122);
     let refused = run(&[]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(
-        String::from_utf8(refused.stderr)
-            .unwrap()
-            .contains("--force")
-    );
+    assert!(String::from_utf8(refused.stderr).unwrap().contains("--force"));
     assert_eq!(run(&["--force", "--rate", "200"]).status.code(), Some(0));
     assert_eq!(fs::read(&path).unwrap().len(), 200 * 122);
     let unknown = run(&["--force", "--profile", "mars"]);
     assert!(String::from_utf8(unknown.stderr).unwrap().contains("lab3"));
     let odd = run(&["--force", "--rate", "33"]);
     assert!(String::from_utf8(odd.stderr).unwrap().contains("200"));
-    assert_eq!(
-        fs::read(&path).unwrap().len(),
-        200 * 122,
-        "a refused command leaves the file as it was"
-    );
+    assert_eq!(fs::read(&path).unwrap().len(), 200 * 122, "a refused command leaves the file as it was");
 }

@@ -4,58 +4,16 @@ use std::{collections::BTreeSet, fs, path::Path};
 
 /// Crate, what it may use of ours, and what must never appear among its dependencies.
 const RULES: &[(&str, &[&str], &[&str])] = &[
-    (
-        "vn100-protocol",
-        &[],
-        &[
-            "tokio",
-            "tokio-util",
-            "serialport",
-            "clap",
-            "tracing",
-            "anyhow",
-            "serde",
-        ],
-    ),
-    (
-        "imu-noise",
-        &[],
-        &[
-            "tokio",
-            "tokio-util",
-            "serialport",
-            "clap",
-            "tracing",
-            "anyhow",
-            "serde",
-        ],
-    ),
-    (
-        "vn100-driver",
-        &["vn100-protocol"],
-        &["clap", "ratatui", "anyhow", "serde"],
-    ),
-    (
-        "vn100-sim",
-        &["vn100-protocol"],
-        &["tokio", "tokio-util", "clap", "anyhow", "serde"],
-    ),
+    ("vn100-protocol", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
+    ("imu-noise", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
+    ("vn100-driver", &["vn100-protocol"], &["clap", "ratatui", "anyhow", "serde"]),
+    ("vn100-sim", &["vn100-protocol"], &["tokio", "tokio-util", "clap", "anyhow", "serde"]),
     (
         "vn100-pipeline",
         &["vn100-protocol", "vn100-driver", "imu-noise"],
         &["serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
-    (
-        "vn100-cli",
-        &[
-            "vn100-protocol",
-            "vn100-driver",
-            "imu-noise",
-            "vn100-sim",
-            "vn100-pipeline",
-        ],
-        &[],
-    ),
+    ("vn100-cli", &["vn100-protocol", "vn100-driver", "imu-noise", "vn100-sim", "vn100-pipeline"], &[]),
 ];
 
 fn crates() -> &'static Path {
@@ -87,14 +45,8 @@ fn crates_use_only_what_the_code_map_allows() {
     for (name, allowed, banned) in RULES {
         for dependency in dependencies(name) {
             let foreign = !ours.contains(dependency.as_str());
-            assert!(
-                foreign || allowed.contains(&dependency.as_str()),
-                "{name} must not use {dependency}"
-            );
-            assert!(
-                !banned.contains(&dependency.as_str()),
-                "{name} must not use {dependency}"
-            );
+            assert!(foreign || allowed.contains(&dependency.as_str()), "{name} must not use {dependency}");
+            assert!(!banned.contains(&dependency.as_str()), "{name} must not use {dependency}");
         }
     }
 }
@@ -111,11 +63,7 @@ fn the_code_map_says_the_same() {
         for ours in RULES.iter().map(|(other, ..)| other) {
             let said = column.contains(&format!("`{ours}`"));
             let all = column.trim() == "all";
-            assert_eq!(
-                said || (all && ours != name),
-                allowed.contains(ours),
-                "row of {name}, {ours}"
-            );
+            assert_eq!(said || (all && ours != name), allowed.contains(ours), "row of {name}, {ours}");
         }
     }
 }

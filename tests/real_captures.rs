@@ -9,12 +9,7 @@ use support::{channel, deviation, real_captures, replay, warned};
 use vn100_driver::protocol::{Check, Frame, Framer, Options};
 
 fn bad(document: &Value) -> u64 {
-    document["link"]["bad_frames"]
-        .as_object()
-        .unwrap()
-        .values()
-        .map(|count| count.as_u64().unwrap())
-        .sum()
+    document["link"]["bad_frames"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).sum()
 }
 
 fn samples(document: &Value) -> u64 {
@@ -36,42 +31,31 @@ fn assert_bytes_conserved(file: &Path, document: &Value) {
 
 fn close(got: &Value, expected: f64, relative: f64) {
     let got = got.as_f64().unwrap();
-    assert!(
-        (got - expected).abs() <= relative * expected.abs(),
-        "{got} is not {expected}"
-    );
+    assert!((got - expected).abs() <= relative * expected.abs(), "{got} is not {expected}");
 }
 
 #[test]
 fn a_static_record_reads_clean_and_right() {
-    check(
-        "vn100-static-kiran-330s.vnymr",
-        &["--rate", "40"],
-        |document, exit| {
-            assert_eq!((exit, samples(document), bad(document)), (0, 13_223, 0));
-            assert_eq!(document["link"]["frames"], 13_223);
-            let gyro_y = &channel(document, "gyro_y")["statistics"];
-            close(&gyro_y["mean"], 7.670_800_9e-6, 1e-7);
-            close(&gyro_y["std"], 0.001_102_01, 1e-5);
-            let accel_z = &channel(document, "accel_z")["statistics"];
-            close(&accel_z["mean"], -9.887_886_4, 1e-8);
-            close(&accel_z["std"], 0.026_343_2, 1e-5);
-        },
-    );
+    check("vn100-static-kiran-330s.vnymr", &["--rate", "40"], |document, exit| {
+        assert_eq!((exit, samples(document), bad(document)), (0, 13_223, 0));
+        assert_eq!(document["link"]["frames"], 13_223);
+        let gyro_y = &channel(document, "gyro_y")["statistics"];
+        close(&gyro_y["mean"], 7.670_800_9e-6, 1e-7);
+        close(&gyro_y["std"], 0.001_102_01, 1e-5);
+        let accel_z = &channel(document, "accel_z")["statistics"];
+        close(&accel_z["mean"], -9.887_886_4, 1e-8);
+        close(&accel_z["std"], 0.026_343_2, 1e-5);
+    });
 }
 
 #[test]
 fn the_overlapping_deviation_of_the_static_record_is_the_published_one() {
-    check(
-        "vn100-static-kiran-330s.vnymr",
-        &["--rate", "40", "--estimator", "full"],
-        |document, _| {
-            for (m, expected) in [(1, 0.001_338_06), (32, 0.000_144_304), (512, 3.842_68e-5)] {
-                let got = deviation(document, "gyro_y", m);
-                assert!((got - expected).abs() < 1e-5 * expected, "m = {m}: {got}");
-            }
-        },
-    );
+    check("vn100-static-kiran-330s.vnymr", &["--rate", "40", "--estimator", "full"], |document, _| {
+        for (m, expected) in [(1, 0.001_338_06), (32, 0.000_144_304), (512, 3.842_68e-5)] {
+            let got = deviation(document, "gyro_y", m);
+            assert!((got - expected).abs() < 1e-5 * expected, "m = {m}: {got}");
+        }
+    });
 }
 
 #[test]
@@ -84,11 +68,7 @@ fn clean_moving_records_lose_nothing() {
         ("vn100-static1hz-ramirez-run2-623s.vnymr", 623),
     ] {
         check(name, &[], |document, exit| {
-            assert_eq!(
-                (exit, samples(document), bad(document)),
-                (0, lines, 0),
-                "{name}"
-            );
+            assert_eq!((exit, samples(document), bad(document)), (0, lines, 0), "{name}");
             assert!(!warned(document, "repeated-lines"), "{name}");
         });
     }
@@ -96,15 +76,11 @@ fn clean_moving_records_lose_nothing() {
 
 #[test]
 fn spliced_lines_are_refused() {
-    check(
-        "vn100-walk-circle-sazgar-CORRUPT.vnymr",
-        &[],
-        |document, _| {
-            assert_eq!((samples(document), bad(document)), (3_875, 5));
-            assert_eq!(document["link"]["bad_frames"]["checksum"], 5);
-            assert_eq!(document["timing"]["missing"], 5);
-        },
-    );
+    check("vn100-walk-circle-sazgar-CORRUPT.vnymr", &[], |document, _| {
+        assert_eq!((samples(document), bad(document)), (3_875, 5));
+        assert_eq!(document["link"]["bad_frames"]["checksum"], 5);
+        assert_eq!(document["timing"]["missing"], 5);
+    });
 }
 
 #[test]
@@ -138,17 +114,12 @@ fn junk_before_the_first_line_is_skipped_and_counted() {
 
 #[test]
 fn binary_packets_between_lines_are_packets() {
-    for name in [
-        "wire/both-streams.bin",
-        "wire/zero-parse__misframe-before.bin",
-        "wire/zero-parse__timing-run-2__t1-after.bin",
-    ] {
+    for name in
+        ["wire/both-streams.bin", "wire/zero-parse__misframe-before.bin", "wire/zero-parse__timing-run-2__t1-after.bin"]
+    {
         check(name, &[], |document, exit| {
             assert_eq!((exit, samples(document)), (0, 40), "{name}");
-            assert!(
-                document["link"]["binary_packets"].as_u64().unwrap() > 100,
-                "{name}"
-            );
+            assert!(document["link"]["binary_packets"].as_u64().unwrap() > 100, "{name}");
         });
     }
 }
@@ -196,9 +167,7 @@ fn each_published_frame_is_valid_or_not_as_listed() {
     let list = fs::read_to_string(folder.join("frames-real.txt")).unwrap();
     let mut seen = 0;
     for line in list.lines().filter(|line| !line.starts_with('#')) {
-        let [_, frame, valid] = line.split('\t').collect::<Vec<_>>()[..] else {
-            panic!("{line}")
-        };
+        let [_, frame, valid] = line.split('\t').collect::<Vec<_>>()[..] else { panic!("{line}") };
         let bytes = unescape(frame);
         let mut framer = Framer::new(Options::default());
         let mut input = &bytes[..];

@@ -7,12 +7,7 @@ use std::{fs, path::Path};
 use serde_json::Value;
 use support::{replay, replay_log};
 
-const LOGS: &[&str] = &[
-    "clean-minute.vnymr",
-    "corrupted.vnymr",
-    "gaps.vnymr",
-    "binary-between.bin",
-];
+const LOGS: &[&str] = &["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"];
 
 /// Everything in `expected` must stand in `got`; `got` may say more. Numbers are equal to the last digit.
 fn assert_contains(got: &Value, expected: &Value, place: &str) {
@@ -46,10 +41,8 @@ fn each_log_reads_as_expected() {
 fn every_log_is_tested() {
     for entry in fs::read_dir(replay_log("")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        let known = name == "README.md"
-            || LOGS
-                .iter()
-                .any(|log| name == *log || name == format!("{log}.expected.json"));
+        let known =
+            name == "README.md" || LOGS.iter().any(|log| name == *log || name == format!("{log}.expected.json"));
         assert!(known, "{name} is not in the list of this test");
         assert!(Path::new(&name).extension().is_some());
     }
@@ -60,11 +53,7 @@ fn counts_are_conserved_in_every_log() {
     for log in LOGS {
         let (document, _) = replay(&replay_log(log), &[]);
         let count = |pointer: &str| document.pointer(pointer).unwrap().as_u64().unwrap();
-        assert_eq!(
-            count("/link/bytes"),
-            fs::metadata(replay_log(log)).unwrap().len(),
-            "{log}"
-        );
+        assert_eq!(count("/link/bytes"), fs::metadata(replay_log(log)).unwrap().len(), "{log}");
         let good = count("/timing/samples")
             + count("/timing/left_out")
             + count("/link/replies")

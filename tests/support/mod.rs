@@ -10,31 +10,28 @@ use std::{
 use serde_json::Value;
 
 /// The folder of the workspace.
-pub fn workspace() -> PathBuf {
+pub(crate) fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// A capture that ships with the project.
-pub fn replay_log(name: &str) -> PathBuf {
+pub(crate) fn replay_log(name: &str) -> PathBuf {
     workspace().join("replay-logs").join(name)
 }
 
 /// The recordings of real sensors, or `None` with a word about it: they cannot be shipped.
-pub fn real_captures() -> Option<PathBuf> {
-    let folder = std::env::var_os("VN100_CAPTURES")
-        .map_or_else(|| workspace().join("../shared/captures"), PathBuf::from);
+pub(crate) fn real_captures() -> Option<PathBuf> {
+    let folder =
+        std::env::var_os("VN100_CAPTURES").map_or_else(|| workspace().join("../shared/captures"), PathBuf::from);
     if folder.is_dir() {
         return Some(folder);
     }
-    eprintln!(
-        "skipped: no captures in {} (VN100_CAPTURES names another folder)",
-        folder.display()
-    );
+    eprintln!("skipped: no captures in {} (VN100_CAPTURES names another folder)", folder.display());
     None
 }
 
 /// The program, with a clean environment.
-pub fn vn100() -> Command {
+pub(crate) fn vn100() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vn100"));
     // some machines export it, and error messages then grow a backtrace
     command.env_remove("RUST_BACKTRACE").stdin(Stdio::null());
@@ -42,31 +39,20 @@ pub fn vn100() -> Command {
 }
 
 /// Runs `vn100 replay --json` on one file, with options, and returns its document and exit code.
-pub fn replay(file: &Path, options: &[&str]) -> (Value, i32) {
-    let output = vn100()
-        .arg("replay")
-        .arg(file)
-        .arg("--json")
-        .args(options)
-        .output()
-        .unwrap();
+pub(crate) fn replay(file: &Path, options: &[&str]) -> (Value, i32) {
+    let output = vn100().arg("replay").arg(file).arg("--json").args(options).output().unwrap();
     (document(&output), output.status.code().unwrap())
 }
 
 /// The document on standard output.
-pub fn document(output: &Output) -> Value {
+pub(crate) fn document(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(&output.stderr)))
 }
 
 /// Runs a command with bytes on its standard input.
-pub fn with_stdin(command: &mut Command, bytes: &[u8]) -> Output {
-    let mut child = command
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+pub(crate) fn with_stdin(command: &mut Command, bytes: &[u8]) -> Output {
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     let bytes = bytes.to_vec();
     // a program that stops reading early closes the pipe; its output tells the rest
@@ -77,29 +63,18 @@ pub fn with_stdin(command: &mut Command, bytes: &[u8]) -> Output {
 }
 
 /// The channel of that name.
-pub fn channel<'a>(document: &'a Value, name: &str) -> &'a Value {
+pub(crate) fn channel<'a>(document: &'a Value, name: &str) -> &'a Value {
     let channels = document["channels"].as_array().unwrap();
-    channels
-        .iter()
-        .find(|channel| channel["name"] == name)
-        .unwrap_or_else(|| panic!("no channel {name}"))
+    channels.iter().find(|channel| channel["name"] == name).unwrap_or_else(|| panic!("no channel {name}"))
 }
 
 /// The deviation of a channel at averaging factor `m`.
-pub fn deviation(document: &Value, name: &str, m: u64) -> f64 {
-    let points = channel(document, name)["allan"]["points"]
-        .as_array()
-        .unwrap();
-    points.iter().find(|point| point["m"] == m).unwrap()["deviation"]
-        .as_f64()
-        .unwrap()
+pub(crate) fn deviation(document: &Value, name: &str, m: u64) -> f64 {
+    let points = channel(document, name)["allan"]["points"].as_array().unwrap();
+    points.iter().find(|point| point["m"] == m).unwrap()["deviation"].as_f64().unwrap()
 }
 
 /// Whether a warning of that kind was given.
-pub fn warned(document: &Value, kind: &str) -> bool {
-    document["warnings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .any(|warning| warning["kind"] == kind)
+pub(crate) fn warned(document: &Value, kind: &str) -> bool {
+    document["warnings"].as_array().unwrap().iter().any(|warning| warning["kind"] == kind)
 }

@@ -135,16 +135,9 @@ impl Document {
             source: source(origin, snapshot),
             timing: timing(snapshot),
             link: link(snapshot),
-            channels: channel_values(snapshot)
-                .into_iter()
-                .map(|values| channel(values, snapshot))
-                .collect(),
+            channels: channel_values(snapshot).into_iter().map(|values| channel(values, snapshot)).collect(),
             warnings: (snapshot.warnings.iter())
-                .map(|w| Warning {
-                    kind: w.kind.name(),
-                    channels: w.channels.clone(),
-                    text: w.text.clone(),
-                })
+                .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.clone() })
                 .collect(),
         }
     }
@@ -154,8 +147,8 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
     Source {
         kind: origin.kind,
         name: origin.name.clone(),
-        message: snapshot.layout.map(|layout| layout.message.to_string()),
-        compensated: snapshot.layout.map(|layout| layout.compensated),
+        message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
+        compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
         device: None,
         recorded: None,
         meta: None,

@@ -17,11 +17,8 @@ impl Progress {
     pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>) -> Self {
         let total: Option<u64> = sizes.into_iter().sum();
         let bar = ProgressBar::with_draw_target(total, ProgressDrawTarget::stderr_with_hz(10));
-        let template = if total.is_some() {
-            "{wide_bar} {bytes}/{total_bytes} {eta}"
-        } else {
-            "{spinner} {bytes} in {elapsed}"
-        };
+        let template =
+            if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };
         // the default style stands in for a template it does not understand
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);

@@ -41,37 +41,21 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
 
 async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
     let job = Arc::new(Job {
-        read: ReadOptions {
-            accept_unchecked: args.accept_unchecked,
-            line_by_line: args.ndjson,
-        },
+        read: ReadOptions { accept_unchecked: args.accept_unchecked, line_by_line: args.ndjson },
         settings: args.settings(),
         ndjson: args.ndjson,
-        progress: Progress::new(
-            args.files
-                .iter()
-                .map(|file| fs::metadata(file).ok().map(|m| m.len())),
-        ),
+        progress: Progress::new(args.files.iter().map(|file| fs::metadata(file).ok().map(|m| m.len()))),
         // documents of several files must not mingle line by line
-        turns: Semaphore::new(if args.ndjson {
-            1
-        } else {
-            thread::available_parallelism().map_or(1, Into::into)
-        }),
+        turns: Semaphore::new(if args.ndjson { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
         stop: stop_on_interrupt(),
     });
-    let files: Vec<JoinHandle<Result<Replayed>>> = args
-        .files
-        .iter()
-        .map(|file| task::spawn(replay_one(file.clone(), Arc::clone(&job))))
-        .collect();
+    let files: Vec<JoinHandle<Result<Replayed>>> =
+        args.files.iter().map(|file| task::spawn(replay_one(file.clone(), Arc::clone(&job)))).collect();
 
     let mut exit = Exit::Good;
     let mut documents = Vec::new();
     for file in files {
-        let replayed = file
-            .await
-            .context("the replay stopped by a fault of this program")??;
+        let replayed = file.await.context("the replay stopped by a fault of this program")??;
         exit = exit.max(replayed.exit);
         if let Some(error) = &replayed.origin.error {
             job.progress.suspend(|| report(error));
@@ -79,8 +63,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         if args.json {
             documents.push(Document::new(&replayed.origin, &replayed.snapshot));
         } else if !args.ndjson {
-            job.progress
-                .suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
+            job.progress.suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
         }
     }
     job.progress.clear();
@@ -114,11 +97,7 @@ struct Replayed {
 
 async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
     let _turn = job.turns.acquire().await?;
-    let mut origin = Origin {
-        name: name(&path),
-        kind: None,
-        error: None,
-    };
+    let mut origin = Origin { name: name(&path), kind: None, error: None };
     let capture = tokio::select! {
         capture = task::spawn_blocking(move || open(&path)) => capture.context("the capture could not be opened")?,
         () = job.stop.cancelled() => Err(OpenError::Io { path: origin.name.clone().into(), source: io::ErrorKind::Interrupted.into() }),
@@ -128,19 +107,12 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
         Err(error) => {
             origin.error = Some(error.to_string());
             let snapshot = Arc::new(Analysis::new(job.settings).snapshot());
-            return Ok(Replayed {
-                origin,
-                snapshot,
-                exit: Exit::NoData,
-            });
+            return Ok(Replayed { origin, snapshot, exit: Exit::NoData });
         }
     };
     origin.kind = Some(kind(&capture, &origin.name));
 
-    let Outcome {
-        snapshot,
-        source_error,
-    } = measure(capture, &origin, &job).await?;
+    let Outcome { snapshot, source_error } = measure(capture, &origin, &job).await?;
     let exit = if let Some(error) = source_error {
         origin.error = Some(format!(
             "{}: reading failed after {} bytes, the result holds what came before: {error}",
@@ -153,11 +125,7 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
     };
     let exit = if snapshot.timing.samples == 0 {
         origin.error.get_or_insert_with(|| {
-            format!(
-                "{}: no valid sample in {} bytes",
-                origin.name,
-                snapshot.link.tally.bytes()
-            )
+            format!("{}: no valid sample in {} bytes", origin.name, snapshot.link.tally.bytes())
         });
         Exit::NoData
     } else {
@@ -166,11 +134,7 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
     if job.ndjson {
         print_line(&Document::new(&origin, &snapshot))?;
     }
-    Ok(Replayed {
-        origin,
-        snapshot,
-        exit,
-    })
+    Ok(Replayed { origin, snapshot, exit })
 }
 
 /// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
@@ -203,19 +167,12 @@ async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome
 }
 
 fn open(path: &Path) -> Result<Capture, OpenError> {
-    if path == Path::new("-") {
-        Capture::from_reader(io::stdin())
-    } else {
-        Capture::open(path)
-    }
+    if path == Path::new("-") { Capture::from_reader(io::stdin()) } else { Capture::open(path) }
 }
 
 /// The file's name without its folder: a document says the same wherever its capture lies.
 fn name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn kind(capture: &Capture, name: &str) -> &'static str {
@@ -247,13 +204,9 @@ fn print_line(document: &Document) -> Result<()> {
 
 fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .context("cannot write the result to standard output")
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error
-        .downcast_ref::<io::Error>()
-        .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

@@ -16,26 +16,16 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
     let mut generator = Generator::new(&profile, args.rate, args.seed)?;
     let samples = (args.duration.as_secs_f64() * f64::from(args.rate)).round() as u64;
     if samples == 0 {
-        bail!(
-            "a record of {:?} at {} Hz holds no sample: ask for a longer one",
-            args.duration,
-            args.rate
-        );
+        bail!("a record of {:?} at {} Hz holds no sample: ask for a longer one", args.duration, args.rate);
     }
     if args.output == Path::new("-") {
         return match write(io::stdout().lock(), &mut generator, samples) {
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(Exit::Good),
-            result => result
-                .context("cannot write to standard output")
-                .map(|()| Exit::Good),
+            result => result.context("cannot write to standard output").map(|()| Exit::Good),
         };
     }
     let context = || format!("cannot write {}", args.output.display());
-    let file = if args.force {
-        File::create(&args.output)
-    } else {
-        File::create_new(&args.output)
-    };
+    let file = if args.force { File::create(&args.output) } else { File::create_new(&args.output) };
     let file = match file {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             bail!("{} exists; --force replaces it", args.output.display())

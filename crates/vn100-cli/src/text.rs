@@ -26,9 +26,7 @@ pub(crate) fn result(origin: &Origin, snapshot: &Snapshot) -> String {
 fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
     write_head(out, origin, snapshot)?;
     for warning in &snapshot.warnings {
-        let options = textwrap::Options::new(WIDTH)
-            .initial_indent("! ")
-            .subsequent_indent("  ");
+        let options = textwrap::Options::new(WIDTH).initial_indent("! ").subsequent_indent("  ");
         writeln!(out, "{}", textwrap::fill(&warning.to_string(), options))?;
     }
     let channels = channel_values(snapshot);
@@ -42,9 +40,7 @@ fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::
 
 fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
     let timing = &snapshot.timing;
-    let message = snapshot
-        .layout
-        .map_or("no message", |layout| &layout.message);
+    let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
     let rate_from = match timing.rate_from {
         RateFrom::Option => "as asked",
         RateFrom::Assumed => "assumed",
@@ -59,14 +55,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     let bad = format!("  bad lines  {}", bad_lines(tally));
-    writeln!(
-        out,
-        "{}",
-        textwrap::fill(
-            &bad,
-            textwrap::Options::new(WIDTH).subsequent_indent("             ")
-        )
-    )?;
+    writeln!(out, "{}", textwrap::fill(&bad, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     writeln!(
         out,
         "  missing    {} samples in {} gaps, judged by bad lines; {} segments",
@@ -80,13 +69,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         link.other_messages(),
         timing.left_out
     )?;
-    writeln!(
-        out,
-        "  bytes      {} ({} skipped, {} binary packets)",
-        tally.bytes(),
-        tally.skipped_bytes,
-        tally.packets
-    )
+    writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", tally.bytes(), tally.skipped_bytes, tally.packets)
 }
 
 fn bad_lines(tally: &Tally) -> String {
@@ -99,25 +82,14 @@ fn bad_lines(tally: &Tally) -> String {
         ("truncated", bad.truncated),
         ("too long", bad.too_long),
     ];
-    let present: Vec<_> = kinds
-        .iter()
-        .filter(|(_, count)| *count > 0)
-        .map(|(kind, count)| format!("{count} {kind}"))
-        .collect();
-    if present.is_empty() {
-        "0".into()
-    } else {
-        format!("{} ({})", bad.total(), present.join(", "))
-    }
+    let present: Vec<_> =
+        kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!("{count} {kind}")).collect();
+    if present.is_empty() { "0".into() } else { format!("{} ({})", bad.total(), present.join(", ")) }
 }
 
 fn write_statistics(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     writeln!(out)?;
-    writeln!(
-        out,
-        "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}",
-        "channel", "unit", "mean", "std", "min", "max"
-    )?;
+    writeln!(out, "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}", "channel", "unit", "mean", "std", "min", "max")?;
     for channel in channels {
         // three digits more than the sensor prints: averages resolve more than one sample
         let average = |value| number(value, channel.decimals + 3);
@@ -141,11 +113,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 }
 
 /// One table for each sensor, its axes side by side.
-fn write_deviations(
-    out: &mut String,
-    snapshot: &Snapshot,
-    channels: &[ChannelValues],
-) -> fmt::Result {
+fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues]) -> fmt::Result {
     let deviation = match snapshot.deviation {
         Deviation::Allan => "Allan deviation",
         Deviation::Hadamard => "Hadamard deviation",
@@ -157,42 +125,20 @@ fn write_deviations(
     };
     writeln!(out, "\n{deviation}, {windows}")?;
     for group in channels.chunk_by(|a, b| a.quantity == b.quantity) {
-        write!(
-            out,
-            "\n{}, {}\n{:>10}{:>10}{:>10}",
-            sensor(group[0].quantity),
-            group[0].unit,
-            "tau (s)",
-            "m",
-            "terms"
-        )?;
+        write!(out, "\n{}, {}\n{:>10}{:>10}{:>10}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
         for channel in group {
             write!(out, "{:>14}", channel.name)?;
         }
         writeln!(out)?;
-        let octaves = group
-            .iter()
-            .map(|channel| channel.deviations.len())
-            .max()
-            .unwrap_or(0);
+        let octaves = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
         for octave in 0..octaves {
-            let Some(first) = group
-                .iter()
-                .find_map(|channel| channel.deviations.get(octave))
-            else {
+            let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
                 continue;
             };
             write!(out, "{:>10}{:>10}{:>10}", first.tau_s, first.m, first.terms)?;
             for channel in group {
-                let value = channel
-                    .deviations
-                    .get(octave)
-                    .and_then(|point| point.deviation);
-                write!(
-                    out,
-                    "{:>14}",
-                    value.map_or("-".into(), |value| format!("{value:.4e}"))
-                )?;
+                let value = channel.deviations.get(octave).and_then(|point| point.deviation);
+                write!(out, "{:>14}", value.map_or("-".into(), |value| format!("{value:.4e}")))?;
             }
             writeln!(out)?;
         }

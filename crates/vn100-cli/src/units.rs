@@ -33,23 +33,20 @@ pub(crate) struct Point {
 
 /// All channels of a snapshot, in its order.
 pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
-    let channels = snapshot.layout.map_or(&[][..], |layout| &layout.channels);
+    let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     (channels.iter().zip(&snapshot.channels))
         .map(|(channel, results)| {
             let value = |counts| counts_to_unit(counts, channel.decimals);
             let moments = &results.moments;
-            let sample = |counts: Option<i32>| {
-                counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64))
-            };
+            let sample =
+                |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
             ChannelValues {
                 name: channel.name.to_string(),
                 quantity: channel.quantity,
                 unit: channel.unit.to_string(),
                 decimals: usize::from(channel.decimals),
                 count: moments.count(),
-                mean: moments
-                    .mean_counts()
-                    .map(|counts| value(counts - results.branch_counts as f64)),
+                mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
                 std: moments.std_counts().map(value),
                 skewness: moments.skewness(),
                 excess_kurtosis: moments.excess_kurtosis(),
@@ -67,9 +64,7 @@ fn points(results: &ChannelSnapshot, snapshot: &Snapshot, decimals: u8) -> Vec<P
         .map(|octave| Point {
             m: octave.m,
             tau_s: octave.m as f64 / snapshot.timing.rate_hz,
-            deviation: octave
-                .deviation_counts()
-                .map(|counts| counts_to_unit(counts, decimals)),
+            deviation: octave.deviation_counts().map(|counts| counts_to_unit(counts, decimals)),
             terms: octave.terms,
         })
         .collect()

@@ -40,16 +40,11 @@ impl Capture {
     /// [`OpenError`] when the file cannot be read, or when it is text that holds nothing of a VN-100.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, OpenError> {
         let path = path.as_ref();
-        let failed = |source| OpenError::Io {
-            path: path.to_owned(),
-            source,
-        };
+        let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let file = File::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if metadata.is_dir() {
-            return Err(OpenError::Directory {
-                path: path.to_owned(),
-            });
+            return Err(OpenError::Directory { path: path.to_owned() });
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
         Self::start(file, stored_bytes, path)
@@ -63,35 +58,17 @@ impl Capture {
         Self::start(reader, None, Path::new("-"))
     }
 
-    fn start(
-        reader: impl Read + Send + 'static,
-        stored_bytes: Option<u64>,
-        path: &Path,
-    ) -> Result<Self, OpenError> {
-        let failed = |source| OpenError::Io {
-            path: path.to_owned(),
-            source,
-        };
+    fn start(reader: impl Read + Send + 'static, stored_bytes: Option<u64>, path: &Path) -> Result<Self, OpenError> {
+        let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
-        let counted = CountedReader {
-            inner: reader,
-            read: Arc::clone(&stored_bytes_read),
-        };
+        let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let mut reader = decompressed(counted).map_err(failed)?;
         let (head, recognised) = recognise(&mut reader).map_err(failed)?;
         match recognised {
-            Recognised::Unknown(found) => Err(OpenError::NotACapture {
-                path: path.to_owned(),
-                found,
-            }),
+            Recognised::Unknown(found) => Err(OpenError::NotACapture { path: path.to_owned(), found }),
             Recognised::Capture(format) => {
                 let source = ReaderSource::spawn(head, reader).map_err(failed)?;
-                Ok(Self {
-                    format,
-                    stored_bytes,
-                    stored_bytes_read,
-                    source,
-                })
+                Ok(Self { format, stored_bytes, stored_bytes_read, source })
             }
         }
     }
@@ -144,10 +121,7 @@ impl<R: Read> Read for CountedReader<R> {
 
 fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Read + Send>> {
     let mut magic = Vec::new();
-    reader
-        .by_ref()
-        .take(ZSTD_MAGIC.len() as u64)
-        .read_to_end(&mut magic)?;
+    reader.by_ref().take(ZSTD_MAGIC.len() as u64).read_to_end(&mut magic)?;
     let (gzip, zstd) = (magic.starts_with(GZIP_MAGIC), magic.starts_with(ZSTD_MAGIC));
     let whole = Cursor::new(magic).chain(reader);
     Ok(if gzip {

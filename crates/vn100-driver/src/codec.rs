@@ -54,9 +54,7 @@ impl SentenceCodec {
     /// A codec at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
-            decoder: Decoder::new(options),
-        }
+        Self { decoder: Decoder::new(options) }
     }
 
     /// What has passed so far.
@@ -74,11 +72,7 @@ impl SentenceCodec {
             Item::Reply(sentence) => Decoded::Reply(own(sentence.raw)),
             Item::Other(sentence) => Decoded::Other(own(sentence.raw)),
             Item::Packet(packet) => Decoded::Packet(own(packet.raw)),
-            Item::Bad(bad) => Decoded::Bad {
-                kind: bad.kind,
-                raw: own(bad.raw),
-                offset: bad.offset,
-            },
+            Item::Bad(bad) => Decoded::Bad { kind: bad.kind, raw: own(bad.raw), offset: bad.offset },
         });
         bytes.advance(consumed);
         item

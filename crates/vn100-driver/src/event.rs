@@ -1,6 +1,6 @@
 //! What a source of samples tells its owner.
 
-use std::{fmt, io, time::Duration};
+use std::{fmt, io, sync::Arc};
 
 use vn100_protocol::{BadKind, Layout, PrintFormat, Tally};
 
@@ -18,13 +18,13 @@ pub enum Event {
 /// One batch per read, never one per sample: the price of handing it over is paid once.
 #[derive(Debug, Clone, Default)]
 pub struct Batch {
-    /// When the read returned, since the source was opened.
-    pub at: Option<Duration>,
     /// The message these samples came in; `None` while the stream has shown none.
-    pub layout: Option<&'static Layout>,
+    pub layout: Option<Arc<Layout>>,
     /// The samples, one row of exact integer counts per line, in the order of `layout`; each count is in units of its channel's
     /// last decimal.
     pub counts: Vec<i32>,
+    /// When the rows arrived, in the order of the rows; empty where the source does not know.
+    pub arrivals: Vec<Arrival>,
     /// What stood between the rows, by position.
     pub marks: Vec<Mark>,
     /// All that the stream has carried from its beginning to the end of this batch.
@@ -35,9 +35,17 @@ impl Batch {
     /// The samples, one slice of counts each.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[i32]> {
         // a batch without a layout has no counts, so that the width of a row does not matter
-        self.counts
-            .chunks_exact(self.layout.map_or(1, |layout| layout.channels.len()))
+        self.counts.chunks_exact(self.layout.as_ref().map_or(1, |layout| layout.channels.len()))
     }
+}
+
+/// When rows of a [`Batch`] arrived: those from here to the next arrival came with one read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival {
+    /// The first of them.
+    pub from_row: usize,
+    /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may hold stamps that go backwards.
+    pub at_ns: i64,
 }
 
 /// Something between two rows of a [`Batch`].
@@ -93,10 +101,7 @@ pub struct MessageName {
 impl MessageName {
     pub(crate) fn new(header: &[u8]) -> Self {
         let mut bytes = [b' '; 8];
-        bytes
-            .iter_mut()
-            .zip(header)
-            .for_each(|(to, from)| *to = *from);
+        bytes.iter_mut().zip(header).for_each(|(to, from)| *to = *from);
         Self { bytes }
     }
 }

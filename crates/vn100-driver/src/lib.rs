@@ -31,7 +31,7 @@ mod source;
 
 pub use capture::{Capture, OpenError};
 pub use codec::{Decoded, SentenceCodec};
-pub use event::{Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName};
+pub use event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
 pub use source::{Chunk, ReaderSource, Source};

@@ -1,11 +1,13 @@
 //! Chunks in, batches of samples out: the task between a source and whoever uses its samples.
 
+use std::sync::Arc;
+
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, VNYMR};
 
 use crate::{
-    event::{Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
+    event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
     source::{Chunk, Source},
 };
 
@@ -32,23 +34,14 @@ const WAITING_BATCHES: usize = 4;
 /// # Panics
 /// Outside a tokio runtime.
 #[must_use]
-pub fn read_samples(
-    source: impl Source,
-    options: ReadOptions,
-    stop: CancellationToken,
-) -> mpsc::Receiver<Event> {
+pub fn read_samples(source: impl Source, options: ReadOptions, stop: CancellationToken) -> mpsc::Receiver<Event> {
     let (events, inbox) = mpsc::channel(WAITING_BATCHES);
     // ends with the source, with `stop`, or when the inbox is dropped
     tokio::spawn(read(source, options, events, stop));
     inbox
 }
 
-async fn read(
-    mut source: impl Source,
-    options: ReadOptions,
-    events: mpsc::Sender<Event>,
-    stop: CancellationToken,
-) {
+async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sender<Event>, stop: CancellationToken) {
     let mut parser = Parser::new(options);
     let error = loop {
         let chunk = tokio::select! {
@@ -87,7 +80,8 @@ struct Parser {
 /// What is known of the stream from one batch to the next, and the batches not yet sent.
 #[derive(Default)]
 struct Stream {
-    layout: Option<&'static Layout>,
+    layout: Option<Arc<Layout>>,
+    at_ns: Option<i64>,
     printed: Option<PrintFormat>,
     foreign_samples: u64,
     other_message: Option<MessageName>,
@@ -97,36 +91,24 @@ struct Stream {
 
 impl Parser {
     fn new(options: ReadOptions) -> Self {
-        let decoder = Decoder::new(Options {
-            accept_unchecked: options.accept_unchecked,
-        });
-        Self {
-            decoder,
-            stream: Stream::default(),
-            line_by_line: options.line_by_line,
-            waiting: Vec::new(),
-        }
+        let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
+        Self { decoder, stream: Stream::default(), line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
     fn parse(&mut self, chunk: &Chunk) -> Vec<Batch> {
-        self.stream.open.at = chunk.at;
+        self.stream.at_ns = chunk.at_ns;
         if self.line_by_line {
             self.waiting.extend_from_slice(&chunk.bytes);
             self.decode_line_by_line(false);
         } else {
             // no line that anybody prints is shorter than half the usual one
-            self.stream
-                .open
-                .counts
-                .reserve(chunk.bytes.len() / 60 * VNYMR.channels.len());
-            self.decoder
-                .push(&chunk.bytes, |item| self.stream.put(item));
+            self.stream.open.counts.reserve(chunk.bytes.len() / 60 * VNYMR.channels.len());
+            self.decoder.push(&chunk.bytes, |item| self.stream.put(item));
         }
         self.take_batches()
     }
 
     fn finish(&mut self) -> Vec<Batch> {
-        self.stream.open.at = None;
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
@@ -162,9 +144,7 @@ impl Stream {
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
             Item::Bad(bad) => self.mark(MarkKind::BadLine(bad.kind)),
             Item::Other(sentence) => {
-                self.other_message = self
-                    .other_message
-                    .or(Some(MessageName::new(sentence.header())))
+                self.other_message = self.other_message.or(Some(MessageName::new(sentence.header())))
             }
             // in the tally
             Item::Reply(_) | Item::Packet(_) => {}
@@ -173,8 +153,8 @@ impl Stream {
 
     #[inline]
     fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat) {
-        let chosen = *self.layout.get_or_insert(layout);
-        if !std::ptr::eq(chosen, layout) {
+        let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
+        if chosen.message != layout.message {
             self.foreign_samples += 1;
             return;
         }
@@ -182,32 +162,27 @@ impl Stream {
             self.printed = Some(printed);
             self.mark(MarkKind::Printed(printed));
         }
+        if let Some(at_ns) = self.at_ns
+            && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
+        {
+            self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
+        }
         self.open.counts.extend_from_slice(counts);
     }
 
     fn mark(&mut self, kind: MarkKind) {
-        let width = self.layout.map_or(1, |layout| layout.channels.len());
-        self.open.marks.push(Mark {
-            before_row: self.open.counts.len() / width,
-            kind,
-        });
+        self.open.marks.push(Mark { before_row: self.row(), kind });
+    }
+
+    /// The number of the next row in the open batch.
+    fn row(&self) -> usize {
+        self.layout.as_ref().map_or(0, |layout| self.open.counts.len() / layout.channels.len())
     }
 
     fn seal(&mut self, tally: Tally) {
-        let at = self.open.at;
-        let mut batch = std::mem::replace(
-            &mut self.open,
-            Batch {
-                at,
-                ..Batch::default()
-            },
-        );
-        batch.layout = self.layout;
-        batch.link = LinkCounts {
-            tally,
-            foreign_samples: self.foreign_samples,
-            other_message: self.other_message,
-        };
+        let mut batch = std::mem::take(&mut self.open);
+        batch.layout = self.layout.clone();
+        batch.link = LinkCounts { tally, foreign_samples: self.foreign_samples, other_message: self.other_message };
         self.sealed.push(batch);
     }
 }

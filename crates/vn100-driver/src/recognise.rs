@@ -37,9 +37,7 @@ pub(crate) struct Head {
 /// and reading on is how its owner learns it.
 pub(crate) fn recognise(reader: &mut impl Read) -> io::Result<(Head, Recognised)> {
     let mut head = Head::default();
-    let mut decoder = Decoder::new(Options {
-        accept_unchecked: true,
-    });
+    let mut decoder = Decoder::new(Options { accept_unchecked: true });
     let mut sentence_seen = false;
     let mut piece = [0; 4096];
     while head.bytes.len() < HEAD_BYTES && !sentence_seen {
@@ -79,16 +77,13 @@ fn is_evidence(item: &Item<'_>) -> bool {
 }
 
 fn is_text(bytes: &[u8]) -> bool {
-    bytes
-        .iter()
-        .all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..))
-        && {
-            match std::str::from_utf8(bytes) {
-                Ok(_) => true,
-                // a character cut by the end of the head is no evidence against text
-                Err(error) => error.error_len().is_none(),
-            }
+    bytes.iter().all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..)) && {
+        match std::str::from_utf8(bytes) {
+            Ok(_) => true,
+            // a character cut by the end of the head is no evidence against text
+            Err(error) => error.error_len().is_none(),
         }
+    }
 }
 
 fn describe(head: &[u8]) -> String {
@@ -96,20 +91,9 @@ fn describe(head: &[u8]) -> String {
         return "the file is empty".into();
     }
     let text = String::from_utf8_lossy(head);
-    let first = text
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty())
-        .unwrap_or("");
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
     // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
     let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
-    let ellipsis = if first.chars().count() > 60 {
-        "…"
-    } else {
-        ""
-    };
-    format!(
-        "{} bytes of text that begin with \"{shown}{ellipsis}\"",
-        head.len()
-    )
+    let ellipsis = if first.chars().count() > 60 { "…" } else { "" };
+    format!("{} bytes of text that begin with \"{shown}{ellipsis}\"", head.len())
 }

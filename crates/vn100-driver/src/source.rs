@@ -4,7 +4,6 @@ use std::{
     future::Future,
     io::{self, Read},
     thread,
-    time::Duration,
 };
 
 use bytes::{Bytes, BytesMut};
@@ -24,8 +23,9 @@ const WAITING_CHUNKS: usize = 4;
 pub struct Chunk {
     /// The bytes; never empty.
     pub bytes: Bytes,
-    /// When the read returned, since the source was opened; `None` where the source does not know, as for a plain file.
-    pub at: Option<Duration>,
+    /// When the read returned, in nanoseconds from an origin of the source's choice; `None` where it does not know, as for a plain
+    /// file.
+    pub at_ns: Option<i64>,
 }
 
 /// Anything that delivers chunks: a capture, a port, an emulated sensor, a script in a test.
@@ -48,9 +48,7 @@ impl ReaderSource {
     /// Starts reading: first `head` (what was already taken from the reader), then the reader to its end.
     pub(crate) fn spawn(head: Head, reader: impl Read + Send + 'static) -> io::Result<Self> {
         let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
-        thread::Builder::new()
-            .name("capture-reader".into())
-            .spawn(move || read_to_end(head, reader, &sender))?;
+        thread::Builder::new().name("capture-reader".into()).spawn(move || read_to_end(head, reader, &sender))?;
         Ok(Self { chunks })
     }
 }
@@ -62,14 +60,7 @@ impl Source for ReaderSource {
 }
 
 fn read_to_end(head: Head, mut reader: impl Read, chunks: &mpsc::Sender<io::Result<Chunk>>) {
-    if !head.bytes.is_empty()
-        && chunks
-            .blocking_send(Ok(Chunk {
-                bytes: head.bytes.into(),
-                at: None,
-            }))
-            .is_err()
-    {
+    if !head.bytes.is_empty() && chunks.blocking_send(Ok(Chunk { bytes: head.bytes.into(), at_ns: None })).is_err() {
         return;
     }
     if let Some(fault) = head.fault {
@@ -83,10 +74,7 @@ fn read_to_end(head: Head, mut reader: impl Read, chunks: &mpsc::Sender<io::Resu
             Ok(0) => return,
             Ok(n) => {
                 buffer.truncate(n);
-                Ok(Chunk {
-                    bytes: buffer.freeze(),
-                    at: None,
-                })
+                Ok(Chunk { bytes: buffer.freeze(), at_ns: None })
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
             Err(error) => Err(error),

@@ -1,17 +1,17 @@
 //! A stream read in pieces of any size gives the same samples, marks and counts.
 
-use std::{io, time::Duration};
+use std::io;
 
 use bytes::Bytes;
 use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    Chunk, Event, LinkCounts, MarkKind, ReadOptions, Source, protocol::VNIMU, read_samples,
-};
+use vn100_driver::{Arrival, Chunk, Event, LinkCounts, MarkKind, ReadOptions, Source, protocol::VNIMU, read_samples};
 
 const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-const YMR_OLD: &str = "$VNYMR,-170.94,+007.34,+000.70,-1.7866,+0.1747,+2.2113,-00.085,+00.005,-09.847,+00.0003,-00.0012,-00.0001*61\r\n";
-const IMU: &str = "$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322*66\r\n";
+const YMR_OLD: &str =
+    "$VNYMR,-170.94,+007.34,+000.70,-1.7866,+0.1747,+2.2113,-00.085,+00.005,-09.847,+00.0003,-00.0012,-00.0001*61\r\n";
+const IMU: &str =
+    "$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322*66\r\n";
 const YPR: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 const REPLY: &str = "$VNRRG,01,VN-100S-CR*35\r\n";
 const DAMAGED: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*64\r\n";
@@ -25,20 +25,14 @@ struct Script {
 impl Script {
     fn new(bytes: &[u8], piece: usize) -> Self {
         let chunks: Vec<_> = bytes.chunks(piece).map(<[u8]>::to_vec).collect();
-        Self {
-            chunks: chunks.into_iter(),
-            error: None,
-        }
+        Self { chunks: chunks.into_iter(), error: None }
     }
 }
 
 impl Source for Script {
     async fn next_chunk(&mut self) -> io::Result<Option<Chunk>> {
         match self.chunks.next() {
-            Some(bytes) => Ok(Some(Chunk {
-                bytes: Bytes::from(bytes),
-                at: Some(Duration::from_millis(7)),
-            })),
+            Some(bytes) => Ok(Some(Chunk { bytes: Bytes::from(bytes), at_ns: Some(7_000_000) })),
             None => self.error.take().map_or(Ok(None), Err),
         }
     }
@@ -60,12 +54,7 @@ async fn told(source: Script, options: ReadOptions) -> Told {
     while let Some(event) = events.recv().await {
         match event {
             Event::Batch(batch) => {
-                told.marks.extend(
-                    batch
-                        .marks
-                        .iter()
-                        .map(|mark| (told.rows.len() + mark.before_row, mark.kind)),
-                );
+                told.marks.extend(batch.marks.iter().map(|mark| (told.rows.len() + mark.before_row, mark.kind)));
                 told.rows.extend(batch.rows().map(<[i32]>::to_vec));
                 told.link = batch.link;
             }
@@ -76,39 +65,18 @@ async fn told(source: Script, options: ReadOptions) -> Told {
 }
 
 fn block_on<T>(future: impl Future<Output = T>) -> T {
-    tokio::runtime::Builder::new_current_thread()
-        .build()
-        .unwrap()
-        .block_on(future)
+    tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(future)
 }
 
 #[test]
 fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
     let bytes = [YMR, DAMAGED, REPLY, YMR, YPR, IMU, YMR_OLD, "$VNYM"].concat();
-    let told = block_on(told(
-        Script::new(bytes.as_bytes(), 1000),
-        ReadOptions::default(),
-    ));
+    let told = block_on(told(Script::new(bytes.as_bytes(), 1000), ReadOptions::default()));
     assert_eq!(told.rows.len(), 3);
-    assert_eq!(
-        told.rows[2][..3],
-        [-170_940, 7_340, 700],
-        "old decimals, scaled to the layout"
-    );
-    let kinds: Vec<_> = told
-        .marks
-        .iter()
-        .map(|(row, kind)| (*row, matches!(kind, MarkKind::BadLine(_))))
-        .collect();
+    assert_eq!(told.rows[2][..3], [-170_940, 7_340, 700], "old decimals, scaled to the layout");
+    let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::BadLine(_)))).collect();
     assert_eq!(kinds, [(0, false), (1, true), (2, false), (3, true)]);
-    assert_eq!(
-        (
-            told.link.samples(),
-            told.link.tally.replies,
-            told.link.other_messages()
-        ),
-        (3, 1, 2)
-    );
+    assert_eq!((told.link.samples(), told.link.tally.replies, told.link.other_messages()), (3, 1, 2));
     assert_eq!(told.link.other_message.unwrap().to_string(), "VNYPR");
     assert_eq!(told.link.tally.bytes(), bytes.len() as u64);
     assert_eq!(
@@ -121,17 +89,12 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
 fn the_first_measurement_decides_the_message() {
     let bytes = [IMU, YMR, IMU].concat();
     block_on(async {
-        let mut events = read_samples(
-            Script::new(bytes.as_bytes(), 1000),
-            ReadOptions::default(),
-            CancellationToken::new(),
-        );
-        let Some(Event::Batch(batch)) = events.recv().await else {
-            panic!("no batch")
-        };
-        assert_eq!(batch.layout, Some(&VNIMU));
+        let mut events =
+            read_samples(Script::new(bytes.as_bytes(), 1000), ReadOptions::default(), CancellationToken::new());
+        let Some(Event::Batch(batch)) = events.recv().await else { panic!("no batch") };
+        assert_eq!(batch.layout.as_deref(), Some(&VNIMU));
         assert_eq!(batch.rows().len(), 2);
-        assert_eq!(batch.at, Some(Duration::from_millis(7)));
+        assert_eq!(batch.arrivals, [Arrival { from_row: 0, at_ns: 7_000_000 }]);
         assert_eq!(batch.link.foreign_samples, 1);
     });
 }
@@ -152,14 +115,8 @@ fn stop_ends_the_stream_with_an_end() {
     block_on(async {
         let stop = CancellationToken::new();
         stop.cancel();
-        let mut events = read_samples(
-            Script::new(YMR.as_bytes(), 1000),
-            ReadOptions::default(),
-            stop,
-        );
-        let Some(Event::Batch(batch)) = events.recv().await else {
-            panic!("no batch")
-        };
+        let mut events = read_samples(Script::new(YMR.as_bytes(), 1000), ReadOptions::default(), stop);
+        let Some(Event::Batch(batch)) = events.recv().await else { panic!("no batch") };
         assert_eq!(batch.rows().len(), 0);
         assert!(matches!(events.recv().await, Some(Event::End(_))));
         assert!(events.recv().await.is_none());
@@ -170,26 +127,15 @@ fn stop_ends_the_stream_with_an_end() {
 fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
     let bytes = [YMR, DAMAGED, YMR].concat();
     for piece in [1, 60, 121, 1000] {
-        let options = ReadOptions {
-            line_by_line: true,
-            ..ReadOptions::default()
-        };
+        let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
         let seen = block_on(async {
-            let mut events = read_samples(
-                Script::new(bytes.as_bytes(), piece),
-                options,
-                CancellationToken::new(),
-            );
+            let mut events = read_samples(Script::new(bytes.as_bytes(), piece), options, CancellationToken::new());
             let mut seen = Vec::new();
             while let Some(event) = events.recv().await {
                 if let Event::Batch(batch) = event
                     && batch.rows().len() > 0
                 {
-                    seen.push((
-                        batch.rows().len(),
-                        batch.link.tally.bytes(),
-                        batch.link.tally.bad.total(),
-                    ));
+                    seen.push((batch.rows().len(), batch.link.tally.bytes(), batch.link.tally.bad.total()));
                 }
             }
             seen

@@ -21,13 +21,7 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
     let timing = &snapshot.timing;
     let tally = &snapshot.link.tally;
     let mut warnings = Vec::new();
-    let mut warn = |kind, channels, text| {
-        warnings.push(Warning {
-            kind,
-            channels,
-            text,
-        })
-    };
+    let mut warn = |kind, channels, text| warnings.push(Warning { kind, channels, text });
 
     if let Some(text) = no_samples(snapshot) {
         warn(WarningKind::NoValidLines, vec![], text);
@@ -108,10 +102,7 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
         warn(
             WarningKind::TooShort,
             vec![],
-            format!(
-                "{} sample is not enough for a deviation, which needs 2 at least",
-                timing.samples
-            ),
+            format!("{} sample is not enough for a deviation, which needs 2 at least", timing.samples),
         );
     }
     if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
@@ -125,7 +116,7 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
             ),
         );
     }
-    if let Some(layout) = snapshot.layout.filter(|layout| layout.compensated) {
+    if let Some(layout) = snapshot.layout.as_ref().filter(|layout| layout.compensated) {
         let channels = layout
             .channels
             .iter()
@@ -171,8 +162,5 @@ fn no_samples(snapshot: &Snapshot) -> Option<String> {
 }
 
 fn of_lines(count: u64, tally: &Tally) -> String {
-    format!(
-        "{count} of {} lines",
-        tally.good_lines() + tally.bad.total()
-    )
+    format!("{count} of {} lines", tally.good_lines() + tally.bad.total())
 }

@@ -1,6 +1,6 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 use imu_noise::{ChannelAccumulator, Unwrap};
 use vn100_driver::{Batch, LinkCounts, MarkKind};
@@ -19,7 +19,7 @@ pub struct Analysis {
     settings: Settings,
     timing: Timing,
     skip_samples: u64,
-    layout: Option<&'static Layout>,
+    layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
     column: Vec<i32>,
     repeats: Repeats,
@@ -47,22 +47,10 @@ impl Analysis {
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         let rate_hz = settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ);
-        let rate_from = if settings.rate_hz.is_some() {
-            RateFrom::Option
-        } else {
-            RateFrom::Assumed
-        };
+        let rate_from = if settings.rate_hz.is_some() { RateFrom::Option } else { RateFrom::Assumed };
         Self {
             settings,
-            timing: Timing {
-                rate_hz,
-                rate_from,
-                samples: 0,
-                left_out: 0,
-                missing: 0,
-                gaps: 0,
-                segments: 0,
-            },
+            timing: Timing { rate_hz, rate_from, samples: 0, left_out: 0, missing: 0, gaps: 0, segments: 0 },
             skip_samples: (settings.skip.as_secs_f64() * rate_hz).ceil() as u64,
             layout: None,
             channels: Vec::new(),
@@ -80,8 +68,8 @@ impl Analysis {
     /// Takes what one read brought.
     pub fn absorb(&mut self, batch: &Batch) {
         self.link = batch.link;
-        if let (None, Some(layout)) = (self.layout, batch.layout) {
-            self.begin(layout);
+        if let (None, Some(layout)) = (&self.layout, &batch.layout) {
+            self.begin(Arc::clone(layout));
         }
         let mut row = 0;
         for mark in &batch.marks {
@@ -104,7 +92,7 @@ impl Analysis {
     /// All results so far.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let layout_channels = self.layout.map_or(&[][..], |layout| &layout.channels);
+        let layout_channels = self.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
         let channels = (self.channels.iter().zip(layout_channels).enumerate())
             .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel)))
             .collect();
@@ -113,7 +101,7 @@ impl Analysis {
             .map(|(_, channel)| channel.name.to_string())
             .collect();
         let mut snapshot = Snapshot {
-            layout: self.layout,
+            layout: self.layout.clone(),
             timing: self.timing,
             link: self.link,
             estimator: self.settings.estimator,
@@ -121,30 +109,24 @@ impl Analysis {
             channels,
             warnings: Vec::new(),
         };
-        let findings = Findings {
-            repeated_lines: self.repeats.repeated(),
-            print_changes: self.print_changes,
-            restarted,
-        };
+        let findings =
+            Findings { repeated_lines: self.repeats.repeated(), print_changes: self.print_changes, restarted };
         snapshot.warnings = advice::warnings(&snapshot, findings);
         snapshot
     }
 }
 
 impl Analysis {
-    fn begin(&mut self, layout: &'static Layout) {
-        self.layout = Some(layout);
+    fn begin(&mut self, layout: Arc<Layout>) {
         self.channels = (layout.channels.iter())
             .map(|channel| ChannelState {
-                accumulator: ChannelAccumulator::new(
-                    self.settings.estimator,
-                    self.settings.deviation,
-                ),
+                accumulator: ChannelAccumulator::new(self.settings.estimator, self.settings.deviation),
                 unwrap: (channel.quantity == Quantity::Angle)
                     .then(|| Unwrap::new(360 * 10_i32.pow(u32::from(channel.decimals)))),
                 restarted: false,
             })
             .collect();
+        self.layout = Some(layout);
     }
 
     fn absorb_rows(&mut self, batch: &Batch, rows: Range<usize>) {
@@ -153,9 +135,7 @@ impl Analysis {
         }
         self.close_gap();
         let to_skip = self.skip_samples.saturating_sub(self.index);
-        let skipped = rows
-            .len()
-            .min(usize::try_from(to_skip).unwrap_or(usize::MAX));
+        let skipped = rows.len().min(usize::try_from(to_skip).unwrap_or(usize::MAX));
         self.timing.left_out += skipped as u64;
         self.index += rows.len() as u64;
         let kept = rows.len() - skipped;
@@ -237,10 +217,7 @@ impl ChannelState {
         let moments = self.accumulator.moments().clone();
         let mean = moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {
-            branch_counts: self
-                .unwrap
-                .as_ref()
-                .map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
+            branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
             moments,
             histogram: self.accumulator.histogram().clone(),
             octaves: self.accumulator.octaves().sums().collect(),

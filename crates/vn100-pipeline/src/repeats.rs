@@ -29,11 +29,7 @@ pub(crate) struct Repeats {
 
 impl Repeats {
     pub(crate) fn new() -> Self {
-        Self {
-            table: vec![0; SLOTS],
-            remembered: 0,
-            repeated: 0,
-        }
+        Self { table: vec![0; SLOTS], remembered: 0, repeated: 0 }
     }
 
     /// Takes one line. Rows of more than 16 channels are told apart by their first 16.
@@ -64,9 +60,7 @@ fn fingerprint(counts: &[i32]) -> u64 {
     let mut sum: u64 = 0;
     for (pair, multiplier) in counts.chunks(2).zip(MULTIPLIERS) {
         let low = u64::from(pair[0].cast_unsigned());
-        let high = pair
-            .get(1)
-            .map_or(0, |&count| u64::from(count.cast_unsigned()));
+        let high = pair.get(1).map_or(0, |&count| u64::from(count.cast_unsigned()));
         sum = sum.wrapping_add((high << 32 | low).wrapping_mul(multiplier));
     }
     // the low bits choose the slot, and a product's low bits are its weakest
@@ -84,9 +78,7 @@ mod tests {
     }
 
     fn row(i: i32) -> [i32; 12] {
-        std::array::from_fn(|channel| {
-            (i.wrapping_mul(7919) ^ channel as i32).wrapping_mul(31) % 997
-        })
+        std::array::from_fn(|channel| (i.wrapping_mul(7919) ^ channel as i32).wrapping_mul(31) % 997)
     }
 
     #[test]

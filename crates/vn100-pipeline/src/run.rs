@@ -118,8 +118,5 @@ async fn analyse(
     };
     let snapshot = Arc::new(analysis.snapshot());
     watchers.send_replace(Arc::clone(&snapshot));
-    Outcome {
-        snapshot,
-        source_error,
-    }
+    Outcome { snapshot, source_error }
 }

@@ -23,11 +23,6 @@ pub struct Settings {
 impl Default for Settings {
     /// Allan deviation with sixteen windows per tau, everything included, rate unknown.
     fn default() -> Self {
-        Self {
-            rate_hz: None,
-            estimator: Estimator::Strided,
-            deviation: Deviation::Allan,
-            skip: Duration::ZERO,
-        }
+        Self { rate_hz: None, estimator: Estimator::Strided, deviation: Deviation::Allan, skip: Duration::ZERO }
     }
 }

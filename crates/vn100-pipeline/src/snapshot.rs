@@ -1,5 +1,7 @@
 //! The state of a measurement at one moment, as plain data for screens and reports.
 
+use std::sync::Arc;
+
 use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum};
 use vn100_driver::LinkCounts;
 use vn100_protocol::Layout;
@@ -10,7 +12,7 @@ use crate::warning::Warning;
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     /// The message measured; `None` while no sample has come.
-    pub layout: Option<&'static Layout>,
+    pub layout: Option<Arc<Layout>>,
     /// The time base.
     pub timing: Timing,
     /// What the stream carried, samples or not.
