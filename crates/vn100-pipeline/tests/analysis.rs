@@ -1,0 +1,178 @@
+//! What becomes of batches: gaps, segments, angles, and results that do not depend on how the stream was cut.
+
+use std::{sync::Arc, time::Duration};
+
+use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use proptest::prelude::*;
+use vn100_driver::{
+    Batch, LinkCounts, Mark, MarkKind,
+    protocol::{BadKind, Layout, PrintFormat, VNYMR},
+};
+use vn100_pipeline::{Analysis, RateFrom, Settings, Snapshot, WarningKind};
+
+/// One thing on a stream.
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    /// A good line, all channels of this count.
+    Good(i32),
+    Bad,
+    Printed(PrintFormat),
+}
+use Line::{Bad, Good, Printed};
+
+/// Batches of at most `rows` rows.
+fn batches(lines: &[Line], rows: usize) -> Vec<Batch> {
+    let layout: Arc<Layout> = Arc::new(VNYMR.clone());
+    let width = layout.channels.len();
+    let empty = || Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
+    let mut batches = vec![empty()];
+    for line in lines {
+        if batches.last().unwrap().rows().len() == rows {
+            batches.push(empty());
+        }
+        let batch = batches.last_mut().unwrap();
+        let before_row = batch.rows().len();
+        match *line {
+            Good(count) => batch.counts.extend(std::iter::repeat_n(count, width)),
+            Bad => batch.marks.push(Mark { before_row, kind: MarkKind::BadLine(BadKind::Truncated) }),
+            Printed(format) => batch.marks.push(Mark { before_row, kind: MarkKind::Printed(format) }),
+        }
+    }
+    let mut link = LinkCounts::default();
+    link.tally.samples = lines.iter().filter(|line| matches!(line, Good(_))).count() as u64;
+    batches.iter_mut().for_each(|batch| batch.link = link);
+    batches
+}
+
+fn analysed(lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
+    let mut analysis = Analysis::new(settings);
+    batches(lines, rows).iter().for_each(|batch| analysis.absorb(batch));
+    analysis.snapshot()
+}
+
+fn warned(snapshot: &Snapshot, kind: WarningKind) -> bool {
+    snapshot.warnings.iter().any(|warning| warning.kind == kind)
+}
+
+#[test]
+fn nothing_seen_is_nothing_claimed() {
+    let snapshot = Analysis::new(Settings::default()).snapshot();
+    assert!(snapshot.layout.is_none() && snapshot.channels.is_empty());
+    assert_eq!((snapshot.timing.samples, snapshot.timing.segments), (0, 0));
+    assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (40.0, RateFrom::Assumed));
+    assert!(snapshot.warnings.is_empty());
+}
+
+#[test]
+fn bad_lines_between_good_ones_are_missing_samples() {
+    // those before the first and behind the last good line are nobody's samples
+    let snapshot = analysed(&[Bad, Good(1), Bad, Bad, Good(2), Good(3), Bad], 10, Settings::default());
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.gaps, timing.segments), (3, 2, 1, 2));
+    assert_eq!(timing.duration_s(), 5.0 / 40.0);
+    assert!(warned(&snapshot, WarningKind::Gaps));
+
+    let mut expected = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+    expected.push(&[1]);
+    expected.gap(Some(2));
+    expected.push(&[2, 3]);
+    let octaves: Vec<_> = expected.octaves().sums().collect();
+    assert_eq!(octaves.len(), 1, "one window, across no gap");
+    for channel in &snapshot.channels {
+        assert_eq!(channel.octaves, octaves);
+    }
+}
+
+#[test]
+fn a_change_of_print_format_breaks_the_segment_and_the_resolution() {
+    let current = Printed(PrintFormat::Current);
+    let old = Printed(PrintFormat::Old);
+    let steady = analysed(&[current, Good(10), Good(20)], 10, Settings::default());
+    assert_eq!((steady.timing.segments, steady.channels[0].printed_decimals), (1, 3));
+    let changed = analysed(&[current, Good(10), Good(20), old, Good(30)], 10, Settings::default());
+    assert_eq!((changed.timing.segments, changed.timing.missing), (2, 0));
+    assert_eq!(changed.channels[0].printed_decimals, 2);
+    assert_eq!(changed.channels[0].octaves[0].terms, 1);
+    assert!(warned(&changed, WarningKind::PrintFormat));
+    let always_old = analysed(&[old, Good(10), Good(20)], 10, Settings::default());
+    assert_eq!((always_old.timing.segments, always_old.channels[9].printed_decimals), (1, 4));
+    assert!(!warned(&always_old, WarningKind::PrintFormat));
+}
+
+#[test]
+fn angles_are_unwrapped_and_brought_back() {
+    // yaw passes south: 179.99, -179.99, 179.99, -179.98 degrees
+    let snapshot = analysed(&[179_990, -179_990, 179_990, -179_980].map(Good), 2, Settings::default());
+    let yaw = &snapshot.channels[0];
+    assert_eq!(yaw.moments.min_counts(), Some(179_990));
+    assert_eq!(yaw.moments.max_counts(), Some(180_020));
+    assert_eq!(yaw.branch_counts, 360_000, "a mean of 180.0025 degrees is -179.9975");
+    let gyro = &snapshot.channels[9];
+    assert_eq!((gyro.moments.min_counts(), gyro.branch_counts), (Some(-179_990), 0));
+}
+
+#[test]
+fn an_angle_that_turns_without_end_starts_anew_and_says_so() {
+    // a third of a turn a line: 2^31 counts are full after 17 896 lines
+    let lines: Vec<_> = (0..18_000).map(|i| Good([0, 120_000, -120_000][i % 3])).collect();
+    let snapshot = analysed(&lines, 500, Settings::default());
+    assert!(warned(&snapshot, WarningKind::AngleRestarted));
+    assert_eq!(snapshot.channels[0].moments.count(), 18_000);
+    assert_eq!(snapshot.channels[0].octaves[0].terms, 17_998, "one window touches the new start");
+    assert_eq!(snapshot.channels[9].octaves[0].terms, 17_999);
+}
+
+#[test]
+fn a_loop_is_noticed() {
+    let lines: Vec<_> = (0..50).map(|i| Good(i % 20)).collect();
+    assert!(warned(&analysed(&lines, 7, Settings::default()), WarningKind::RepeatedLines));
+    assert!(!warned(&analysed(&lines[..20], 7, Settings::default()), WarningKind::RepeatedLines));
+}
+
+#[test]
+fn skipped_time_is_left_out_with_its_gaps() {
+    let settings = Settings { rate_hz: Some(2.0), skip: Duration::from_secs(2), ..Settings::default() };
+    // indices 0 1 [2] 3 4 [5] 6, of which the first four are skipped
+    let snapshot = analysed(&[Good(0), Good(1), Bad, Good(3), Good(4), Bad, Good(6)], 10, settings);
+    let timing = snapshot.timing;
+    assert_eq!((timing.left_out, timing.samples, timing.missing, timing.gaps), (3, 2, 1, 1));
+    assert_eq!(snapshot.channels[9].moments.min_counts(), Some(4));
+    assert_eq!(timing.rate_from, RateFrom::Option);
+}
+
+#[test]
+fn one_sample_is_too_short() {
+    assert!(warned(&analysed(&[Good(1)], 1, Settings::default()), WarningKind::TooShort));
+    assert!(!warned(&analysed(&[Good(1), Good(2)], 1, Settings::default()), WarningKind::TooShort));
+}
+
+fn line() -> impl Strategy<Value = Line> {
+    prop_oneof![
+        20 => any::<i16>().prop_map(|count| Good(count.into())),
+        1 => Just(Bad),
+        1 => Just(Printed(PrintFormat::Current)),
+        1 => Just(Printed(PrintFormat::Old)),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn any_batches_give_the_same_results(
+        lines in prop::collection::vec(line(), 0..300),
+        rows in 1..40_usize,
+        skip_s in 0..4_u64,
+    ) {
+        let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
+        let whole = analysed(&lines, usize::MAX, settings);
+        let cut = analysed(&lines, rows, settings);
+        prop_assert_eq!(whole.timing, cut.timing);
+        prop_assert_eq!(&whole.warnings, &cut.warnings);
+        prop_assert_eq!(whole.timing.samples + whole.timing.left_out, whole.link.samples());
+        for (a, b) in whole.channels.iter().zip(&cut.channels) {
+            prop_assert_eq!(&a.octaves, &b.octaves);
+            prop_assert_eq!(a.moments.power_sums(), b.moments.power_sums());
+            prop_assert!(a.histogram.bins().eq(b.histogram.bins()));
+            prop_assert_eq!(a.branch_counts, b.branch_counts);
+        }
+    }
+}
