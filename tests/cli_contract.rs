@@ -1,4 +1,5 @@
 //! What users and their scripts may rely on: streams, exit codes, options, the document.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! The captures that ship with the project: what the program says of each is what stands beside it.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;
 

@@ -15,6 +15,7 @@ use flate2::read::MultiGzDecoder;
 use crate::{
     recognise::{Format, Recognised, recognise},
     source::ReaderSource,
+    timing::{self, ReadStamp},
 };
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
@@ -34,7 +35,8 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// Opens a file. `.gz` and `.zst` content is decompressed, whatever the name says.
+    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says. A file `NAME.timing` beside it, with a row
+    /// `t_ns,offset` for each read of the port, gives the bytes their arrival times.
     ///
     /// # Errors
     /// [`OpenError`] when the file cannot be read, or when it is text that holds nothing of a VN-100.
@@ -47,7 +49,8 @@ impl Capture {
             return Err(OpenError::Directory { path: path.to_owned() });
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
-        Self::start(file, stored_bytes, path)
+        let stamps = timing::beside(path)?;
+        Self::start(file, stored_bytes, stamps, path)
     }
 
     /// Takes any reader: standard input, or bytes in memory.
@@ -55,10 +58,15 @@ impl Capture {
     /// # Errors
     /// As [`Capture::open`].
     pub fn from_reader(reader: impl Read + Send + 'static) -> Result<Self, OpenError> {
-        Self::start(reader, None, Path::new("-"))
+        Self::start(reader, None, None, Path::new("-"))
     }
 
-    fn start(reader: impl Read + Send + 'static, stored_bytes: Option<u64>, path: &Path) -> Result<Self, OpenError> {
+    fn start(
+        reader: impl Read + Send + 'static,
+        stored_bytes: Option<u64>,
+        stamps: Option<Vec<ReadStamp>>,
+        path: &Path,
+    ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
@@ -67,7 +75,8 @@ impl Capture {
         match recognised {
             Recognised::Unknown(found) => Err(OpenError::NotACapture { path: path.to_owned(), found }),
             Recognised::Capture(format) => {
-                let source = ReaderSource::spawn(head, reader).map_err(failed)?;
+                let pieces = timing::reads(stamps.unwrap_or_default());
+                let source = ReaderSource::spawn(head.chain(reader), pieces).map_err(failed)?;
                 Ok(Self { format, stored_bytes, stored_bytes_read, source })
             }
         }
@@ -90,6 +99,18 @@ pub enum OpenError {
     Directory {
         /// The folder.
         path: PathBuf,
+    },
+    /// The stamps beside a capture are not what they should be.
+    #[error(
+        "line {line} of {} is not a row \"nanoseconds,offset\" whose offset is at least that of the row before: mend it, or move the \
+         file away to read the capture without arrival times",
+        path.display()
+    )]
+    Timing {
+        /// The sidecar.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
     },
     /// Readable, but not a capture of a VN-100.
     #[error(

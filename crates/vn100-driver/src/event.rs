@@ -6,6 +6,7 @@ use vn100_protocol::{BadKind, Layout, PrintFormat, Tally};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every event is a batch, and there is one for each read")]
 pub enum Event {
     /// What one read brought.
     Batch(Batch),

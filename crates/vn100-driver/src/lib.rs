@@ -28,6 +28,7 @@ mod event;
 mod read_samples;
 mod recognise;
 mod source;
+mod timing;
 
 pub use capture::{Capture, OpenError};
 pub use codec::{Decoded, SentenceCodec};

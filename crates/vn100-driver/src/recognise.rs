@@ -24,11 +24,23 @@ pub(crate) enum Recognised {
     Unknown(String),
 }
 
-/// The first bytes of a capture, and the error that ended them early if one did.
+/// The first bytes of a capture, and the error that ended them early if one did. Reads as what it was read from.
 #[derive(Debug, Default)]
 pub(crate) struct Head {
-    pub(crate) bytes: Vec<u8>,
-    pub(crate) fault: Option<io::Error>,
+    bytes: Vec<u8>,
+    shown: usize,
+    fault: Option<io::Error>,
+}
+
+impl Read for Head {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = (&self.bytes[self.shown..]).read(buffer)?;
+        self.shown += n;
+        match self.fault.take_if(|_| n == 0) {
+            Some(fault) => Err(fault),
+            None => Ok(n),
+        }
+    }
 }
 
 /// Reads the head of `reader` (no more than is needed to be sure) and says what it is.

@@ -2,14 +2,12 @@
 
 use std::{
     future::Future,
-    io::{self, Read},
+    io::{self, Read, Take},
     thread,
 };
 
 use bytes::{Bytes, BytesMut};
 use tokio::sync::mpsc;
-
-use crate::recognise::Head;
 
 /// Bytes of one read. Large enough that handing a chunk over costs nothing per line, small enough to stay in the second-level
 /// cache between the thread that reads and the one that parses.
@@ -45,10 +43,20 @@ pub struct ReaderSource {
 }
 
 impl ReaderSource {
-    /// Starts reading: first `head` (what was already taken from the reader), then the reader to its end.
-    pub(crate) fn spawn(head: Head, reader: impl Read + Send + 'static) -> io::Result<Self> {
+    /// Starts reading `reader` to its end: in pieces that each bring so many bytes with one stamp, then what is left without one.
+    pub(crate) fn spawn(
+        mut reader: impl Read + Send + 'static,
+        pieces: impl Iterator<Item = (u64, Option<i64>)> + Send + 'static,
+    ) -> io::Result<Self> {
         let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
-        thread::Builder::new().name("capture-reader".into()).spawn(move || read_to_end(head, reader, &sender))?;
+        let read_all = move || {
+            for (bytes, at_ns) in pieces.chain([(u64::MAX, None)]) {
+                if read_piece(reader.by_ref().take(bytes), at_ns, &sender).is_err() {
+                    return;
+                }
+            }
+        };
+        thread::Builder::new().name("capture-reader".into()).spawn(read_all)?;
         Ok(Self { chunks })
     }
 }
@@ -59,29 +67,30 @@ impl Source for ReaderSource {
     }
 }
 
-fn read_to_end(head: Head, mut reader: impl Read, chunks: &mpsc::Sender<io::Result<Chunk>>) {
-    if !head.bytes.is_empty() && chunks.blocking_send(Ok(Chunk { bytes: head.bytes.into(), at_ns: None })).is_err() {
-        return;
-    }
-    if let Some(fault) = head.fault {
-        // nobody left to tell is as good an end as any
-        let _ = chunks.blocking_send(Err(fault));
-        return;
-    }
-    loop {
-        let mut buffer = BytesMut::zeroed(READ_BYTES);
-        let item = match reader.read(&mut buffer) {
-            Ok(0) => return,
+/// There is nothing more to read, or nobody to read for.
+struct Ended;
+
+fn read_piece(
+    mut reader: Take<impl Read>,
+    at_ns: Option<i64>,
+    chunks: &mpsc::Sender<io::Result<Chunk>>,
+) -> Result<(), Ended> {
+    while reader.limit() > 0 {
+        let wanted = usize::try_from(reader.limit()).map_or(READ_BYTES, |limit| limit.min(READ_BYTES));
+        let mut buffer = BytesMut::zeroed(wanted);
+        let chunk = match reader.read(&mut buffer) {
+            Ok(0) => return Err(Ended),
             Ok(n) => {
                 buffer.truncate(n);
-                Ok(Chunk { bytes: buffer.freeze(), at_ns: None })
+                Ok(Chunk { bytes: buffer.freeze(), at_ns })
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
             Err(error) => Err(error),
         };
-        let failed = item.is_err();
-        if chunks.blocking_send(item).is_err() || failed {
-            return;
+        let failed = chunk.is_err();
+        if chunks.blocking_send(chunk).is_err() || failed {
+            return Err(Ended);
         }
     }
+    Ok(())
 }
