@@ -48,10 +48,7 @@ pub enum DecimalError {
         found: u8,
     },
     /// More digits than a 32-bit count holds, or more than 255 of them behind the point.
-    #[error(
-        "the digits make a count beyond {} or stand more than 255 places behind the point",
-        i32::MAX
-    )]
+    #[error("the digits make a count beyond {} or stand more than 255 places behind the point", i32::MAX)]
     Overflow,
 }
 
@@ -76,11 +73,7 @@ impl Decimal {
         };
         // `-` lies two above `+`. One test for both: signs are random, and a branch that tells them apart is mispredicted half of the time
         if sign.wrapping_sub(b'+') & !2 != 0 {
-            return Err(if sign == b',' {
-                DecimalError::Empty
-            } else {
-                DecimalError::NoSign { found: sign }
-            });
+            return Err(if sign == b',' { DecimalError::Empty } else { DecimalError::NoSign { found: sign } });
         }
         let negative = sign == b'-';
         let (whole, point) = append_digits(0, input, 1);
@@ -98,30 +91,16 @@ impl Decimal {
             Some(&found) => return Err(DecimalError::Unexpected { found }),
         }
         // nine digits cannot overflow; more may, leading zeros or not
-        let magnitude = if end <= "+123456789.".len() {
-            magnitude.cast_signed()
-        } else {
-            checked_magnitude(&input[1..end])?
-        };
+        let magnitude =
+            if end <= "+123456789.".len() { magnitude.cast_signed() } else { checked_magnitude(&input[1..end])? };
         let count = magnitude * (1 - 2 * i32::from(negative));
-        Ok((
-            Self {
-                count,
-                negative_zero: negative && count == 0,
-                decimals,
-            },
-            &input[end..],
-        ))
+        Ok((Self { count, negative_zero: negative && count == 0, decimals }, &input[end..]))
     }
 
     /// The number `count` / 10^`decimals`; `negative_zero` is for a `count` of 0 alone.
     #[must_use]
     pub fn from_count(count: i32, negative_zero: bool, decimals: u8) -> Self {
-        Self {
-            count,
-            negative_zero: negative_zero && count == 0,
-            decimals,
-        }
+        Self { count, negative_zero: negative_zero && count == 0, decimals }
     }
 
     /// The number in units of its last digit, exactly. What [`parse`](Self::parse) gives lies within ±[`i32::MAX`].
@@ -151,22 +130,14 @@ impl Decimal {
     /// # Errors
     /// What `out` reports.
     pub fn write(&self, out: &mut impl fmt::Write, whole_digits: usize) -> fmt::Result {
-        let sign = if self.count < 0 || self.negative_zero {
-            '-'
-        } else {
-            '+'
-        };
+        let sign = if self.count < 0 || self.negative_zero { '-' } else { '+' };
         let magnitude = self.count.unsigned_abs();
         // beyond ten decimals there is no whole part left, since a count has ten digits at most
         let (whole, fraction) = match 10_u32.checked_pow(self.decimals.into()) {
             Some(unit) => (magnitude / unit, magnitude % unit),
             None => (0, magnitude),
         };
-        write!(
-            out,
-            "{sign}{whole:0whole_digits$}.{fraction:0decimals$}",
-            decimals = usize::from(self.decimals)
-        )
+        write!(out, "{sign}{whole:0whole_digits$}.{fraction:0decimals$}", decimals = usize::from(self.decimals))
     }
 }
 
@@ -174,9 +145,7 @@ impl Decimal {
 #[inline(always)]
 fn append_digits(mut magnitude: u32, input: &[u8], mut at: usize) -> (u32, usize) {
     while let Some(byte @ b'0'..=b'9') = input.get(at) {
-        magnitude = magnitude
-            .wrapping_mul(10)
-            .wrapping_add(u32::from(byte - b'0'));
+        magnitude = magnitude.wrapping_mul(10).wrapping_add(u32::from(byte - b'0'));
         at += 1;
     }
     (magnitude, at)
@@ -185,16 +154,10 @@ fn append_digits(mut magnitude: u32, input: &[u8], mut at: usize) -> (u32, usize
 /// The number of all digits in `field`.
 #[cold]
 fn checked_magnitude(field: &[u8]) -> Result<i32, DecimalError> {
-    field
-        .iter()
-        .filter(|byte| byte.is_ascii_digit())
-        .try_fold(0_i32, |magnitude, byte| {
-            let digit = i32::from(byte - b'0');
-            magnitude
-                .checked_mul(10)
-                .and_then(|tens| tens.checked_add(digit))
-                .ok_or(DecimalError::Overflow)
-        })
+    field.iter().filter(|byte| byte.is_ascii_digit()).try_fold(0_i32, |magnitude, byte| {
+        let digit = i32::from(byte - b'0');
+        magnitude.checked_mul(10).and_then(|tens| tens.checked_add(digit)).ok_or(DecimalError::Overflow)
+    })
 }
 
 #[cfg(test)]
@@ -263,9 +226,7 @@ mod tests {
             (i32::MAX, 10, 1, "+0.2147483647"),
         ] {
             let mut out = String::new();
-            Decimal::from_count(count, false, decimals)
-                .write(&mut out, whole_digits)
-                .unwrap();
+            Decimal::from_count(count, false, decimals).write(&mut out, whole_digits).unwrap();
             assert_eq!(out, text);
         }
     }

@@ -64,13 +64,7 @@ impl Decoder {
     /// A decoder at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
-            stepper: Stepper {
-                framer: Framer::new(options),
-            },
-            carry: [0; CARRY],
-            carried: 0,
-        }
+        Self { stepper: Stepper { framer: Framer::new(options) }, carry: [0; CARRY], carried: 0 }
     }
 
     /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it completes, in the order of the stream.
@@ -108,10 +102,10 @@ impl Decoder {
         self.carried = 0;
     }
 
-    /// The first item of `input`, and the number of bytes up to its end.
+    /// The number of bytes at the head of `input` that are done with, and the item they end with.
     ///
-    /// The caller drops the bytes consumed and offers the others again, with more behind them; without an item at least as many bytes
-    /// are needed as it takes to go on. `end_of_input` says that there will be none. Not to be mixed with [`push`](Self::push).
+    /// The caller drops these bytes and offers the others again. `None` asks for more of them; with `end_of_input`, which says that there
+    /// are none, it means that all are done with. Not to be mixed with [`push`](Self::push) on one stream.
     #[inline]
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
@@ -121,19 +115,12 @@ impl Decoder {
     /// What the stream has carried so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
-        Tally {
-            buffered_bytes: self.carried as u64,
-            ..self.stepper.framer.tally
-        }
+        Tally { buffered_bytes: self.carried as u64, ..self.stepper.framer.tally }
     }
 
     /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part of `bytes` that is left, or `None`
     /// when all of it had to be carried too.
-    fn finish_carried<'a>(
-        &mut self,
-        bytes: &'a [u8],
-        sink: &mut impl FnMut(Item<'_>),
-    ) -> Option<&'a [u8]> {
+    fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl FnMut(Item<'_>)) -> Option<&'a [u8]> {
         if self.carried == 0 {
             return Some(bytes);
         }
@@ -192,37 +179,31 @@ impl Stepper {
         (consumed, item)
     }
 
+    #[inline]
     fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
-        let measurement = match sentence.header() {
-            b"VNYMR" => Ymr::parse(&sentence).map(Item::Ymr),
-            b"VNIMU" => Imu::parse(&sentence).map(Item::Imu),
-            _ => {
-                self.count_unchecked(&sentence);
-                return if sentence.is_reply() {
-                    self.framer.tally.replies += 1;
-                    Item::Reply(sentence)
-                } else {
-                    self.framer.tally.other += 1;
-                    Item::Other(sentence)
-                };
-            }
+        let (item, count) = match sentence.header() {
+            b"VNYMR" => match Ymr::parse(&sentence) {
+                Ok(ymr) => (Item::Ymr(ymr), &mut self.framer.tally.samples),
+                Err(error) => return self.refuse(sentence, error),
+            },
+            b"VNIMU" => match Imu::parse(&sentence) {
+                Ok(imu) => (Item::Imu(imu), &mut self.framer.tally.samples),
+                Err(error) => return self.refuse(sentence, error),
+            },
+            _ if sentence.is_reply() => (Item::Reply(sentence), &mut self.framer.tally.replies),
+            _ => (Item::Other(sentence), &mut self.framer.tally.other),
         };
-        match measurement {
-            Ok(item) => {
-                self.count_unchecked(&sentence);
-                self.framer.tally.samples += 1;
-                item
-            }
-            Err(MessageError::Grammar(error)) => {
-                Item::Bad(self.framer.reject(sentence, BadKind::Grammar(error)))
-            }
-            Err(MessageError::Range(error)) => {
-                Item::Bad(self.framer.reject(sentence, BadKind::Range(error)))
-            }
-        }
+        *count += 1;
+        self.framer.tally.unchecked_lines += u64::from(sentence.check == Check::None);
+        item
     }
 
-    fn count_unchecked(&mut self, sentence: &Sentence<'_>) {
-        self.framer.tally.unchecked_lines += u64::from(sentence.check == Check::None);
+    #[cold]
+    fn refuse<'a>(&mut self, sentence: Sentence<'a>, error: MessageError) -> Item<'a> {
+        let kind = match error {
+            MessageError::Grammar(error) => BadKind::Grammar(error),
+            MessageError::Range(error) => BadKind::Range(error),
+        };
+        Item::Bad(self.framer.reject(sentence, kind))
     }
 }

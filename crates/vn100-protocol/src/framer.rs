@@ -84,12 +84,7 @@ impl Framer {
     /// A framer at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self {
-            options,
-            tally: Tally::default(),
-            offset: 0,
-            line: Line::None,
-        }
+        Self { options, tally: Tally::default(), offset: 0, line: Line::None }
     }
 
     /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one consumed.
@@ -102,23 +97,14 @@ impl Framer {
             self.skip(skipped);
             at += skipped;
             let candidate = &input[at..];
-            let found = if candidate[0] == b'$' {
-                self.sentence(candidate, end_of_input)
-            } else {
-                self.packet(candidate)
-            };
+            let found =
+                if candidate[0] == b'$' { self.sentence(candidate, end_of_input) } else { self.packet(candidate) };
             match found {
                 Found::Frame(length, frame) => {
-                    return Step {
-                        consumed: at + length,
-                        item: Some(frame),
-                    };
+                    return Step { consumed: at + length, item: Some(frame) };
                 }
                 Found::Incomplete if !end_of_input => {
-                    return Step {
-                        consumed: at,
-                        item: None,
-                    };
+                    return Step { consumed: at, item: None };
                 }
                 Found::Incomplete | Found::Nothing => {
                     self.skip(1);
@@ -130,10 +116,7 @@ impl Framer {
         if end_of_input {
             self.line = Line::None;
         }
-        Step {
-            consumed: input.len(),
-            item: None,
-        }
+        Step { consumed: input.len(), item: None }
     }
 
     /// Accounts for a good sentence of `length` bytes that somebody else has found.
@@ -150,11 +133,7 @@ impl Framer {
         self.tally.bad_line_bytes += sentence.raw.len() as u64;
         self.tally.bad.count(kind);
         self.line = Line::Bad;
-        BadLine {
-            kind,
-            raw: sentence.raw,
-            offset: sentence.offset,
-        }
+        BadLine { kind, raw: sentence.raw, offset: sentence.offset }
     }
 
     /// Gives CR and LF at the head of `input` to the line before them.
@@ -165,22 +144,14 @@ impl Framer {
             Line::Good => &mut self.tally.good_line_bytes,
             Line::Bad => &mut self.tally.bad_line_bytes,
         };
-        let length = input
-            .iter()
-            .take_while(|byte| matches!(byte, b'\r' | b'\n'))
-            .count();
+        let length = input.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         *bytes += length as u64;
         self.advance(length);
         length
     }
 
     fn sentence<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
-        let Start::Ends {
-            body,
-            length,
-            verdict,
-        } = judge(input, end_of_input)
-        else {
+        let Start::Ends { body, length, verdict } = judge(input, end_of_input) else {
             return Found::Incomplete;
         };
         let (raw, offset) = (&input[..length], self.offset);
@@ -191,12 +162,7 @@ impl Framer {
         let frame = match verdict {
             Ok(check) => {
                 self.accept(length);
-                Frame::Sentence(Sentence {
-                    body: &input[1..1 + body],
-                    raw,
-                    check,
-                    offset,
-                })
+                Frame::Sentence(Sentence { body: &input[1..1 + body], raw, check, offset })
             }
             Err(kind) => {
                 self.advance(length);
@@ -214,10 +180,7 @@ impl Framer {
             Candidate::Incomplete => Found::Incomplete,
             Candidate::No => Found::Nothing,
             Candidate::Packet(length) => {
-                let packet = Packet {
-                    raw: &input[..length],
-                    offset: self.offset,
-                };
+                let packet = Packet { raw: &input[..length], offset: self.offset };
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
                 self.tally.packets += 1;
@@ -251,20 +214,12 @@ enum Found<'a> {
 fn judge(input: &[u8], end_of_input: bool) -> Start {
     let behind_start = &input[1..];
     let body = body_length(&behind_start[..behind_start.len().min(MAX_BODY + 1)]);
-    let without_digits = |kind| Start::Ends {
-        body,
-        length: 1 + body,
-        verdict: Err(kind),
-    };
+    let without_digits = |kind| Start::Ends { body, length: 1 + body, verdict: Err(kind) };
     if body > MAX_BODY {
         return without_digits(BadKind::TooLong);
     }
     match behind_start.get(body) {
-        Some(b'*') => judge_digits(
-            &behind_start[..body],
-            &behind_start[body + 1..],
-            end_of_input,
-        ),
+        Some(b'*') => judge_digits(&behind_start[..body], &behind_start[body + 1..], end_of_input),
         Some(b'\r' | b'\n') => without_digits(BadKind::Unchecked),
         Some(_) => without_digits(BadKind::Truncated),
         None if end_of_input => without_digits(BadKind::Truncated),
@@ -276,99 +231,52 @@ fn judge(input: &[u8], end_of_input: bool) -> Start {
 fn judge_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     let head = &tail[..tail.len().min(5)];
     let runs_on = |length| length < 5 && length == tail.len() && !end_of_input;
-    let ends = |behind_body, verdict| Start::Ends {
-        body: body.len(),
-        length: 1 + body.len() + 1 + behind_body,
-        verdict,
-    };
+    let ends =
+        |behind_body, verdict| Start::Ends { body: body.len(), length: 1 + body.len() + 1 + behind_body, verdict };
 
-    let digits = head
-        .iter()
-        .take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'))
-        .count();
+    let digits = head.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F')).count();
     if runs_on(digits) {
         return Start::Incomplete;
     }
     match head[..digits] {
         [a, b] => {
             let received = hex(a) << 4 | hex(b);
-            return ends(
-                digits,
-                compare(
-                    CheckDigits::Xor8(xor8(body)),
-                    CheckDigits::Xor8(received),
-                    Check::Xor8,
-                ),
-            );
+            return ends(digits, compare(CheckDigits::Xor8(xor8(body)), CheckDigits::Xor8(received), Check::Xor8));
         }
         [a, b, c, d] => {
             let received = u16::from_be_bytes([hex(a) << 4 | hex(b), hex(c) << 4 | hex(d)]);
-            return ends(
-                digits,
-                compare(
-                    CheckDigits::Crc16(crc16(body)),
-                    CheckDigits::Crc16(received),
-                    Check::Crc16,
-                ),
-            );
+            return ends(digits, compare(CheckDigits::Crc16(crc16(body)), CheckDigits::Crc16(received), Check::Crc16));
         }
         _ => {}
     }
     // whatever is written in place of the digits is part of the evidence
-    let written = head
-        .iter()
-        .take_while(|byte| byte.is_ascii_alphanumeric())
-        .count();
+    let written = head.iter().take_while(|byte| byte.is_ascii_alphanumeric()).count();
     if runs_on(written) {
         return Start::Incomplete;
     }
     match head.get(written) {
         Some(b'\r' | b'\n') if written == 0 => ends(0, Err(BadKind::Unchecked)),
         Some(b'$' | ..=0x1F | 0x7F..) | None if written == 0 => ends(0, Err(BadKind::Truncated)),
-        _ => ends(
-            written,
-            Err(BadKind::Checksum {
-                computed: CheckDigits::Xor8(xor8(body)),
-                received: None,
-            }),
-        ),
+        _ => ends(written, Err(BadKind::Checksum { computed: CheckDigits::Xor8(xor8(body)), received: None })),
     }
 }
 
 fn compare(computed: CheckDigits, received: CheckDigits, check: Check) -> Result<Check, BadKind> {
-    if computed == received {
-        Ok(check)
-    } else {
-        Err(BadKind::Checksum {
-            computed,
-            received: Some(received),
-        })
-    }
+    if computed == received { Ok(check) } else { Err(BadKind::Checksum { computed, received: Some(received) }) }
 }
 
 /// The value of an upper-case hexadecimal digit.
 fn hex(digit: u8) -> u8 {
-    if digit <= b'9' {
-        digit - b'0'
-    } else {
-        digit - b'A' + 10
-    }
+    if digit <= b'9' { digit - b'0' } else { digit - b'A' + 10 }
 }
 
 /// The number of bytes at the head of `bytes` that can stand in a body.
 fn body_length(bytes: &[u8]) -> usize {
     // sixteen at a time without a branch: one vector register
     let (blocks, _) = bytes.as_chunks::<16>();
-    let clean = 16
-        * blocks
-            .iter()
-            .take_while(|block| block.iter().fold(true, |all, &byte| all & is_body(byte)))
-            .count();
-    clean
-        + bytes[clean..]
-            .iter()
-            .take_while(|&&byte| is_body(byte))
-            .count()
+    let clean =
+        16 * blocks.iter().take_while(|block| block.iter().fold(true, |all, &byte| all & is_body(byte))).count();
+    clean + bytes[clean..].iter().take_while(|&&byte| is_body(byte)).count()
 }
 
 #[inline]

@@ -56,18 +56,12 @@ impl Channel {
 }
 
 /// `$VNYMR`: attitude, and the compensated magnetic field, acceleration and angular rate.
-pub static VNYMR: Layout = Layout {
-    message: Cow::Borrowed("VNYMR"),
-    compensated: true,
-    channels: Cow::Borrowed(&YMR_CHANNELS),
-};
+pub static VNYMR: Layout =
+    Layout { message: Cow::Borrowed("VNYMR"), compensated: true, channels: Cow::Borrowed(&YMR_CHANNELS) };
 
 /// `$VNIMU`: the uncompensated magnetic field, acceleration and angular rate, with temperature and pressure.
-pub static VNIMU: Layout = Layout {
-    message: Cow::Borrowed("VNIMU"),
-    compensated: false,
-    channels: Cow::Borrowed(&IMU_CHANNELS),
-};
+pub static VNIMU: Layout =
+    Layout { message: Cow::Borrowed("VNIMU"), compensated: false, channels: Cow::Borrowed(&IMU_CHANNELS) };
 
 pub(crate) static YMR_CHANNELS: [Channel; 12] = [
     angle("yaw"),
@@ -115,21 +109,9 @@ const fn angular_rate(name: &'static str) -> Channel {
 }
 
 /// The limits are wider than any range the sensor is sold with: they are there to catch damage that the checksum let through.
-const fn channel(
-    name: &'static str,
-    quantity: Quantity,
-    unit: &'static str,
-    decimals: u8,
-    limit: i32,
-) -> Channel {
+const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
     let limit_counts = limit * 10_i32.pow(decimals as u32);
-    Channel {
-        name: Cow::Borrowed(name),
-        quantity,
-        unit: Cow::Borrowed(unit),
-        decimals,
-        limit_counts,
-    }
+    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, limit_counts }
 }
 
 #[cfg(test)]
@@ -138,12 +120,9 @@ mod tests {
 
     #[test]
     fn values_are_the_nearest_floats() {
-        for (channel, count, text) in [
-            (0, -85_469, "-85.469"),
-            (3, 4_403, "0.4403"),
-            (9, -301, "-0.000301"),
-            (9, 39_999_999, "39.999999"),
-        ] {
+        for (channel, count, text) in
+            [(0, -85_469, "-85.469"), (3, 4_403, "0.4403"), (9, -301, "-0.000301"), (9, 39_999_999, "39.999999")]
+        {
             assert_eq!(VNYMR.channels[channel].value(count), text.parse().unwrap());
         }
     }
@@ -151,11 +130,7 @@ mod tests {
     #[test]
     fn names_are_unique() {
         for layout in [&VNYMR, &VNIMU] {
-            let mut names: Vec<_> = layout
-                .channels
-                .iter()
-                .map(|channel| &channel.name)
-                .collect();
+            let mut names: Vec<_> = layout.channels.iter().map(|channel| &channel.name).collect();
             names.sort();
             names.dedup();
             assert_eq!(names.len(), layout.channels.len());
@@ -164,23 +139,8 @@ mod tests {
 
     #[test]
     fn limits_are_in_counts() {
-        let limits: Vec<_> = VNYMR
-            .channels
-            .iter()
-            .map(|channel| channel.limit_counts)
-            .collect();
-        assert_eq!(
-            limits[2..=9],
-            [
-                180_000, 100_000, 100_000, 100_000, 200_000, 200_000, 200_000, 40_000_000
-            ]
-        );
-        assert_eq!(
-            (
-                VNIMU.channels[9].limit_counts,
-                VNIMU.channels[10].limit_counts
-            ),
-            (2_000, 200_000)
-        );
+        let limits: Vec<_> = VNYMR.channels.iter().map(|channel| channel.limit_counts).collect();
+        assert_eq!(limits[2..=9], [180_000, 100_000, 100_000, 100_000, 200_000, 200_000, 200_000, 40_000_000]);
+        assert_eq!((VNIMU.channels[9].limit_counts, VNIMU.channels[10].limit_counts), (2_000, 200_000));
     }
 }

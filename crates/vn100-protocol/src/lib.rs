@@ -1,4 +1,57 @@
-//! The VN-100's serial protocol: bytes to typed messages and back, without I/O, clock or std.
+//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O, clock or `std`.
+//!
+//! ```
+//! use vn100_protocol::{Check, Decoder, Item, Options};
+//!
+//! let bytes = b"$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322*66\r\n";
+//! let mut decoder = Decoder::new(Options::default());
+//! decoder.push(bytes, |item| match item {
+//!     Item::Imu(imu) => {
+//!         assert_eq!(imu.counts()[5], 9948); // the exact number, in units of its last printed digit
+//!         assert_eq!(imu.accel_m_s2(), [-0.015, 0.019, 9.948]); // the same in the unit of its channel
+//!         let mut line = String::new();
+//!         imu.encode(Check::Xor8, &mut line).unwrap();
+//!         assert_eq!(line.as_bytes(), bytes);
+//!     }
+//!     Item::Bad(line) => panic!("at byte {}: {}", line.offset, line.kind),
+//!     _ => {}
+//! });
+//! assert_eq!(decoder.tally().good_line_bytes, bytes.len() as u64);
+//! ```
+//!
+//! # From bytes to messages
+//!
+//! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. [`Ymr`] and [`Imu`] are what the two measuring
+//! sentences say; a [`Layout`] describes them as data. [`Decoder`] does all of it, counts every byte in a [`Tally`], and reads the usual
+//! `$VNYMR` line on a fast path with the same result. A line that is not let in is an item with its evidence, a [`BadLine`], and never an
+//! error of the stream.
+//!
+//! A number is never a float on its way: it is the integer that its digits make ([`Decimal`]), so that sums of samples can be exact.
+//!
+//! # Units
+//!
+//! | quantity | unit | decimals | limit |
+//! |---|---|---:|---:|
+//! | yaw, pitch, roll | deg | 3 | 180 |
+//! | magnetic field | gauss | 4 | 10 |
+//! | acceleration | m/s² | 3 | 200 |
+//! | angular rate | rad/s | 6 | 40 |
+//! | temperature | °C | 1 | 200 |
+//! | pressure | kPa | 3 | 200 |
+//!
+//! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a magnitude beyond its limit is
+//! [`BadKind::Range`]. Old firmware prints fewer decimals: see [`PrintFormat`].
+//!
+//! # Where this reader departs from the maker's manual
+//!
+//! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is 0x1021, as in the manual's own code
+//!   and in every line of a sensor.
+//! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right). They are [`BadKind::Checksum`] here.
+//! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and it is [`BadKind::Checksum`] here.
+//! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes either order.
+//! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum decides.
+//! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with extension words have no length that this
+//!   crate knows; their bytes are searched like any others.
 #![cfg_attr(not(test), no_std)]
 
 extern crate alloc;

@@ -44,9 +44,7 @@ pub enum GrammarError {
         error: DecimalError,
     },
     /// The numbers are not printed as any firmware prints them.
-    #[error(
-        "{channel} has {found} decimals and should have {expected}, going by the first number of the line"
-    )]
+    #[error("{channel} has {found} decimals and should have {expected}, going by the first number of the line")]
     Decimals {
         /// The first channel printed otherwise.
         channel: &'static str,
@@ -98,25 +96,18 @@ struct Counts<const N: usize> {
 
 /// Splits a sentence into the numbers of `layout` and a suffix.
 #[inline]
-fn parse_fields<const N: usize>(
-    sentence: &Sentence<'_>,
-    layout: &'static Layout,
-) -> Result<Fields<N>, GrammarError> {
+fn parse_fields<const N: usize>(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
     let header: IResult<_, _> = tag(layout.message.as_bytes()).parse(sentence.body);
     let Ok((mut rest, _)) = header else {
-        return Err(GrammarError::Header {
-            expected: &layout.message,
-        });
+        return Err(GrammarError::Header { expected: &layout.message });
     };
     let mut numbers = [Decimal::from_count(0, false, 0); N];
     for (number, channel) in numbers.iter_mut().zip(&*layout.channels) {
         let [b',', field @ ..] = rest else {
             return Err(field_count(N, sentence));
         };
-        (*number, rest) = Decimal::parse_prefix(field).map_err(|error| GrammarError::Number {
-            channel: &channel.name,
-            error,
-        })?;
+        (*number, rest) =
+            Decimal::parse_prefix(field).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
     }
     let suffix = match rest {
         [] => Suffix::default(),
@@ -128,22 +119,13 @@ fn parse_fields<const N: usize>(
 
 #[cold]
 fn field_count(expected: usize, sentence: &Sentence<'_>) -> GrammarError {
-    GrammarError::FieldCount {
-        expected,
-        found: sentence.body.iter().filter(|&&byte| byte == b',').count(),
-    }
+    GrammarError::FieldCount { expected, found: sentence.body.iter().filter(|&&byte| byte == b',').count() }
 }
 
 /// Brings printed numbers to the decimals of `layout`, which are no fewer, and judges their range.
 #[inline]
-fn scale<const N: usize>(
-    numbers: &[Decimal; N],
-    layout: &'static Layout,
-) -> Result<Counts<N>, RangeError> {
-    let mut scaled = Counts {
-        counts: [0; N],
-        negative_zeros: 0,
-    };
+fn scale<const N: usize>(numbers: &[Decimal; N], layout: &'static Layout) -> Result<Counts<N>, RangeError> {
+    let mut scaled = Counts { counts: [0; N], negative_zeros: 0 };
     for (index, (number, channel)) in numbers.iter().zip(&*layout.channels).enumerate() {
         let mut count = i64::from(number.count());
         for _ in number.decimals()..channel.decimals {
@@ -165,11 +147,7 @@ fn write_sentence<W: fmt::Write>(
     body: impl FnOnce(&mut Checked<'_, W>) -> fmt::Result,
 ) -> fmt::Result {
     out.write_char('$')?;
-    let mut checked = Checked {
-        out,
-        xor: 0,
-        crc: 0,
-    };
+    let mut checked = Checked { out, xor: 0, crc: 0 };
     body(&mut checked)?;
     let Checked { out, xor, crc } = checked;
     match check {

@@ -4,7 +4,8 @@
 //! FA | groups u8 | field word u16 LE, one per set bit of groups | payload | CRC-16 high byte first
 //! ```
 //!
-//! A packet has no length field: its length follows from the size of every field in its masks.
+//! A packet has no length field: its length follows from the size of every field in its masks. The CRC alone decides, over whatever
+//! bytes these are: one in 65 536 false starts with known masks is taken for a packet.
 
 use crate::checksum::crc16;
 
@@ -77,11 +78,7 @@ pub(crate) fn judge(input: &[u8]) -> Candidate {
 /// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
 fn payload_length(word: u16, sizes: &[u8; 16]) -> Option<usize> {
     let mut length = 0;
-    for (_, &size) in sizes
-        .iter()
-        .enumerate()
-        .filter(|(bit, _)| word >> bit & 1 == 1)
-    {
+    for (_, &size) in sizes.iter().enumerate().filter(|(bit, _)| word >> bit & 1 == 1) {
         if size == 0 {
             return None;
         }
@@ -96,10 +93,7 @@ mod tests {
 
     fn bytes(hex: &str) -> Vec<u8> {
         let digits: Vec<_> = hex.bytes().filter(|byte| *byte != b' ').collect();
-        digits
-            .chunks(2)
-            .map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap())
-            .collect()
+        digits.chunks(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
     }
 
     const RECORDED: [&str; 4] = [
@@ -117,11 +111,7 @@ mod tests {
             assert_eq!(packet.len(), length);
             assert_eq!(judge(&packet), Candidate::Packet(length));
             for cut in 1..length {
-                assert_eq!(
-                    judge(&packet[..cut]),
-                    Candidate::Incomplete,
-                    "{cut} of {length} bytes"
-                );
+                assert_eq!(judge(&packet[..cut]), Candidate::Incomplete, "{cut} of {length} bytes");
             }
         }
     }

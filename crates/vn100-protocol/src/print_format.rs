@@ -31,9 +31,7 @@ impl PrintFormat {
     pub fn decimals(self, index: usize, channel: &Channel) -> u8 {
         match self {
             Self::Current => channel.decimals,
-            Self::Old => OLD_YMR
-                .get(index)
-                .map_or(channel.decimals, |form| form.decimals),
+            Self::Old => OLD_YMR.get(index).map_or(channel.decimals, |form| form.decimals),
         }
     }
 
@@ -62,8 +60,5 @@ const OLD_YMR: [FieldForm; 12] = {
 };
 
 const fn form(whole_digits: usize, decimals: u8) -> FieldForm {
-    FieldForm {
-        whole_digits,
-        decimals,
-    }
+    FieldForm { whole_digits, decimals }
 }

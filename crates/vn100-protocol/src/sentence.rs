@@ -25,11 +25,7 @@ impl<'a> Sentence<'a> {
     /// What stands before the first comma, such as `VNRRG`.
     #[must_use]
     pub fn header(&self) -> &'a [u8] {
-        let end = self
-            .body
-            .iter()
-            .position(|&byte| byte == b',')
-            .unwrap_or(self.body.len());
+        let end = self.body.iter().position(|&byte| byte == b',').unwrap_or(self.body.len());
         &self.body[..end]
     }
 

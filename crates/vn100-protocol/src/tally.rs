@@ -50,11 +50,7 @@ impl Tally {
     /// All bytes taken in.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.good_line_bytes
-            + self.bad_line_bytes
-            + self.packet_bytes
-            + self.skipped_bytes
-            + self.buffered_bytes
+        self.good_line_bytes + self.bad_line_bytes + self.packet_bytes + self.skipped_bytes + self.buffered_bytes
     }
 
     /// Samples, replies and other good sentences.

@@ -8,8 +8,7 @@ use crate::{layout::YMR_CHANNELS, message::Ymr};
 pub(crate) const LENGTH: usize = 120;
 
 /// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the `*` are judged by their value.
-const LINE: &[u8; LENGTH] =
-    b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
+const LINE: &[u8; LENGTH] = b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
     +00.000000,+00.000000,+00.000000*00";
 
 /// The length of what the checksum covers and what precedes it: up to the `*`.
@@ -35,15 +34,25 @@ pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Ymr> {
     if [high, low] != [HEX[usize::from(xor >> 4)], HEX[usize::from(xor & 15)]] {
         return None;
     }
-    let mut magnitudes = [0; 12];
-    for (index, at) in FIELDS.into_iter().enumerate() {
-        magnitudes[index] = match index {
-            0..3 => angle(word(line, at)),
-            3..6 => magnetic_field(word(line, at)),
-            6..9 => acceleration(word(line, at)),
-            _ => 10_000_000 * u32::from(line[at + 1] - b'0') + angular_rate(word(line, at + 2)),
-        };
-    }
+    let at = |field: usize| word(line, FIELDS[field]);
+    let rate = |field: usize| {
+        10_000_000 * u32::from(line[FIELDS[field] + 1] - b'0') + angular_rate(word(line, FIELDS[field] + 2))
+    };
+    // spelled out: a loop over the fields is not unrolled, and costs a fifth more
+    let magnitudes = [
+        angle(at(0)),
+        angle(at(1)),
+        angle(at(2)),
+        magnetic_field(at(3)),
+        magnetic_field(at(4)),
+        magnetic_field(at(5)),
+        acceleration(at(6)),
+        acceleration(at(7)),
+        acceleration(at(8)),
+        rate(9),
+        rate(10),
+        rate(11),
+    ];
     let mut counts = [0; 12];
     let mut negative_zeros = 0;
     let mut beyond = false;

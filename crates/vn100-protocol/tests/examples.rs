@@ -1,12 +1,13 @@
 //! Lines that sensors and their maker have printed, and the way back to them.
+#![allow(clippy::expect_used)]
 
 mod support;
 
 use proptest::prelude::*;
 use support::{counts, old_ymr_body, sentence, ymr_body};
 use vn100_protocol::{
-    BadKind, Check, DecimalError, Decoder, GrammarError, Imu, Item, Options, PrintFormat, VNYMR,
-    Ymr, crc16, xor8,
+    BadKind, Check, DecimalError, Decoder, Frame, GrammarError, Imu, Item, Options, PrintFormat, VNYMR, Ymr, crc16,
+    xor8,
 };
 
 /// Bodies as recorded, by firmware 2 and 3 of several sensors, with the digits that came with them.
@@ -63,13 +64,11 @@ const YMR: [(&str, &str); 14] = [
         "VNYMR,-000.326,+088.263,-034.861,-00.2266,+00.2469,-00.5156,-19.679,-40.886,-143.685,-06.326948,-00.046931,-00.119262",
         "55",
     ),
-    (
-        "VNYMR,-170.94,+007.34,+000.70,-1.7866,+0.1747,+2.2113,-00.085,+00.005,-09.847,+00.0003,-00.0012,-00.0001",
-        "61",
-    ),
+    ("VNYMR,-170.94,+007.34,+000.70,-1.7866,+0.1747,+2.2113,-00.085,+00.005,-09.847,+00.0003,-00.0012,-00.0001", "61"),
 ];
 
-const IMU: &str = "VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322";
+const IMU: &str =
+    "VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322";
 
 fn only_item(line: &str, check: impl FnOnce(Item<'_>)) {
     let mut decoder = Decoder::new(Options::default());
@@ -123,37 +122,12 @@ fn with_suffix(suffix: &str) -> String {
 fn recorded_lines_have_their_values() {
     for (body, digits) in YMR {
         let ymr = ymr(&format!("${body}*{digits}\r\n"));
-        let printed: Vec<f64> = body
-            .split(',')
-            .skip(1)
-            .map(|field| field.parse().unwrap())
-            .collect();
-        let values: Vec<f64> = VNYMR
-            .channels
-            .iter()
-            .zip(ymr.counts())
-            .map(|(channel, &count)| channel.value(count))
-            .collect();
+        let printed: Vec<f64> = body.split(',').skip(1).map(|field| field.parse().unwrap()).collect();
+        let values: Vec<f64> =
+            VNYMR.channels.iter().zip(ymr.counts()).map(|(channel, &count)| channel.value(count)).collect();
         assert_eq!(values, printed);
-        let [[mx, my, mz], [ax, ay, az], [gx, gy, gz]] =
-            [ymr.mag_gauss(), ymr.accel_m_s2(), ymr.gyro_rad_s()];
-        assert_eq!(
-            values,
-            [
-                ymr.yaw_deg(),
-                ymr.pitch_deg(),
-                ymr.roll_deg(),
-                mx,
-                my,
-                mz,
-                ax,
-                ay,
-                az,
-                gx,
-                gy,
-                gz
-            ]
-        );
+        let [[mx, my, mz], [ax, ay, az], [gx, gy, gz]] = [ymr.mag_gauss(), ymr.accel_m_s2(), ymr.gyro_rad_s()];
+        assert_eq!(values, [ymr.yaw_deg(), ymr.pitch_deg(), ymr.roll_deg(), mx, my, mz, ax, ay, az, gx, gy, gz]);
     }
 }
 
@@ -172,18 +146,9 @@ fn recorded_lines_come_back_byte_for_byte() {
 fn old_lines_count_in_the_same_units() {
     let old = ymr(&format!("${}*61\r\n", YMR[13].0));
     assert_eq!(old.print_format(), PrintFormat::Old);
-    assert_eq!(
-        *old.counts(),
-        [
-            -170_940, 7_340, 700, -17_866, 1_747, 22_113, -85, 5, -9_847, 300, -1_200, -100
-        ]
-    );
-    let decimals: Vec<_> = VNYMR
-        .channels
-        .iter()
-        .enumerate()
-        .map(|(index, channel)| PrintFormat::Old.decimals(index, channel))
-        .collect();
+    assert_eq!(*old.counts(), [-170_940, 7_340, 700, -17_866, 1_747, 22_113, -85, 5, -9_847, 300, -1_200, -100]);
+    let decimals: Vec<_> =
+        VNYMR.channels.iter().enumerate().map(|(index, channel)| PrintFormat::Old.decimals(index, channel)).collect();
     assert_eq!(decimals, [2, 2, 2, 4, 4, 4, 3, 3, 3, 4, 4, 4]);
 }
 
@@ -191,27 +156,16 @@ fn old_lines_count_in_the_same_units() {
 fn the_uncompensated_message_is_read() {
     let line = format!("${IMU}*66\r\n");
     let sample = imu(&line);
-    assert_eq!(
-        *sample.counts(),
-        [
-            -350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322
-        ]
-    );
+    assert_eq!(*sample.counts(), [-350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322]);
     assert_eq!(sample.mag_gauss(), [-0.035, 0.4222, -0.6643]);
     assert_eq!(sample.accel_m_s2(), [-0.015, 0.019, 9.948]);
     assert_eq!(sample.gyro_rad_s(), [0.002066, -0.008442, -0.044656]);
-    assert_eq!(
-        (sample.temperature_c(), sample.pressure_kpa()),
-        (20.7, 84.322)
-    );
+    assert_eq!((sample.temperature_c(), sample.pressure_kpa()), (20.7, 84.322));
     let mut out = String::new();
     sample.encode(Check::Xor8, &mut out).unwrap();
     assert_eq!(out, line);
     // the pressure with five whole digits, as one edition of the manual has it, is the same pressure
-    assert_eq!(
-        imu(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(),
-        sample.counts()
-    );
+    assert_eq!(imu(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(), sample.counts());
 }
 
 #[test]
@@ -236,16 +190,10 @@ fn other_lines_of_the_maker_are_replies_or_other() {
         ("$VNFWU*5C", true),
         ("$VNCMD*52", true),
         ("$VNSIH,+045.000*62", true),
-        (
-            "$VNRRG,239,-124.743,+001.019,-000.203,+00.019,-00.001,+00.039,+00.001665,-00.000785,+00.000647*55",
-            true,
-        ),
+        ("$VNRRG,239,-124.743,+001.019,-000.203,+00.019,-00.001,+00.039,+00.001665,-00.000785,+00.000647*55", true),
         ("$VNYPR,-129.867,-000.355,-000.296*61", false),
         ("$VNYPR,+010.071,+000.278,-002.026,T1162704,S0000*50", false),
-        (
-            "$VNYBA,+059.745,+003.857,-004.949,+00.001,-00.008,+00.150,+00.000478,-00.000896,-00.001366*5B",
-            false,
-        ),
+        ("$VNYBA,+059.745,+003.857,-004.949,+00.001,-00.008,+00.150,+00.000478,-00.000896,-00.001366*5B", false),
         (
             "$VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,-00.000272,\
              +00.000824,+00.000073,T0000000543*3D",
@@ -258,21 +206,8 @@ fn other_lines_of_the_maker_are_replies_or_other() {
             other => panic!("{line}: {other:?}"),
         });
     }
-    for misprint in [
-        "$VNRRG,01,VN-310*58\r\n",
-        "$VNRRG,01,VN-200*4B\r\n",
-        "$VNYPR,-129.867,-000.355,-000.296*62\r\n",
-    ] {
-        assert!(
-            matches!(
-                bad(misprint),
-                BadKind::Checksum {
-                    received: Some(_),
-                    ..
-                }
-            ),
-            "{misprint}"
-        );
+    for misprint in ["$VNRRG,01,VN-310*58\r\n", "$VNRRG,01,VN-200*4B\r\n", "$VNYPR,-129.867,-000.355,-000.296*62\r\n"] {
+        assert!(matches!(bad(misprint), BadKind::Checksum { received: Some(_), .. }), "{misprint}");
     }
 }
 
@@ -291,10 +226,7 @@ fn suffixes_come_back() {
                 _ => sentence(&body),
             };
             let sample = ymr(&line);
-            assert_eq!(
-                (sample.suffix().count(), sample.suffix().status()),
-                (count, status)
-            );
+            assert_eq!((sample.suffix().count(), sample.suffix().status()), (count, status));
             let mut out = String::new();
             sample.encode(check, &mut out).unwrap();
             assert_eq!(out, line);
@@ -306,42 +238,14 @@ fn suffixes_come_back() {
 fn what_the_checksum_lets_through_the_grammar_does_not() {
     use GrammarError::{Decimals, FieldCount, Number, Suffix};
     let usual = YMR[0].0;
-    assert_eq!(
-        bad("$VNYMR,-165.918,-008.770,+000.198*7D\r\n"),
-        FieldCount {
-            expected: 12,
-            found: 3
-        }
-        .into()
-    );
-    assert_eq!(
-        grammar("VNYMR"),
-        FieldCount {
-            expected: 12,
-            found: 0
-        }
-    );
-    assert_eq!(
-        grammar(&with_suffix(",+00.000001")),
-        FieldCount {
-            expected: 12,
-            found: 13
-        }
-    );
-    assert_eq!(
-        grammar(&with_suffix(",")),
-        FieldCount {
-            expected: 12,
-            found: 13
-        }
-    );
+    assert_eq!(bad("$VNYMR,-165.918,-008.770,+000.198*7D\r\n"), FieldCount { expected: 12, found: 3 }.into());
+    assert_eq!(grammar("VNYMR"), FieldCount { expected: 12, found: 0 });
+    assert_eq!(grammar(&with_suffix(",+00.000001")), FieldCount { expected: 12, found: 13 });
+    assert_eq!(grammar(&with_suffix(",")), FieldCount { expected: 12, found: 13 });
     assert_eq!(grammar(&with_suffix(",T")), Suffix);
     assert_eq!(grammar(&with_suffix(",T1,T2")), Suffix);
     assert_eq!(grammar(&with_suffix(",S00ff")), Suffix);
-    let number = |error| Number {
-        channel: "pitch",
-        error,
-    };
+    let number = |error| Number { channel: "pitch", error };
     for (field, error) in [
         ("nan", DecimalError::NoSign { found: b'n' }),
         (" +074.972", DecimalError::NoSign { found: b' ' }),
@@ -352,67 +256,35 @@ fn what_the_checksum_lets_through_the_grammar_does_not() {
         ("", DecimalError::Empty),
         ("+74972000000.000", DecimalError::Overflow),
     ] {
-        assert_eq!(
-            grammar(&usual.replace("+074.972", field)),
-            number(error),
-            "{field}"
-        );
+        assert_eq!(grammar(&usual.replace("+074.972", field)), number(error), "{field}");
     }
-    let too_fine = Decimals {
-        channel: "pitch",
-        expected: 3,
-        found: 4,
-    };
+    let too_fine = Decimals { channel: "pitch", expected: 3, found: 4 };
     assert_eq!(grammar(&usual.replace("+074.972", "+074.9720")), too_fine);
-    let mixed = Decimals {
-        channel: "pitch",
-        expected: 2,
-        found: 3,
-    };
+    let mixed = Decimals { channel: "pitch", expected: 2, found: 3 };
     assert_eq!(grammar(&usual.replace("-085.469", "-085.46")), mixed);
-    assert_eq!(
-        grammar(&IMU.replace("+20.7", "+20.70")),
-        Decimals {
-            channel: "temperature",
-            expected: 1,
-            found: 2
-        }
-    );
+    assert_eq!(grammar(&IMU.replace("+20.7", "+20.70")), Decimals { channel: "temperature", expected: 1, found: 2 });
     // 24 spaces are an even number of equal bytes: XOR-8 does not see them
     let spaced = usual.replace(',', ",  ");
     assert_eq!(xor8(spaced.as_bytes()), 0x63);
-    assert!(matches!(
-        grammar(&spaced),
-        Number {
-            channel: "yaw",
-            error: DecimalError::NoSign { found: b' ' }
-        }
-    ));
+    assert!(matches!(grammar(&spaced), Number { channel: "yaw", error: DecimalError::NoSign { found: b' ' } }));
+}
+
+#[test]
+fn a_message_is_not_read_as_another() {
+    let line = format!("${IMU}*66\r\n");
+    let frames = support::frames(line.as_bytes(), Options::default());
+    let [Frame::Sentence(sentence)] = frames[..] else { panic!("{frames:?}") };
+    assert_eq!(Ymr::parse(&sentence), Err(GrammarError::Header { expected: "VNYMR" }.into()));
+    assert!(Imu::parse(&sentence).is_ok());
 }
 
 #[test]
 fn values_that_cannot_be_are_named() {
     for (field, wrong, message) in [
-        (
-            "-085.469",
-            "-180.001",
-            "range: yaw of -180001 counts is beyond ±180000 counts (180 deg)",
-        ),
-        (
-            "+00.9048",
-            "+10.0001",
-            "range: mag_z of 100001 counts is beyond ±100000 counts (10 gauss)",
-        ),
-        (
-            "+08.971",
-            "+999.000",
-            "range: accel_x of 999000 counts is beyond ±200000 counts (200 m/s^2)",
-        ),
-        (
-            "-00.000391",
-            "-40.000001",
-            "range: gyro_z of -40000001 counts is beyond ±40000000 counts (40 rad/s)",
-        ),
+        ("-085.469", "-180.001", "range: yaw of -180001 counts is beyond ±180000 counts (180 deg)"),
+        ("+00.9048", "+10.0001", "range: mag_z of 100001 counts is beyond ±100000 counts (10 gauss)"),
+        ("+08.971", "+999.000", "range: accel_x of 999000 counts is beyond ±200000 counts (200 m/s^2)"),
+        ("-00.000391", "-40.000001", "range: gyro_z of -40000001 counts is beyond ±40000000 counts (40 rad/s)"),
     ] {
         let kind = bad(&sentence(&YMR[0].0.replace(field, wrong)));
         assert!(matches!(kind, BadKind::Range(_)));
@@ -425,23 +297,14 @@ fn values_that_cannot_be_are_named() {
         "range: gyro_x of 99999999900 counts is beyond ±40000000 counts (40 rad/s)"
     );
     for (field, wrong) in [("+20.7", "+200.1"), ("+084.322", "+200.001")] {
-        assert!(matches!(
-            bad(&sentence(&IMU.replace(field, wrong))),
-            BadKind::Range(_)
-        ));
+        assert!(matches!(bad(&sentence(&IMU.replace(field, wrong))), BadKind::Range(_)));
     }
 }
 
 #[test]
 fn counts_out_of_range_are_not_written() {
-    assert_eq!(
-        Ymr::from_counts([180_001; 12]).unwrap_err().channel.name,
-        "yaw"
-    );
-    assert_eq!(
-        Ymr::from_counts([i32::MIN; 12]).unwrap_err().count,
-        i64::from(i32::MIN)
-    );
+    assert_eq!(Ymr::from_counts([180_001; 12]).unwrap_err().channel.name, "yaw");
+    assert_eq!(Ymr::from_counts([i32::MIN; 12]).unwrap_err().count, i64::from(i32::MIN));
 }
 
 proptest! {

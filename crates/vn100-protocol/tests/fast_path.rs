@@ -8,41 +8,28 @@ use vn100_protocol::{BadKind, BadLine, Frame, Item, MessageError, Options, Ymr, 
 
 /// What a stream of `VNYMR` lines is without the fast path.
 fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
-    let items = frames(bytes, Options::default())
-        .into_iter()
-        .map(|frame| match frame {
-            Frame::Packet(packet) => Item::Packet(packet),
-            Frame::Bad(bad) => Item::Bad(bad),
-            Frame::Sentence(sentence) if sentence.header() == b"VNYMR" => {
-                match Ymr::parse(&sentence) {
-                    Ok(ymr) => Item::Ymr(ymr),
-                    Err(error) => {
-                        let kind = match error {
-                            MessageError::Grammar(error) => BadKind::Grammar(error),
-                            MessageError::Range(error) => BadKind::Range(error),
-                        };
-                        Item::Bad(BadLine {
-                            kind,
-                            raw: sentence.raw,
-                            offset: sentence.offset,
-                        })
-                    }
-                }
+    let items = frames(bytes, Options::default()).into_iter().map(|frame| match frame {
+        Frame::Packet(packet) => Item::Packet(packet),
+        Frame::Bad(bad) => Item::Bad(bad),
+        Frame::Sentence(sentence) if sentence.header() == b"VNYMR" => match Ymr::parse(&sentence) {
+            Ok(ymr) => Item::Ymr(ymr),
+            Err(error) => {
+                let kind = match error {
+                    MessageError::Grammar(error) => BadKind::Grammar(error),
+                    MessageError::Range(error) => BadKind::Range(error),
+                };
+                Item::Bad(BadLine { kind, raw: sentence.raw, offset: sentence.offset })
             }
-            Frame::Sentence(sentence) if sentence.is_reply() => Item::Reply(sentence),
-            Frame::Sentence(sentence) => Item::Other(sentence),
-        });
+        },
+        Frame::Sentence(sentence) if sentence.is_reply() => Item::Reply(sentence),
+        Frame::Sentence(sentence) => Item::Other(sentence),
+    });
     items.map(describe).collect()
 }
 
 fn assert_paths_agree(bytes: &[u8]) {
     let (items, _) = decode_in_pieces(bytes, &[], Options::default());
-    assert_eq!(
-        items,
-        items_of_the_general_path(bytes),
-        "{}",
-        String::from_utf8_lossy(bytes)
-    );
+    assert_eq!(items, items_of_the_general_path(bytes), "{}", String::from_utf8_lossy(bytes));
 }
 
 /// Puts the right digits behind the `*` at its usual place, so that the content alone decides.

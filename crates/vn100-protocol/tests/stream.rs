@@ -11,14 +11,10 @@ use vn100_protocol::{BadKind, CheckDigits, Decoder, Frame, Item, Options, crc16,
 /// `Some(true)` is a good sentence, `Some(false)` a bad one. Knows nothing of packets.
 fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
     let mut lines = Vec::new();
-    let is_end_of_body =
-        |&byte: &u8| byte == b'$' || byte == b'*' || !(b' '..=b'~').contains(&byte);
+    let is_end_of_body = |&byte: &u8| byte == b'$' || byte == b'*' || !(b' '..=b'~').contains(&byte);
     for start in (0..bytes.len()).filter(|&at| bytes[at] == b'$') {
         let behind = &bytes[start + 1..];
-        let body = behind
-            .iter()
-            .position(is_end_of_body)
-            .unwrap_or(behind.len());
+        let body = behind.iter().position(is_end_of_body).unwrap_or(behind.len());
         if body > 312 {
             lines.push((start, 1 + 313, false));
             continue;
@@ -29,20 +25,11 @@ fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
             continue;
         };
         let text: String = tail.iter().map(|&byte| char::from(byte)).collect();
-        let digits: String = text
-            .chars()
-            .take_while(|c| "0123456789ABCDEF".contains(*c))
-            .take(5)
-            .collect();
-        let good =
-            digits == format!("{:02X}", xor8(body)) || digits == format!("{:04X}", crc16(body));
+        let digits: String = text.chars().take_while(|c| "0123456789ABCDEF".contains(*c)).take(5).collect();
+        let good = digits == format!("{:02X}", xor8(body)) || digits == format!("{:04X}", crc16(body));
         let written = match digits.len() {
             2 | 4 => digits.len(),
-            _ => text
-                .chars()
-                .take_while(char::is_ascii_alphanumeric)
-                .count()
-                .min(5),
+            _ => text.chars().take_while(char::is_ascii_alphanumeric).count().min(5),
         };
         lines.push((start, 1 + body.len() + 1 + written, good));
     }
@@ -63,17 +50,13 @@ fn damaged_text() -> impl Strategy<Value = Vec<u8>> {
         (any::<Index>(), 0_u32..8).prop_map(|(at, bit)| Edit::Flip(at, 1 << bit)),
         (any::<Index>(), 1_usize..150).prop_map(|(at, count)| Edit::Delete(at, count)),
         (any::<Index>(), vec(any::<u8>(), 1..20)).prop_map(|(at, bytes)| Edit::Insert(at, bytes)),
-        (any::<Index>(), "[$*\r\n 0-9A-Fx]{1,8}")
-            .prop_map(|(at, text)| Edit::Insert(at, text.into_bytes())),
+        (any::<Index>(), "[$*\r\n 0-9A-Fx]{1,8}").prop_map(|(at, text)| Edit::Insert(at, text.into_bytes())),
         any::<Index>().prop_map(|at| Edit::Insert(at, vec![b'-'; 320])),
         (any::<Index>(), any::<Index>()).prop_map(|(from, to)| Edit::Splice(from, to)),
         any::<Index>().prop_map(Edit::Truncate),
     ];
     (vec(counts(), 1..6), vec(edit, 0..8)).prop_map(|(rows, edits)| {
-        let mut bytes: Vec<u8> = rows
-            .into_iter()
-            .flat_map(|row| sentence(&ymr_body(row)).into_bytes())
-            .collect();
+        let mut bytes: Vec<u8> = rows.into_iter().flat_map(|row| sentence(&ymr_body(row)).into_bytes()).collect();
         for edit in edits {
             let length = bytes.len();
             if length == 0 {
@@ -81,26 +64,16 @@ fn damaged_text() -> impl Strategy<Value = Vec<u8>> {
             }
             match edit {
                 Edit::Flip(at, mask) => bytes[at.index(length)] ^= mask,
-                Edit::Delete(at, count) => {
-                    drop(bytes.drain(at.index(length)..(at.index(length) + count).min(length)))
-                }
-                Edit::Insert(at, more) => {
-                    drop(bytes.splice(at.index(length)..at.index(length), more))
-                }
+                Edit::Delete(at, count) => drop(bytes.drain(at.index(length)..(at.index(length) + count).min(length))),
+                Edit::Insert(at, more) => drop(bytes.splice(at.index(length)..at.index(length), more)),
                 Edit::Splice(a, b) => {
-                    let (from, to) = (
-                        a.index(length).min(b.index(length)),
-                        a.index(length).max(b.index(length)),
-                    );
+                    let (from, to) = (a.index(length).min(b.index(length)), a.index(length).max(b.index(length)));
                     bytes.drain(from..to);
                 }
                 Edit::Truncate(at) => bytes.truncate(at.index(length)),
             }
         }
-        bytes
-            .iter_mut()
-            .filter(|byte| **byte == 0xFA)
-            .for_each(|byte| *byte = 0xFB);
+        bytes.iter_mut().filter(|byte| **byte == 0xFA).for_each(|byte| *byte = 0xFB);
         bytes
     })
 }
@@ -203,7 +176,7 @@ fn story(bytes: &[u8]) -> (Vec<String>, u64) {
                 "good".into()
             }
             Item::Packet(_) => "packet".into(),
-            Item::Bad(bad) => bad.kind.to_string().split(':').next().unwrap().to_owned(),
+            Item::Bad(bad) => bad.kind.to_string().split(':').take(1).collect(),
             other => panic!("{other:?}"),
         });
     };
@@ -215,97 +188,27 @@ fn story(bytes: &[u8]) -> (Vec<String>, u64) {
 #[test]
 fn a_good_line_is_not_lost_next_to() {
     let packet = packet(7, [1.0, 2.0, 3.0]);
-    let cases: &[(&str, &[&[u8]], &[&str], u64)] = &[
-        (
-            "a dollar",
-            &[b"$", GOOD.as_bytes()],
-            &["truncated", "good"],
-            0,
-        ),
-        (
-            "dollars",
-            &[b"$$$$", GOOD.as_bytes()],
-            &["truncated", "truncated", "truncated", "truncated", "good"],
-            0,
-        ),
-        (
-            "a packet's start",
-            &[b"\xFA", GOOD.as_bytes()],
-            &["good"],
-            1,
-        ),
-        (
-            "a packet's header",
-            &[b"\xFA\x01\x39\x07", GOOD.as_bytes()],
-            &["good"],
-            4,
-        ),
-        (
-            "packet starts",
-            &[b"\xFA\xFA\xFA", GOOD.as_bytes()],
-            &["good"],
-            3,
-        ),
-        (
-            "a cut packet",
-            &[&packet[..20], GOOD.as_bytes()],
-            &["good"],
-            20,
-        ),
-        (
-            "a line without its CR LF",
-            &[GOOD.trim_end().as_bytes(), GOOD.as_bytes()],
-            &["good", "good"],
-            0,
-        ),
-        (
-            "a bad line without its CR LF",
-            &[b"$VNRRG,01*73", GOOD.as_bytes()],
-            &["checksum", "good"],
-            0,
-        ),
-        (
-            "a line cut before its checksum",
-            &[b"$VNRRG,01", GOOD.as_bytes()],
-            &["truncated", "good"],
-            0,
-        ),
-        (
-            "a line cut in its checksum",
-            &[b"$VNRRG,01*7", GOOD.as_bytes()],
-            &["checksum", "good"],
-            0,
-        ),
-        (
-            "a packet",
-            &[GOOD.as_bytes(), &packet, GOOD.as_bytes()],
-            &["good", "packet", "good"],
-            0,
-        ),
-        (
-            "a packet right behind the digits",
-            &[GOOD.trim_end().as_bytes(), &packet],
-            &["good", "packet"],
-            0,
-        ),
-        (
-            "junk in place of its CR",
-            &[b"$VNRRG,01*72\x8D\n"],
-            &["good"],
-            2,
-        ),
+    /// Its name, the pieces of the stream, the items in it, and the bytes skipped.
+    type Case<'a> = (&'a str, &'a [&'a [u8]], &'a [&'a str], u64);
+    let cases: &[Case<'_>] = &[
+        ("a dollar", &[b"$", GOOD.as_bytes()], &["truncated", "good"], 0),
+        ("dollars", &[b"$$$$", GOOD.as_bytes()], &["truncated", "truncated", "truncated", "truncated", "good"], 0),
+        ("a packet's start", &[b"\xFA", GOOD.as_bytes()], &["good"], 1),
+        ("a packet's header", &[b"\xFA\x01\x39\x07", GOOD.as_bytes()], &["good"], 4),
+        ("packet starts", &[b"\xFA\xFA\xFA", GOOD.as_bytes()], &["good"], 3),
+        ("a cut packet", &[&packet[..20], GOOD.as_bytes()], &["good"], 20),
+        ("a line without its CR LF", &[GOOD.trim_end().as_bytes(), GOOD.as_bytes()], &["good", "good"], 0),
+        ("a bad line without its CR LF", &[b"$VNRRG,01*73", GOOD.as_bytes()], &["checksum", "good"], 0),
+        ("a line cut before its checksum", &[b"$VNRRG,01", GOOD.as_bytes()], &["truncated", "good"], 0),
+        ("a line cut in its checksum", &[b"$VNRRG,01*7", GOOD.as_bytes()], &["checksum", "good"], 0),
+        ("a packet", &[GOOD.as_bytes(), &packet, GOOD.as_bytes()], &["good", "packet", "good"], 0),
+        ("a packet right behind the digits", &[GOOD.trim_end().as_bytes(), &packet], &["good", "packet"], 0),
+        ("junk in place of its CR", &[b"$VNRRG,01*72\x8D\n"], &["good"], 2),
         ("the end of the stream", &[b"$VNRRG,01*72"], &["good"], 0),
     ];
     for (name, pieces, items, skipped) in cases {
         let told = story(&pieces.concat());
-        assert_eq!(
-            told,
-            (
-                items.iter().map(|item| (*item).to_owned()).collect(),
-                *skipped
-            ),
-            "{name}"
-        );
+        assert_eq!(told, (items.iter().map(|item| (*item).to_owned()).collect(), *skipped), "{name}");
     }
 }
 
@@ -327,12 +230,7 @@ fn bad_lines_have_a_kind() {
         (b"$VNR\xFARG,01*72\r\n", "truncated", 11),
         (b"$VNYMR,+1.0*5D\r\n", "checksum", 0),
     ] {
-        assert_eq!(
-            story(bytes),
-            (vec![kind.to_owned()], skipped),
-            "{}",
-            String::from_utf8_lossy(bytes)
-        );
+        assert_eq!(story(bytes), (vec![kind.to_owned()], skipped), "{}", String::from_utf8_lossy(bytes));
     }
     let long = [&b"$"[..], &[b'x'; 400], b"\r\n"].concat();
     assert_eq!(story(&long), (vec!["too long".to_owned()], 401 - 314 + 2));
@@ -342,65 +240,32 @@ fn bad_lines_have_a_kind() {
 fn a_wrong_checksum_tells_both_values() {
     let mut kinds = Vec::new();
     let mut decoder = Decoder::new(Options::default());
-    decoder.push(
-        b"x$VNRRG,01*73\r\n$VNRRG,01*E150\r\n$VNRRG,01*XX\r\n",
-        |item| {
-            if let Item::Bad(bad) = item {
-                kinds.push((bad.offset, bad.raw.len(), bad.kind));
-            }
-        },
-    );
+    decoder.push(b"x$VNRRG,01*73\r\n$VNRRG,01*E150\r\n$VNRRG,01*XX\r\n", |item| {
+        if let Item::Bad(bad) = item {
+            kinds.push((bad.offset, bad.raw.len(), bad.kind));
+        }
+    });
     let (xor, crc) = (CheckDigits::Xor8(0x72), CheckDigits::Crc16(0xE15F));
     assert_eq!(
         kinds,
         [
-            (
-                1,
-                12,
-                BadKind::Checksum {
-                    computed: xor,
-                    received: Some(CheckDigits::Xor8(0x73))
-                }
-            ),
-            (
-                15,
-                14,
-                BadKind::Checksum {
-                    computed: crc,
-                    received: Some(CheckDigits::Crc16(0xE150))
-                }
-            ),
-            (
-                31,
-                12,
-                BadKind::Checksum {
-                    computed: xor,
-                    received: None
-                }
-            ),
+            (1, 12, BadKind::Checksum { computed: xor, received: Some(CheckDigits::Xor8(0x73)) }),
+            (15, 14, BadKind::Checksum { computed: crc, received: Some(CheckDigits::Crc16(0xE150)) }),
+            (31, 12, BadKind::Checksum { computed: xor, received: None }),
         ]
     );
-    assert_eq!(
-        kinds[0].2.to_string(),
-        "checksum: the line gives 72, its end says 73"
-    );
+    assert_eq!(kinds[0].2.to_string(), "checksum: the line gives 72, its end says 73");
 }
 
 #[test]
 fn lines_without_checksum_are_taken_on_request() {
     let mut items = Vec::new();
-    let mut decoder = Decoder::new(Options {
-        accept_unchecked: true,
+    let mut decoder = Decoder::new(Options { accept_unchecked: true });
+    decoder.push(b"$VNRRG,01\r\n$VNRRG,02*\r\n$VNRRG,01*73\r\n$VNRRG,01*72\r\n", |item| {
+        items.push(matches!(item, Item::Reply(_)))
     });
-    decoder.push(
-        b"$VNRRG,01\r\n$VNRRG,02*\r\n$VNRRG,01*73\r\n$VNRRG,01*72\r\n",
-        |item| items.push(matches!(item, Item::Reply(_))),
-    );
     assert_eq!(items, [true, true, false, true]);
-    assert_eq!(
-        (decoder.tally().replies, decoder.tally().unchecked_lines),
-        (3, 2)
-    );
+    assert_eq!((decoder.tally().replies, decoder.tally().unchecked_lines), (3, 2));
 }
 
 #[test]
@@ -410,8 +275,5 @@ fn a_finished_decoder_begins_a_sentence_of_its_own() {
     decoder.push(b"$VNRRG,0", |_| good += 1);
     decoder.finish(|item| assert!(matches!(item, Item::Bad(_))));
     decoder.push(b"1*72\r\n$VNRRG,01*72\r\n", |_| good += 1);
-    assert_eq!(
-        (good, decoder.tally().replies, decoder.tally().bytes()),
-        (1, 1, 28)
-    );
+    assert_eq!((good, decoder.tally().replies, decoder.tally().bytes()), (1, 1, 28));
 }

@@ -36,24 +36,11 @@ impl Imu {
         for (number, channel) in fields.numbers.iter().zip(&*VNIMU.channels) {
             if number.decimals() != channel.decimals {
                 let (expected, found) = (channel.decimals, number.decimals());
-                return Err(GrammarError::Decimals {
-                    channel: &channel.name,
-                    expected,
-                    found,
-                }
-                .into());
+                return Err(GrammarError::Decimals { channel: &channel.name, expected, found }.into());
             }
         }
-        let Counts {
-            counts,
-            negative_zeros,
-        } = scale(&fields.numbers, &VNIMU)?;
-        Ok(Self {
-            counts,
-            negative_zeros,
-            check: sentence.check,
-            suffix: fields.suffix,
-        })
+        let Counts { counts, negative_zeros } = scale(&fields.numbers, &VNIMU)?;
+        Ok(Self { counts, negative_zeros, check: sentence.check, suffix: fields.suffix })
     }
 
     /// The eleven values in the order of the wire, exactly: in units of the last decimal of each channel of [`VNIMU`].

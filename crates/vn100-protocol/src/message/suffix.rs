@@ -18,23 +18,18 @@ use nom::{
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Suffix {
-    count: Option<PaddedCount>,
+    count: u64,
+    /// The digits that the count is printed with; 0 when there is none.
+    count_digits: u8,
     status: Option<u16>,
     status_first: bool,
-}
-
-/// A count with the number of digits it is printed with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct PaddedCount {
-    value: u64,
-    digits: usize,
 }
 
 impl Suffix {
     /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to say.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
-        self.count.map(|count| count.value)
+        (self.count_digits > 0).then_some(self.count)
     }
 
     /// The attitude filter's status word behind `S`.
@@ -49,17 +44,19 @@ impl Suffix {
         while !input.is_empty() {
             let (rest, part) = part(input).ok()?;
             match part {
-                Part::Count(count) if suffix.count.is_none() => suffix.count = Some(count),
+                Part::Count(count, digits) if suffix.count_digits == 0 => {
+                    (suffix.count, suffix.count_digits) = (count, digits)
+                }
                 Part::Status(status) if suffix.status.is_none() => {
                     suffix.status = Some(status);
-                    suffix.status_first = suffix.count.is_none();
+                    suffix.status_first = suffix.count_digits == 0;
                 }
                 _ => return None,
             }
             input = rest;
         }
         // without a count there is no order to remember
-        suffix.status_first &= suffix.count.is_some();
+        suffix.status_first &= suffix.count_digits > 0;
         Some(suffix)
     }
 
@@ -67,8 +64,8 @@ impl Suffix {
         if self.status_first {
             self.write_status(out)?;
         }
-        if let Some(PaddedCount { value, digits }) = self.count {
-            write!(out, ",T{value:0digits$}")?;
+        if self.count_digits > 0 {
+            write!(out, ",T{:0digits$}", self.count, digits = usize::from(self.count_digits))?;
         }
         if !self.status_first {
             self.write_status(out)?;
@@ -77,40 +74,31 @@ impl Suffix {
     }
 
     fn write_status(&self, out: &mut impl fmt::Write) -> fmt::Result {
-        self.status
-            .map_or(Ok(()), |status| write!(out, ",S{status:04X}"))
+        self.status.map_or(Ok(()), |status| write!(out, ",S{status:04X}"))
     }
 }
 
 enum Part {
-    Count(PaddedCount),
+    /// A number, and how many digits it has.
+    Count(u64, u8),
     Status(u16),
 }
 
 fn part(input: &[u8]) -> IResult<&[u8], Part> {
     let is_hex = |byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F');
-    let count = preceded(
-        tag(",T"),
-        map_opt(
-            take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit()),
-            count,
-        ),
-    );
+    let count = preceded(tag(",T"), map_opt(take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit()), count));
     let status = preceded(tag(",S"), map_opt(take_while_m_n(4, 4, is_hex), status));
-    alt((count.map(Part::Count), status.map(Part::Status))).parse(input)
+    alt((count, status)).parse(input)
 }
 
 /// `None` for a number beyond 64 bits, which twenty digits can be.
-fn count(digits: &[u8]) -> Option<PaddedCount> {
+fn count(digits: &[u8]) -> Option<Part> {
     let value = core::str::from_utf8(digits).ok()?.parse().ok()?;
-    Some(PaddedCount {
-        value,
-        digits: digits.len(),
-    })
+    Some(Part::Count(value, digits.len() as u8))
 }
 
-fn status(digits: &[u8]) -> Option<u16> {
-    u16::from_str_radix(core::str::from_utf8(digits).ok()?, 16).ok()
+fn status(digits: &[u8]) -> Option<Part> {
+    u16::from_str_radix(core::str::from_utf8(digits).ok()?, 16).ok().map(Part::Status)
 }
 
 #[cfg(test)]
@@ -119,14 +107,7 @@ mod tests {
 
     #[test]
     fn either_order_and_padding_come_back() {
-        for text in [
-            ",T0",
-            ",T0000000543",
-            ",T18446744073709551615",
-            ",S0000",
-            ",T1162704,S0000",
-            ",S09AF,T0007",
-        ] {
+        for text in [",T0", ",T0000000543", ",T18446744073709551615", ",S0000", ",T1162704,S0000", ",S09AF,T0007"] {
             let suffix = Suffix::parse(text.as_bytes()).unwrap();
             let mut out = String::new();
             suffix.write(&mut out).unwrap();

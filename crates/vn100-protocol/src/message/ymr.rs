@@ -2,12 +2,8 @@
 
 use core::fmt::{self, Write};
 
-use super::{
-    Counts, GrammarError, MessageError, RangeError, Suffix, parse_fields, scale, write_sentence,
-};
-use crate::{
-    checksum::Check, decimal::Decimal, layout::VNYMR, print_format::PrintFormat, sentence::Sentence,
-};
+use super::{Counts, GrammarError, MessageError, RangeError, Suffix, parse_fields, scale, write_sentence};
+use crate::{checksum::Check, decimal::Decimal, layout::VNYMR, print_format::PrintFormat, sentence::Sentence};
 
 /// One `$VNYMR` line.
 ///
@@ -37,17 +33,8 @@ impl Ymr {
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
         let fields = parse_fields(sentence, &VNYMR)?;
         let print_format = print_format(&fields.numbers)?;
-        let Counts {
-            counts,
-            negative_zeros,
-        } = scale(&fields.numbers, &VNYMR)?;
-        Ok(Self {
-            counts,
-            negative_zeros,
-            print_format,
-            check: sentence.check,
-            suffix: fields.suffix,
-        })
+        let Counts { counts, negative_zeros } = scale(&fields.numbers, &VNYMR)?;
+        Ok(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: fields.suffix })
     }
 
     /// A line of the current print format with these counts, in the units of [`counts`](Self::counts).
@@ -57,10 +44,7 @@ impl Ymr {
     pub fn from_counts(counts: [i32; 12]) -> Result<Self, RangeError> {
         for (channel, count) in VNYMR.channels.iter().zip(counts) {
             if count.unsigned_abs() > channel.limit_counts.unsigned_abs() {
-                return Err(RangeError {
-                    channel,
-                    count: count.into(),
-                });
+                return Err(RangeError { channel, count: count.into() });
             }
         }
         Ok(Self::usual(counts, 0))
@@ -152,15 +136,10 @@ impl Ymr {
             out.write_str(&VNYMR.message)?;
             for (index, channel) in VNYMR.channels.iter().enumerate() {
                 let form = &self.print_format.ymr_forms()[index];
-                let printed =
-                    self.counts[index] / 10_i32.pow(u32::from(channel.decimals - form.decimals));
+                let printed = self.counts[index] / 10_i32.pow(u32::from(channel.decimals - form.decimals));
                 out.write_char(',')?;
-                Decimal::from_count(
-                    printed,
-                    self.negative_zeros >> index & 1 == 1,
-                    form.decimals,
-                )
-                .write(out, form.whole_digits)?;
+                Decimal::from_count(printed, self.negative_zeros >> index & 1 == 1, form.decimals)
+                    .write(out, form.whole_digits)?;
             }
             self.suffix.write(out)
         })
@@ -174,19 +153,11 @@ impl Ymr {
 /// The format whose decimals all numbers have.
 fn print_format(numbers: &[Decimal; 12]) -> Result<PrintFormat, GrammarError> {
     let is_old = numbers[0].decimals() == PrintFormat::Old.ymr_forms()[0].decimals;
-    let format = if is_old {
-        PrintFormat::Old
-    } else {
-        PrintFormat::Current
-    };
+    let format = if is_old { PrintFormat::Old } else { PrintFormat::Current };
     for (index, (number, form)) in numbers.iter().zip(format.ymr_forms()).enumerate() {
         if number.decimals() != form.decimals {
             let channel = &VNYMR.channels[index].name;
-            return Err(GrammarError::Decimals {
-                channel,
-                expected: form.decimals,
-                found: number.decimals(),
-            });
+            return Err(GrammarError::Decimals { channel, expected: form.decimals, found: number.decimals() });
         }
     }
     Ok(format)

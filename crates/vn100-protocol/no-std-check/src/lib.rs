@@ -1,0 +1,49 @@
+//! Links the decoder into a static library without `std`: a second panic handler beside that of `std` would not link, and neither
+//! would a call into `std`.
+//!
+//! The allocator has no memory. The layouts may own their names, which takes a global allocator to exist; decoding never asks it.
+#![no_std]
+
+use core::{
+    alloc::{GlobalAlloc, Layout},
+    panic::PanicInfo,
+    ptr::null_mut,
+    slice,
+};
+
+use vn100_protocol::{Decoder, Item, Options};
+
+struct NoMemory;
+
+// SAFETY: a null pointer is what an allocator without memory returns, and there is nothing to give back.
+unsafe impl GlobalAlloc for NoMemory {
+    unsafe fn alloc(&self, _: Layout) -> *mut u8 {
+        null_mut()
+    }
+
+    unsafe fn dealloc(&self, _: *mut u8, _: Layout) {}
+}
+
+#[global_allocator]
+static ALLOCATOR: NoMemory = NoMemory;
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// The number of samples in the `length` bytes at `bytes`.
+///
+/// # Safety
+/// `bytes` points to at least `length` readable bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vn100_count_samples(bytes: *const u8, length: usize) -> u64 {
+    // SAFETY: promised by the caller
+    let bytes = unsafe { slice::from_raw_parts(bytes, length) };
+    let mut decoder = Decoder::new(Options::default());
+    let mut samples = 0;
+    let mut count = |item: Item<'_>| samples += u64::from(matches!(item, Item::Ymr(_) | Item::Imu(_)));
+    decoder.push(bytes, &mut count);
+    decoder.finish(&mut count);
+    samples
+}
