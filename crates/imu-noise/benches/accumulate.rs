@@ -19,44 +19,23 @@ type Kernel = (&'static str, usize, fn(&[Vec<i32>]));
 
 const KERNELS: [Kernel; 7] = [
     ("octaves, strided", ROUNDS, |columns| {
-        each_channel(
-            columns,
-            || Octaves::new(Estimator::Strided, Deviation::Allan),
-            Octaves::push,
-        );
+        each_channel(columns, || Octaves::new(Estimator::Strided, Deviation::Allan), Octaves::push);
     }),
     ("octaves, strided, Hadamard", ROUNDS, |columns| {
-        each_channel(
-            columns,
-            || Octaves::new(Estimator::Strided, Deviation::Hadamard),
-            Octaves::push,
-        );
+        each_channel(columns, || Octaves::new(Estimator::Strided, Deviation::Hadamard), Octaves::push);
     }),
     ("octaves, full", ROUNDS, |columns| {
-        each_channel(
-            columns,
-            || Octaves::new(Estimator::Full, Deviation::Allan),
-            Octaves::push,
-        );
+        each_channel(columns, || Octaves::new(Estimator::Full, Deviation::Allan), Octaves::push);
     }),
-    ("moments", ROUNDS, |columns| {
-        each_channel(columns, Moments::new, Moments::push)
-    }),
-    ("histogram", ROUNDS, |columns| {
-        each_channel(columns, Histogram::new, Histogram::push)
-    }),
+    ("moments", ROUNDS, |columns| each_channel(columns, Moments::new, Moments::push)),
+    ("histogram", ROUNDS, |columns| each_channel(columns, Histogram::new, Histogram::push)),
     ("channel accumulator", ROUNDS, |columns| {
         let new = || ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
         each_channel(columns, new, ChannelAccumulator::push);
     }),
     ("allan crate, streaming", REFERENCE_ROUNDS, |columns| {
         let longest = 1 << (columns[0].len() / 2).ilog2();
-        let config = || {
-            Allan::builder()
-                .style(Style::Decade124)
-                .max_tau(longest)
-                .data_type(DataType::Frequency)
-        };
+        let config = || Allan::builder().style(Style::Decade124).max_tau(longest).data_type(DataType::Frequency);
         each_channel(
             columns,
             || config().build_allan(),
@@ -104,12 +83,8 @@ fn each_channel<A>(columns: &[Vec<i32>], new: impl Fn() -> A, push: impl Fn(&mut
 /// A resting sensor: angles, magnetic field, acceleration, angular rate, three of each.
 fn columns(lines: usize) -> Vec<Vec<i32>> {
     // mean, standard deviation of white noise and of a random walk's step, in counts
-    const NOISE: [(f64, f64, f64); 4] = [
-        (45_000.0, 3.0, 2.0),
-        (2531.0, 6.0, 0.02),
-        (-9800.0, 12.0, 0.01),
-        (1200.0, 300.0, 2.0),
-    ];
+    const NOISE: [(f64, f64, f64); 4] =
+        [(45_000.0, 3.0, 2.0), (2531.0, 6.0, 0.02), (-9800.0, 12.0, 0.01), (1200.0, 300.0, 2.0)];
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let columns = (0..CHANNELS).map(|channel| {
         let (mean, white, step) = NOISE[channel / 3];

@@ -19,11 +19,7 @@ impl ChannelAccumulator {
     /// A channel without samples.
     #[must_use]
     pub fn new(estimator: Estimator, deviation: Deviation) -> Self {
-        Self {
-            moments: Moments::new(),
-            histogram: Histogram::new(),
-            octaves: Octaves::new(estimator, deviation),
-        }
+        Self { moments: Moments::new(), histogram: Histogram::new(), octaves: Octaves::new(estimator, deviation) }
     }
 
     /// Adds the next samples, in time order.

@@ -34,11 +34,7 @@ impl Histogram {
     /// A histogram without samples: no bins.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            width_log2: 0,
-            first: 0,
-            places: Vec::new(),
-        }
+        Self { width_log2: 0, first: 0, places: Vec::new() }
     }
 
     /// Adds samples.
@@ -66,13 +62,8 @@ impl Histogram {
 
     /// The bins that have samples, in rising order: lowest count of the bin, and number of samples.
     pub fn bins(&self) -> impl Iterator<Item = (i64, u64)> {
-        let occupied = self
-            .places
-            .iter()
-            .enumerate()
-            .filter(|&(_, &frequency)| frequency > 0);
-        occupied
-            .map(|(place, &frequency)| ((self.first + place as i64) << self.width_log2, frequency))
+        let occupied = self.places.iter().enumerate().filter(|&(_, &frequency)| frequency > 0);
+        occupied.map(|(place, &frequency)| ((self.first + place as i64) << self.width_log2, frequency))
     }
 
     /// Makes room for a count outside the places, coarser if need be, and adds it.
@@ -81,14 +72,9 @@ impl Histogram {
     fn push_outside(&mut self, count: i32) {
         let occupied: Vec<_> = self.bins().collect();
         let count = i64::from(count);
-        let lowest = occupied
-            .first()
-            .map_or(count, |&(lower, _)| lower.min(count));
-        let highest = occupied
-            .last()
-            .map_or(count, |&(lower, _)| lower.max(count));
-        let span =
-            |width_log2: u32| ((highest >> width_log2) - (lowest >> width_log2) + 1) as usize;
+        let lowest = occupied.first().map_or(count, |&(lower, _)| lower.min(count));
+        let highest = occupied.last().map_or(count, |&(lower, _)| lower.max(count));
+        let span = |width_log2: u32| ((highest >> width_log2) - (lowest >> width_log2) + 1) as usize;
         while span(self.width_log2) > MAX_BINS {
             self.width_log2 += 1;
         }

@@ -34,9 +34,11 @@
 
 mod channel;
 mod histogram;
+mod lanes;
 mod moments;
 mod octaves;
 mod scale;
+mod timebase;
 mod unwrap;
 
 pub use channel::ChannelAccumulator;
@@ -44,4 +46,5 @@ pub use histogram::{Histogram, MAX_BINS};
 pub use moments::Moments;
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
 pub use scale::counts_to_unit;
+pub use timebase::{NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 pub use unwrap::Unwrap;

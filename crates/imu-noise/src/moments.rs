@@ -2,14 +2,10 @@
 
 use ethnum::I256;
 
+use crate::lanes;
+
 /// Samples taken at once.
 const BLOCK: usize = 256;
-
-/// Independent partial sums, so that additions neither wait for each other nor stay scalar.
-const LANES: usize = 4;
-
-/// Below this an integer-valued `f64` has not been rounded.
-const EXACT_F64: f64 = (1_u64 << 53) as f64;
 
 /// Exact moments of a channel, in counts.
 ///
@@ -52,36 +48,17 @@ impl Moments {
     /// Moments of no sample.
     #[must_use]
     pub const fn new() -> Self {
-        let sums = PowerSums {
-            count: 0,
-            first: 0,
-            second: 0,
-            third: I256::ZERO,
-            fourth: I256::ZERO,
-        };
-        Self {
-            sums,
-            min: i32::MAX,
-            max: i32::MIN,
-        }
+        Self { sums: PowerSums::EMPTY, min: i32::MAX, max: i32::MIN }
     }
 
     /// Adds samples.
     pub fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
-            match in_lanes(block) {
-                Some(sums) => {
-                    self.sums.add(&sums.about_zero());
-                    self.min = self.min.min(sums.pivot + sums.min);
-                    self.max = self.max.max(sums.pivot + sums.max);
-                }
-                None => {
-                    self.sums.add(&in_integers(block));
-                    for &count in block {
-                        self.min = self.min.min(count);
-                        self.max = self.max.max(count);
-                    }
-                }
+            let sums = in_lanes(block).unwrap_or_else(|| in_integers(block));
+            self.sums.add(&sums);
+            for &count in block {
+                self.min = self.min.min(count);
+                self.max = self.max.max(count);
             }
         }
     }
@@ -102,17 +79,6 @@ impl Moments {
     #[must_use]
     pub fn max_counts(&self) -> Option<i32> {
         (self.count() > 0).then_some(self.max)
-    }
-
-    /// Sums of the first to fourth powers of the counts.
-    #[must_use]
-    pub fn power_sums(&self) -> (i128, i128, I256, I256) {
-        (
-            self.sums.first,
-            self.sums.second,
-            self.sums.third,
-            self.sums.fourth,
-        )
     }
 
     /// Arithmetic mean; `None` without a sample.
@@ -178,8 +144,7 @@ impl Moments {
         Some(CentralMoments {
             second,
             third: raw_third - mean * (3.0 * raw_second - 2.0 * mean * mean),
-            fourth: raw_fourth
-                - mean * (4.0 * raw_third - mean * (6.0 * raw_second - 3.0 * mean * mean)),
+            fourth: raw_fourth - mean * (4.0 * raw_third - mean * (6.0 * raw_second - 3.0 * mean * mean)),
         })
     }
 }
@@ -191,6 +156,8 @@ impl Default for Moments {
 }
 
 impl PowerSums {
+    const EMPTY: Self = Self { count: 0, first: 0, second: 0, third: I256::ZERO, fourth: I256::ZERO };
+
     fn add(&mut self, other: &Self) {
         self.count += other.count;
         self.first += other.first;
@@ -227,81 +194,48 @@ impl PowerSums {
     }
 }
 
-/// Sums of the powers of c - pivot of one block.
-struct PivotSums {
-    pivot: i32,
-    count: u64,
-    powers: [i64; 4],
-    min: i32,
-    max: i32,
-}
-
-impl PivotSums {
-    fn about_zero(&self) -> PowerSums {
-        let [s1, s2, s3, s4] = self.powers.map(i128::from);
-        let p = i128::from(self.pivot);
-        let n = i128::from(self.count);
-        let first = s1 + n * p;
-        let second = s2 + p * (2 * s1 + n * p);
-        let third = s3 + p * (3 * s2 + p * (3 * s1 + n * p));
-        let fourth_by_pivot = 4 * s3 + p * (6 * s2 + p * (4 * s1 + n * p));
-        // 103 bits times 32 bits
-        let fourth = I256::from(s4) + I256::from(fourth_by_pivot) * I256::from(p);
-        PowerSums {
-            count: self.count,
-            first,
-            second,
-            third: I256::from(third),
-            fourth,
-        }
-    }
-}
-
-/// The sums about the first count, where the fourth stays below 2^53, else `None`.
+/// The sums about zero of a block whose values lie close together, else `None`.
 ///
-/// That one bound proves all four exact: |d|^k <= d^4 for integers, so no partial sum of any power was rounded, and a
-/// sum of fourth powers that was rounded is at least 2^53.
-fn in_lanes(block: &[i32]) -> Option<PivotSums> {
+/// The sums about the first count are taken in floats. They are exact where the fourth stays below 2^53: |d|^k <= d^4
+/// for integers, so no partial sum of any power was rounded. See [`lanes::EXACT_BELOW`].
+fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let &pivot = block.first()?;
-    let offset = f64::from(pivot);
-    let mut lanes = [[0.0_f64; LANES]; 4];
-    let mut min = [0.0_f64; LANES];
-    let mut max = [0.0_f64; LANES];
-    let (whole, rest) = block.as_chunks::<LANES>();
-    // Places without a sample hold the pivot: they add nothing.
-    let mut last = [pivot; LANES];
-    last[..rest.len()].copy_from_slice(rest);
-    for counts in whole.iter().chain([&last]) {
-        for lane in 0..LANES {
-            let d = f64::from(counts[lane]) - offset;
-            let square = d * d;
-            lanes[0][lane] += d;
-            lanes[1][lane] += square;
-            lanes[2][lane] += square * d;
-            lanes[3][lane] += square * square;
-            min[lane] = if d < min[lane] { d } else { min[lane] };
-            max[lane] = if d > max[lane] { d } else { max[lane] };
-        }
+    let mut from_pivot = [0.0_f64; BLOCK];
+    let from_pivot = &mut from_pivot[..block.len()];
+    for (d, &count) in from_pivot.iter_mut().zip(block) {
+        *d = f64::from(count) - f64::from(pivot);
     }
-    let powers = lanes.map(|lane| lane.iter().sum::<f64>());
-    if powers[3] >= EXACT_F64 {
+    let d: [&[f64]; 1] = [from_pivot];
+    let fourth = lanes::sum(d, |[d]| d * d * (d * d));
+    if fourth >= lanes::EXACT_BELOW {
         return None;
     }
-    Some(PivotSums {
-        pivot,
-        count: block.len() as u64,
-        powers: powers.map(|sum| sum as i64),
-        min: min.into_iter().fold(0.0, f64::min) as i32,
-        max: max.into_iter().fold(0.0, f64::max) as i32,
-    })
+    let third = lanes::sum(d, |[d]| d * d * d);
+    let second = lanes::sum(d, |[d]| d * d);
+    let first = lanes::sum(d, |[d]| d);
+    let sums = [first, second, third, fourth].map(|sum| i128::from(sum as i64));
+    Some(about_zero(block.len() as u64, pivot, sums))
+}
+
+/// From `sums` of powers of c - pivot.
+fn about_zero(count: u64, pivot: i32, sums: [i128; 4]) -> PowerSums {
+    let [s1, s2, s3, s4] = sums;
+    let p = i128::from(pivot);
+    let n = i128::from(count);
+    let first = s1 + n * p;
+    let second = s2 + p * (2 * s1 + n * p);
+    let third = s3 + p * (3 * s2 + p * (3 * s1 + n * p));
+    let fourth_by_pivot = 4 * s3 + p * (6 * s2 + p * (4 * s1 + n * p));
+    // 103 bits times 32 bits
+    let fourth = I256::from(s4) + I256::from(fourth_by_pivot) * I256::from(p);
+    PowerSums { count, first, second, third: I256::from(third), fourth }
 }
 
 /// The sums about zero, for blocks of any spread.
 #[cold]
 #[inline(never)]
 fn in_integers(block: &[i32]) -> PowerSums {
-    let mut sums = Moments::new().sums;
-    sums.count = block.len() as u64;
+    let mut sums = PowerSums { count: block.len() as u64, ..PowerSums::EMPTY };
     // Seven fourth powers of 31 bits fit in 127 bits.
     for part in block.chunks(7) {
         let mut fourth = 0_i128;
@@ -318,3 +252,6 @@ fn in_integers(block: &[i32]) -> PowerSums {
     }
     sums
 }
+
+#[cfg(test)]
+mod tests;

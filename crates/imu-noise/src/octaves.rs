@@ -103,11 +103,7 @@ impl Octaves {
             Estimator::Plain => Windows::Strided(Cascade::new(1, deviation)),
             Estimator::Full => Windows::Full(Overlapping::new(deviation)),
         };
-        Self {
-            estimator,
-            deviation,
-            windows,
-        }
+        Self { estimator, deviation, windows }
     }
 
     /// Which windows are summed.
@@ -155,18 +151,14 @@ impl Octaves {
             Windows::Strided(cascade) => cascade.squares(k as usize),
             Windows::Full(overlapping) => overlapping.squares(k as usize),
         };
-        (0..)
-            .map_while(move |k| {
-                squares(k)
-                    .filter(|squares| squares.terms > 0)
-                    .map(|squares| (k, squares))
-            })
-            .map(|(k, squares)| OctaveSum {
+        (0..).map_while(move |k| squares(k).filter(|squares| squares.terms > 0).map(|squares| (k, squares))).map(
+            |(k, squares)| OctaveSum {
                 deviation: self.deviation,
                 m: 1 << k,
                 terms: squares.terms,
                 sum_squares: squares.sum,
-            })
+            },
+        )
     }
 }
 

@@ -34,14 +34,8 @@ impl Unwrap {
     /// When `turn_counts` is not positive.
     #[must_use]
     pub fn new(turn_counts: i32) -> Self {
-        assert!(
-            turn_counts > 0,
-            "a turn has {turn_counts} counts, it needs at least 1"
-        );
-        Self {
-            turn_counts: turn_counts.into(),
-            last: None,
-        }
+        assert!(turn_counts > 0, "a turn has {turn_counts} counts, it needs at least 1");
+        Self { turn_counts: turn_counts.into(), last: None }
     }
 
     /// Replaces the counts by the continuous series and returns how many belong together.
@@ -74,11 +68,7 @@ impl Unwrap {
         let turn = self.turn_counts as f64;
         // Ties go to the upper end of the branch. A cast of NaN is 0.
         let turns = ((mean_counts - turn / 2.0) / turn).ceil();
-        if turns.is_finite() {
-            (turns as i64).saturating_mul(self.turn_counts)
-        } else {
-            0
-        }
+        if turns.is_finite() { (turns as i64).saturating_mul(self.turn_counts) } else { 0 }
     }
 
     /// Whole turns in `counts`: the rest is in (-half a turn, half a turn].

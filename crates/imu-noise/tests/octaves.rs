@@ -21,11 +21,7 @@ fn one_pass(estimator: Estimator, deviation: Deviation, counts: &[i32]) -> Vec<O
 }
 
 /// Compares with all rows of the six statistics, both ways; returns how many rows there were.
-fn check(
-    rows: &[Row],
-    scale: f64,
-    sums_of: impl Fn(Estimator, Deviation) -> Vec<OctaveSum>,
-) -> usize {
+fn check(rows: &[Row], scale: f64, sums_of: impl Fn(Estimator, Deviation) -> Vec<OctaveSum>) -> usize {
     let mut used = 0;
     for (stat, estimator, deviation) in STATISTICS {
         let rows: Vec<_> = rows.iter().filter(|row| row.stat == stat).collect();
@@ -36,20 +32,11 @@ fn check(
         assert_eq!(sums.len(), rows.len(), "number of octaves of {stat}");
         for (sum, row) in sums.iter().zip(rows) {
             assert_eq!((sum.m, sum.terms), (row.m, row.terms), "{stat}: m, windows");
-            assert_eq!(
-                sum.sum_squares,
-                Some(row.sum_squares),
-                "{stat} at m = {}",
-                row.m
-            );
+            assert_eq!(sum.sum_squares, Some(row.sum_squares), "{stat} at m = {}", row.m);
             if let Some(expected) = row.deviation {
                 let found = sum.deviation_counts().unwrap() * scale;
                 let error = (found / expected - 1.0).abs();
-                assert!(
-                    error <= 1e-13,
-                    "{stat} at m = {}: {found}, not {expected}",
-                    row.m
-                );
+                assert!(error <= 1e-13, "{stat} at m = {}: {found}, not {expected}", row.m);
             }
             used += 1;
         }
@@ -59,30 +46,22 @@ fn check(
 
 fn check_series(name: &str, scale: f64) -> usize {
     let counts = series(&format!("{name}.txt"));
-    check(
-        &rows(&format!("{name}_devs.csv")),
-        scale,
-        |estimator, deviation| one_pass(estimator, deviation, &counts),
-    )
+    check(&rows(&format!("{name}_devs.csv")), scale, |estimator, deviation| one_pass(estimator, deviation, &counts))
 }
 
 #[test]
 fn nist1000_exact() {
     let counts = oracle::nist1000();
     let scale = 1.0 / 2_147_483_647.0;
-    let used = check(
-        &rows("nist1000_exact.csv"),
-        scale,
-        |estimator, deviation| one_pass(estimator, deviation, &counts),
-    );
+    let used =
+        check(&rows("nist1000_exact.csv"), scale, |estimator, deviation| one_pass(estimator, deviation, &counts));
     assert_eq!(used, 54);
 }
 
 #[test]
 fn nbs14_exact() {
-    let used = check(&rows("nbs14_exact.csv"), 1.0, |estimator, deviation| {
-        one_pass(estimator, deviation, &oracle::NBS14)
-    });
+    let used =
+        check(&rows("nbs14_exact.csv"), 1.0, |estimator, deviation| one_pass(estimator, deviation, &oracle::NBS14));
     assert_eq!(used, 15);
 }
 
@@ -121,9 +100,7 @@ fn lcg_long() {
     let (acc, gyro): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| row.stream == "acc");
     let mut used = 0;
     for (rows, counts) in [(acc, oracle::long_acc()), (gyro, oracle::long_gyro())] {
-        used += check(&rows, 1.0, |estimator, deviation| {
-            up_to_2_20(one_pass(estimator, deviation, &counts))
-        });
+        used += check(&rows, 1.0, |estimator, deviation| up_to_2_20(one_pass(estimator, deviation, &counts)));
     }
     assert_eq!(used, 210);
 }
@@ -136,23 +113,15 @@ fn up_to_2_20(sums: Vec<OctaveSum>) -> Vec<OctaveSum> {
 fn check_published(file: &str, counts: &[i32], scale: f64, tolerance: f64) -> usize {
     let mut used = 0;
     for (stat, m, expected) in oracle::published(file) {
-        let Some((_, estimator, deviation)) =
-            STATISTICS.into_iter().find(|(name, ..)| *name == stat)
-        else {
+        let Some((_, estimator, deviation)) = STATISTICS.into_iter().find(|(name, ..)| *name == stat) else {
             continue;
         };
-        let Some(sum) = one_pass(estimator, deviation, counts)
-            .into_iter()
-            .find(|sum| sum.m == m)
-        else {
+        let Some(sum) = one_pass(estimator, deviation, counts).into_iter().find(|sum| sum.m == m) else {
             assert!(!m.is_power_of_two(), "{stat} at m = {m} is missing");
             continue;
         };
         let found = sum.deviation_counts().unwrap() * scale;
-        assert!(
-            (found / expected - 1.0).abs() <= tolerance,
-            "{stat} at m = {m}: {found}, not {expected}"
-        );
+        assert!((found / expected - 1.0).abs() <= tolerance, "{stat} at m = {m}: {found}, not {expected}");
         used += 1;
     }
     used
@@ -160,19 +129,35 @@ fn check_published(file: &str, counts: &[i32], scale: f64, tolerance: f64) -> us
 
 #[test]
 fn nist1000_published() {
-    let used = check_published(
-        "nist1000_published.csv",
-        &oracle::nist1000(),
-        1.0 / 2_147_483_647.0,
-        5e-7,
-    );
+    let used = check_published("nist1000_published.csv", &oracle::nist1000(), 1.0 / 2_147_483_647.0, 5e-7);
     assert_eq!(used, 4);
 }
 
 #[test]
 fn nbs14_published() {
-    assert_eq!(
-        check_published("nbs14_published.csv", &oracle::NBS14, 1.0, 1e-6),
-        8
-    );
+    assert_eq!(check_published("nbs14_published.csv", &oracle::NBS14, 1.0, 1e-6), 8);
+}
+
+#[test]
+fn too_few_samples_have_no_octave() {
+    for (_, estimator, deviation) in STATISTICS {
+        let blocks = if deviation == Deviation::Allan { 2 } else { 3 };
+        for m in [1, 2, 16, 32, 256] {
+            let counts: Vec<_> = (0..blocks * m).collect();
+            let longest = |counts| one_pass(estimator, deviation, counts).last().map_or(0, |sum| sum.m);
+            assert_eq!(longest(&counts), m as u64, "{estimator:?} {deviation:?}");
+            assert_eq!(longest(&counts[1..]), m as u64 / 2, "{estimator:?} {deviation:?}");
+        }
+    }
+}
+
+#[test]
+fn a_constant_deviates_by_exactly_zero() {
+    for (_, estimator, deviation) in STATISTICS {
+        for constant in [i32::MIN, -9813, 0, i32::MAX] {
+            for sum in one_pass(estimator, deviation, &[constant; 5000]) {
+                assert_eq!((sum.sum_squares, sum.deviation_counts()), (Some(0), Some(0.0)));
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
-use vn100_pipeline::{RateFrom, Snapshot};
+use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 
 use crate::units::{ChannelValues, channel_values};
 
@@ -53,7 +53,14 @@ struct Timing {
     gaps: u64,
     missing: u64,
     missing_from: &'static str,
-    interarrival_us: Option<Value>,
+    interarrival_us: Option<Interarrival>,
+}
+
+#[derive(Debug, Serialize)]
+struct Interarrival {
+    p50: u64,
+    p99: u64,
+    max: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -157,23 +164,29 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
 }
 
 fn timing(snapshot: &Snapshot) -> Timing {
-    let timing = &snapshot.timing;
+    let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     Timing {
         rate_hz: timing.rate_hz,
         rate_from: match timing.rate_from {
             RateFrom::Option => "option",
+            RateFrom::Arrival => "arrival",
             RateFrom::Assumed => "assumed",
         },
-        measured_hz: None,
-        offset_ppm: None,
+        measured_hz: arrivals.and_then(|arrivals| arrivals.measured_hz),
+        offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
         duration_s: timing.duration_s(),
         samples: timing.samples,
         left_out: timing.left_out,
         segments: timing.segments,
         gaps: timing.gaps,
         missing: timing.missing,
-        missing_from: "bad-lines",
-        interarrival_us: None,
+        missing_from: match snapshot.missing_from() {
+            MissingFrom::Arrival => "arrival",
+            MissingFrom::BadLines => "bad-lines",
+        },
+        interarrival_us: arrivals
+            .and_then(|arrivals| arrivals.interval_us)
+            .map(|[p50, p99, max]| Interarrival { p50, p99, max }),
     }
 }
 

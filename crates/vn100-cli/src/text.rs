@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Deviation, Estimator};
-use vn100_pipeline::{RateFrom, Snapshot};
+use imu_noise::{Deviation, Estimator, TimebaseSummary};
+use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
 use crate::{
@@ -43,7 +43,12 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
     let rate_from = match timing.rate_from {
         RateFrom::Option => "as asked",
+        RateFrom::Arrival => "by the arrival of its lines",
         RateFrom::Assumed => "assumed",
+    };
+    let judged = match snapshot.missing_from() {
+        MissingFrom::Arrival => "arrival times",
+        MissingFrom::BadLines => "bad lines",
     };
     writeln!(
         out,
@@ -58,9 +63,15 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     writeln!(out, "{}", textwrap::fill(&bad, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     writeln!(
         out,
-        "  missing    {} samples in {} gaps, judged by bad lines; {} segments",
+        "  missing    {} samples in {} gaps, judged by {judged}; {} segments",
         timing.missing, timing.gaps, timing.segments
     )?;
+    if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(ppm), .. }) = snapshot.arrivals {
+        writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
+    }
+    if let Some(TimebaseSummary { interval_us: Some([p50, p99, max]), .. }) = snapshot.arrivals {
+        writeln!(out, "  intervals  {p50} us in the middle, {p99} us at 99 %, {max} us at most")?;
+    }
     writeln!(
         out,
         "  good lines {} ({} replies, {} other messages, {} left out)",

@@ -1,9 +1,10 @@
 //! The warnings a snapshot deserves, in words.
 
+use imu_noise::{NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::Tally;
 
 use crate::{
-    snapshot::{RateFrom, Snapshot},
+    snapshot::{RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
 
@@ -67,6 +68,20 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
                 of_lines(tally.unchecked_lines, tally)
             ),
         );
+    }
+    if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.rate_change {
+        warn(
+            WarningKind::RateChanged,
+            vec![],
+            format!(
+                "after {after_samples} samples the rate changed from {from_hz} to {to_hz} Hz: the {} samples behind are left out; \
+                 --skip leaves the first part out instead",
+                timing.left_out
+            ),
+        );
+    }
+    if let Some(arrivals) = &snapshot.arrivals {
+        warn_of_arrivals(arrivals, &mut warn);
     }
     if timing.missing > 0 {
         warn(
@@ -134,6 +149,43 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
         );
     }
     warnings
+}
+
+fn warn_of_arrivals(arrivals: &TimebaseSummary, warn: &mut impl FnMut(WarningKind, Vec<String>, String)) {
+    // every other line: the pairs a USB latency timer makes
+    const BUNCHED_SHARE: f64 = 0.2;
+    if let Some(refusal) = arrivals.refusal {
+        let refusal = match refusal {
+            Refusal::Backwards { line, by } => format!("line {line} is stamped {by:?} before the one before it"),
+            Refusal::TooFast { measured_hz, fastest_hz } => {
+                format!("{measured_hz:.0} lines a second, where the sensor sends {fastest_hz} at most: a file that was read, not a port")
+            }
+            Refusal::NoTimePasses { lines } => format!("all {lines} lines have one and the same"),
+        };
+        warn(
+            WarningKind::StampsRefused,
+            vec![],
+            format!("the arrival times are not those of a sensor: {refusal}; they are not used, and lines lost whole cannot be seen"),
+        );
+    }
+    if let Some(NominalRate::Measured(hz)) = arrivals.nominal {
+        warn(
+            WarningKind::RateOffNominal,
+            vec![],
+            format!("lines arrive at {hz:.3} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"),
+        );
+    }
+    if let Some(share) = arrivals.share_together.filter(|share| *share > BUNCHED_SHARE) {
+        warn(
+            WarningKind::BunchedArrival,
+            vec![],
+            format!(
+                "{:.0} % of the lines arrive together with the one before: the latency timer of a USB serial adapter, 16 ms unless set to 1, \
+                 holds them back. It spoils no deviation, for arrival times never enter one, but gaps are seen later",
+                100.0 * share
+            ),
+        );
+    }
 }
 
 /// What a stream that brings bytes and no samples is likely to suffer from.

@@ -1,6 +1,6 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
-use std::{ops::Range, sync::Arc};
+use std::sync::Arc;
 
 use imu_noise::{ChannelAccumulator, Unwrap};
 use vn100_driver::{Batch, LinkCounts, MarkKind};
@@ -10,7 +10,8 @@ use crate::{
     advice::{self, Findings},
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
-    snapshot::{ChannelSnapshot, RateFrom, Snapshot, Timing},
+    snapshot::{ChannelSnapshot, RateChange, RateFrom, Snapshot, Timing},
+    waiting::{Ready, Waiting},
 };
 
 /// One stream's statistics, growing batch by batch. How the stream was cut into batches changes nothing.
@@ -18,12 +19,14 @@ use crate::{
 pub struct Analysis {
     settings: Settings,
     timing: Timing,
-    skip_samples: u64,
     layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
     column: Vec<i32>,
     repeats: Repeats,
     link: LinkCounts,
+    /// Of a stream with arrival stamps.
+    waiting: Option<Waiting>,
+    rate_change: Option<RateChange>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
     /// Bad lines since the last good one: each takes the place of a sample, once a good one follows.
@@ -51,12 +54,13 @@ impl Analysis {
         Self {
             settings,
             timing: Timing { rate_hz, rate_from, samples: 0, left_out: 0, missing: 0, gaps: 0, segments: 0 },
-            skip_samples: (settings.skip.as_secs_f64() * rate_hz).ceil() as u64,
             layout: None,
             channels: Vec::new(),
             column: Vec::new(),
             repeats: Repeats::new(),
             link: LinkCounts::default(),
+            waiting: None,
+            rate_change: None,
             index: 0,
             bad_lines_pending: 0,
             printed: None,
@@ -71,16 +75,31 @@ impl Analysis {
         if let (None, Some(layout)) = (&self.layout, &batch.layout) {
             self.begin(Arc::clone(layout));
         }
-        let mut row = 0;
-        for mark in &batch.marks {
-            self.absorb_rows(batch, row..mark.before_row);
-            row = mark.before_row;
-            match mark.kind {
-                MarkKind::BadLine(_) => self.bad_lines_pending += 1,
-                MarkKind::Printed(format) => self.change_print_format(format),
+        // a layout has channels; without one there are no rows
+        let width = self.channels.len().max(1);
+        if self.waiting.is_none() && batch.arrivals.is_empty() {
+            let mut row = 0;
+            for mark in &batch.marks {
+                self.take_rows(&batch.counts[row * width..mark.before_row * width]);
+                row = mark.before_row;
+                self.take_mark(mark.kind);
             }
+            self.take_rows(&batch.counts[row * width..]);
+        } else {
+            let mut waiting = self.waiting.take().unwrap_or_else(|| Waiting::new(width, self.settings.rate_hz));
+            waiting.take_in(batch);
+            self.take_ready(&mut waiting);
+            self.waiting = Some(waiting);
         }
-        self.absorb_rows(batch, row..batch.rows().len());
+    }
+
+    /// The stream is over: rows whose place was in doubt take the likeliest.
+    pub fn finish(&mut self) {
+        if let Some(mut waiting) = self.waiting.take() {
+            waiting.finish();
+            self.take_ready(&mut waiting);
+            self.waiting = Some(waiting);
+        }
     }
 
     /// Whole seconds of data time passed, those missing or left out counted in.
@@ -103,6 +122,8 @@ impl Analysis {
         let mut snapshot = Snapshot {
             layout: self.layout.clone(),
             timing: self.timing,
+            arrivals: self.waiting.as_ref().map(Waiting::summary),
+            rate_change: self.rate_change,
             link: self.link,
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
@@ -129,26 +150,55 @@ impl Analysis {
         self.layout = Some(layout);
     }
 
-    fn absorb_rows(&mut self, batch: &Batch, rows: Range<usize>) {
-        if rows.is_empty() {
+    fn take_ready(&mut self, waiting: &mut Waiting) {
+        let summary = waiting.summary();
+        if let Some(nominal) = summary.nominal
+            && self.timing.rate_from == RateFrom::Assumed
+        {
+            self.timing.rate_hz = nominal.hz();
+            self.timing.rate_from = RateFrom::Arrival;
+        }
+        let refused = summary.refusal.is_some();
+        while let Some(ready) = waiting.next() {
+            match ready {
+                Ready::Rows(counts) => self.take_rows(counts),
+                // the stamps know of lines lost whole, too, and would count this one twice
+                Ready::Mark(MarkKind::BadLine(_)) if !refused => {}
+                Ready::Mark(mark) => self.take_mark(mark),
+                Ready::Missing(missing) => self.take_gap(missing),
+                Ready::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
+            }
+        }
+    }
+
+    fn take_mark(&mut self, mark: MarkKind) {
+        match mark {
+            MarkKind::BadLine(_) => self.bad_lines_pending += 1,
+            MarkKind::Printed(format) => self.change_print_format(format),
+        }
+    }
+
+    /// Frame-major rows, nothing missing between them.
+    fn take_rows(&mut self, counts: &[i32]) {
+        if counts.is_empty() {
             return;
         }
-        self.close_gap();
-        let to_skip = self.skip_samples.saturating_sub(self.index);
-        let skipped = rows.len().min(usize::try_from(to_skip).unwrap_or(usize::MAX));
+        let width = self.channels.len();
+        let rows = counts.len() / width;
+        let bad_lines = std::mem::take(&mut self.bad_lines_pending);
+        self.take_gap(bad_lines);
+        let to_skip = if self.rate_change.is_some() { u64::MAX } else { self.skip_samples().saturating_sub(self.index) };
+        let skipped = rows.min(usize::try_from(to_skip).unwrap_or(usize::MAX));
         self.timing.left_out += skipped as u64;
-        self.index += rows.len() as u64;
-        let kept = rows.len() - skipped;
-        if kept == 0 {
+        self.index += rows as u64;
+        if skipped == rows {
             return;
         }
         if self.timing.samples == 0 {
             self.timing.segments = 1;
         }
-        self.timing.samples += kept as u64;
-
-        let width = self.channels.len();
-        let counts = &batch.counts[(rows.start + skipped) * width..rows.end * width];
+        self.timing.samples += (rows - skipped) as u64;
+        let counts = &counts[skipped * width..];
         for row in counts.chunks_exact(width) {
             self.repeats.push(row);
         }
@@ -159,18 +209,32 @@ impl Analysis {
         }
     }
 
-    /// A good line came: the bad ones before it stood for samples, if the record had begun.
-    fn close_gap(&mut self) {
-        let missing = std::mem::take(&mut self.bad_lines_pending);
+    /// So many samples are missing before the next row; before the first row of all nothing is.
+    fn take_gap(&mut self, missing: u64) {
         if missing == 0 || self.index == 0 {
             return;
         }
         self.index += missing;
-        if self.timing.samples > 0 {
+        if self.timing.samples > 0 && self.rate_change.is_none() {
             self.timing.missing += missing;
             self.timing.gaps += 1;
             self.break_segment(missing);
         }
+    }
+
+    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate; after it, what comes at
+    /// another rate is left out.
+    fn change_rate(&mut self, from_hz: f64, to_hz: f64) {
+        if self.timing.samples == 0 && self.timing.rate_from == RateFrom::Arrival {
+            self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
+            self.timing.rate_hz = to_hz;
+        } else if self.rate_change.is_none() {
+            self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
+        }
+    }
+
+    fn skip_samples(&self) -> u64 {
+        (self.settings.skip.as_secs_f64() * self.timing.rate_hz).ceil() as u64
     }
 
     /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.

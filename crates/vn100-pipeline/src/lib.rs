@@ -24,10 +24,11 @@ mod repeats;
 mod run;
 mod settings;
 mod snapshot;
+mod waiting;
 mod warning;
 
 pub use analysis::Analysis;
 pub use run::{Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_RATE_HZ, Settings};
-pub use snapshot::{ChannelSnapshot, RateFrom, Snapshot, Timing};
+pub use snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot, Timing};
 pub use warning::{Warning, WarningKind};

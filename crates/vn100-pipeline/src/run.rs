@@ -116,6 +116,7 @@ async fn analyse(
             }
         }
     };
+    analysis.finish();
     let snapshot = Arc::new(analysis.snapshot());
     watchers.send_replace(Arc::clone(&snapshot));
     Outcome { snapshot, source_error }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum};
+use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum, TimebaseSummary};
 use vn100_driver::LinkCounts;
 use vn100_protocol::Layout;
 
@@ -15,6 +15,10 @@ pub struct Snapshot {
     pub layout: Option<Arc<Layout>>,
     /// The time base.
     pub timing: Timing,
+    /// What the arrival stamps say; `None` for a stream without stamps.
+    pub arrivals: Option<TimebaseSummary>,
+    /// The change of rate after which samples were left out.
+    pub rate_change: Option<RateChange>,
     /// What the stream carried, samples or not.
     pub link: LinkCounts,
     /// How the deviations are estimated.
@@ -36,7 +40,7 @@ pub struct Timing {
     pub rate_from: RateFrom,
     /// Samples in the statistics.
     pub samples: u64,
-    /// Good samples left out because they came before the time asked to be skipped.
+    /// Good samples left out: before the time asked to be skipped, or behind a change of rate.
     pub left_out: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
@@ -54,11 +58,44 @@ impl Timing {
     }
 }
 
+impl Snapshot {
+    /// Which evidence the missing samples were counted by.
+    #[must_use]
+    pub fn missing_from(&self) -> MissingFrom {
+        match self.arrivals {
+            Some(TimebaseSummary { refusal: None, .. }) => MissingFrom::Arrival,
+            _ => MissingFrom::BadLines,
+        }
+    }
+}
+
+/// The evidence for missing samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MissingFrom {
+    /// When the lines arrived: lines lost whole are counted too.
+    Arrival,
+    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.
+    BadLines,
+}
+
+/// Where the sensor's rate changed in mid-stream.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateChange {
+    /// Samples in the statistics, all before it.
+    pub after_samples: u64,
+    /// Rate before, in hertz.
+    pub from_hz: f64,
+    /// Rate after, in hertz.
+    pub to_hz: f64,
+}
+
 /// Where a sample rate comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RateFrom {
     /// The user said so.
     Option,
+    /// The arrival stamps tell.
+    Arrival,
     /// Nothing tells: the sensor's default of 40 Hz.
     Assumed,
 }

@@ -12,6 +12,14 @@ pub enum WarningKind {
     CompensatedStream,
     /// Nothing in the recording tells the sample rate.
     RateAssumed,
+    /// The sensor's rate changed in mid-stream.
+    RateChanged,
+    /// The measured rate is none the sensor has.
+    RateOffNominal,
+    /// The arrival stamps cannot be a sensor's.
+    StampsRefused,
+    /// Lines arrive several at a time.
+    BunchedArrival,
     /// Samples are missing.
     Gaps,
     /// Lines were damaged.
@@ -36,6 +44,10 @@ impl WarningKind {
             Self::NoValidLines => "no-valid-lines",
             Self::CompensatedStream => "compensated-stream",
             Self::RateAssumed => "rate-assumed",
+            Self::RateChanged => "rate-changed",
+            Self::RateOffNominal => "rate-off-nominal",
+            Self::StampsRefused => "stamps-refused",
+            Self::BunchedArrival => "bunched-arrival",
             Self::Gaps => "gaps",
             Self::BadLines => "bad-lines",
             Self::UncheckedLines => "unchecked-lines",

@@ -26,25 +26,27 @@ pub(super) struct Cascade {
     levels: Vec<Level>,
 }
 
-/// One octave. The memories hold up to `lag` values of the present run, and no place until they are needed.
+/// One octave.
 #[derive(Clone, Debug)]
 struct Level {
-    sums: Vec<i64>,
+    sums: Memory,
     /// Differences of block sums, for third differences only.
-    differences: Vec<i64>,
+    differences: Memory,
     squares: SquareSum,
+}
+
+/// The last `len` values of the present run, at the end of `values`. `len` is at most the lag of the level.
+#[derive(Clone, Debug)]
+struct Memory {
+    values: [i64; MAX_LAG],
+    len: usize,
 }
 
 impl Cascade {
     /// `windows_per_tau` is R, a power of two up to 16.
     pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
         debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
-        Self {
-            deviation,
-            windows_per_tau,
-            end: 0,
-            levels: Vec::new(),
-        }
+        Self { deviation, windows_per_tau, end: 0, levels: Vec::new() }
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
@@ -56,8 +58,8 @@ impl Cascade {
     pub(super) fn gap(&mut self, missing: Option<u64>) {
         self.end = missing.map_or(0, |missing| self.end.wrapping_add(missing));
         for level in &mut self.levels {
-            level.sums.clear();
-            level.differences.clear();
+            level.sums.len = 0;
+            level.differences.len = 0;
         }
     }
 
@@ -68,8 +70,7 @@ impl Cascade {
 
     fn push_block(&mut self, block: &[i32]) {
         self.end = self.end.wrapping_add(block.len() as u64);
-        let (mut sums, mut next): (&mut Scratch, &mut Scratch) =
-            (&mut [0; MAX_LAG + BLOCK], &mut [0; MAX_LAG + BLOCK]);
+        let (mut sums, mut next): (&mut Scratch, &mut Scratch) = (&mut [0; MAX_LAG + BLOCK], &mut [0; MAX_LAG + BLOCK]);
         for (sum, &count) in sums[MAX_LAG..].iter_mut().zip(block) {
             *sum = count.into();
         }
@@ -79,13 +80,12 @@ impl Cascade {
                 break;
             }
             if k as usize == self.levels.len() {
-                self.levels.push(Level::new());
+                self.levels.push(Level::EMPTY);
             }
             let level = &mut self.levels[k as usize];
             let m = 1_usize << k;
             let lag = m.min(self.windows_per_tau);
-            let sums_of_level = level.sums_with_memory(sums, new, lag);
-            let (older, newer) = pairs(sums_of_level, lag);
+            let (older, newer) = level.sums.pairs(sums, new, lag);
             level.add_terms(self.deviation, older, newer, lag);
             let stride = (m / self.windows_per_tau).max(1) as u64;
             new = if m < self.windows_per_tau {
@@ -101,70 +101,44 @@ impl Cascade {
 }
 
 impl Level {
-    const fn new() -> Self {
-        Self {
-            sums: Vec::new(),
-            differences: Vec::new(),
-            squares: SquareSum::EMPTY,
-        }
-    }
-
-    /// The remembered block sums followed by the new ones; remembers the last `lag` of them.
-    #[inline]
-    fn sums_with_memory<'a>(
-        &mut self,
-        scratch: &'a mut Scratch,
-        new: usize,
-        lag: usize,
-    ) -> &'a [i64] {
-        with_memory(&mut self.sums, scratch, new, lag)
-    }
+    const EMPTY: Self = Self { sums: Memory::EMPTY, differences: Memory::EMPTY, squares: SquareSum::EMPTY };
 
     #[inline]
     fn add_terms(&mut self, deviation: Deviation, older: &[i64], newer: &[i64], lag: usize) {
         match deviation {
-            Deviation::Allan => self
-                .squares
-                .add([older, newer], |[older, newer]| newer.wrapping_sub(older)),
+            Deviation::Allan => self.squares.add([older, newer], difference),
             Deviation::Hadamard => {
-                let mut scratch: Scratch = [0; MAX_LAG + BLOCK];
-                for ((difference, older), newer) in
-                    scratch[MAX_LAG..].iter_mut().zip(older).zip(newer)
-                {
-                    *difference = newer - older;
+                let mut differences: Scratch = [0; MAX_LAG + BLOCK];
+                for ((place, &older), &newer) in differences[MAX_LAG..].iter_mut().zip(older).zip(newer) {
+                    *place = difference([older, newer]);
                 }
-                let differences =
-                    with_memory(&mut self.differences, &mut scratch, older.len(), lag);
-                let (older, newer) = pairs(differences, lag);
-                self.squares
-                    .add([older, newer], |[older, newer]| newer.wrapping_sub(older));
+                let (older, newer) = self.differences.pairs(&mut differences, older.len(), lag);
+                self.squares.add([older, newer], difference);
             }
         }
     }
 }
 
-/// Puts `memory` before the `new` values of `scratch`, keeps the last `lag` of all in `memory`.
-#[inline]
-fn with_memory<'a>(
-    memory: &mut Vec<i64>,
-    scratch: &'a mut Scratch,
-    new: usize,
-    lag: usize,
-) -> &'a [i64] {
-    let values = &mut scratch[MAX_LAG - memory.len()..MAX_LAG + new];
-    values[..memory.len()].copy_from_slice(memory);
-    let kept = values.len().saturating_sub(lag);
-    memory.clear();
-    memory.extend_from_slice(&values[kept..]);
-    values
+impl Memory {
+    const EMPTY: Self = Self { values: [0; MAX_LAG], len: 0 };
+
+    /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and newer, as slices of
+    /// equal length. Remembers the last `lag`.
+    #[inline]
+    fn pairs<'a>(&mut self, scratch: &'a mut Scratch, new: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
+        // Always all places: a copy of constant length is a few moves.
+        scratch[..MAX_LAG].copy_from_slice(&self.values);
+        self.values.copy_from_slice(&scratch[new..new + MAX_LAG]);
+        let values = &scratch[MAX_LAG - self.len..MAX_LAG + new];
+        self.len = values.len().min(lag);
+        let pairs = values.len() - self.len;
+        (&values[..pairs], &values[self.len..])
+    }
 }
 
-/// Values `lag` places apart, as two slices of equal length.
 #[inline]
-fn pairs(values: &[i64], lag: usize) -> (&[i64], &[i64]) {
-    let len = values.len().saturating_sub(lag);
-    let newer = if len == 0 { &[] } else { &values[lag..] };
-    (&values[..len], newer)
+fn difference([older, newer]: [i64; 2]) -> i64 {
+    newer.wrapping_sub(older)
 }
 
 #[inline]

@@ -16,11 +16,7 @@ pub(super) struct Overlapping {
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
-        Self {
-            deviation,
-            prefix: Vec::new(),
-            squares: Vec::new(),
-        }
+        Self { deviation, prefix: Vec::new(), squares: Vec::new() }
     }
 
     pub(super) fn reserve(&mut self, samples: usize) {
@@ -67,18 +63,12 @@ impl Overlapping {
             let squares = &mut self.squares[k as usize];
             match self.deviation {
                 Deviation::Allan => {
-                    squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| {
-                        second_difference(p0, p1, p2)
-                    });
+                    squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
                 }
                 Deviation::Hadamard => {
-                    squares.add(
-                        [points(0), points(1), points(2), points(3)],
-                        |[p0, p1, p2, p3]| {
-                            second_difference(p0, p1, p2)
-                                .wrapping_sub(second_difference(p1, p2, p3))
-                        },
-                    );
+                    squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
+                        second_difference(p0, p1, p2).wrapping_sub(second_difference(p1, p2, p3))
+                    });
                 }
             }
         }

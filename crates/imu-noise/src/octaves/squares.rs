@@ -1,14 +1,10 @@
 //! Exact sums of squares of integers: floating-point lanes where they are provably exact, 128 bits where not.
 
-/// Below this an integer-valued `f64` has not been rounded.
-const EXACT_F64: f64 = (1_u64 << 53) as f64;
+use crate::lanes;
 
 /// 1.5 · 2^52 and its bits: adding a small integer to the bits adds it to the value.
 const SHIFTER: f64 = 6_755_399_441_055_744.0;
 const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
-
-/// Independent partial sums, so that additions neither wait for each other nor stay scalar.
-const LANES: usize = 8;
 
 /// Number of terms and exact sum of their squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,10 +15,7 @@ pub(super) struct SquareSum {
 }
 
 impl SquareSum {
-    pub(super) const EMPTY: Self = Self {
-        terms: 0,
-        sum: Some(0),
-    };
+    pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
 
     /// Adds the squares of `z` at each place of the slices of `points`, which are equally long.
     #[inline]
@@ -32,35 +25,21 @@ impl SquareSum {
             Some(sum) => Some(sum.into()),
             None => in_128_bits(points, &z),
         };
-        self.sum = self
-            .sum
-            .zip(squares)
-            .and_then(|(sum, squares)| sum.checked_add(squares));
+        self.sum = self.sum.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
     }
 }
 
 /// The sum where it is below 2^53, else `None`.
 ///
-/// Every step is exact when the result is below 2^53: squares are not negative, so a partial sum that had to be
-/// rounded is already at least 2^53 and stays there. [`to_f64`] turns integers beyond 2^51 into numbers at least that
-/// large, or into NaN, so these end in `None` as well.
+/// What it returns is exact: see [`lanes::EXACT_BELOW`], and [`to_f64`] turns integers beyond 2^51 into numbers at least
+/// that large, or into NaN, which ends in `None` as well.
 #[inline]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
-    let chunks = points.map(|point| point.as_chunks::<LANES>());
-    let mut lanes = [0.0_f64; LANES];
-    for chunk in 0..chunks[0].0.len() {
-        let chunk = chunks.map(|(whole, _)| &whole[chunk]);
-        for (lane, sum) in lanes.iter_mut().enumerate() {
-            let value = to_f64(z(chunk.map(|point| point[lane])));
-            *sum += value * value;
-        }
-    }
-    let mut total: f64 = lanes.iter().sum();
-    for i in 0..chunks[0].1.len() {
-        let value = to_f64(z(chunks.map(|(_, rest)| rest[i])));
-        total += value * value;
-    }
-    (total < EXACT_F64).then_some(total as u64)
+    let sum = lanes::sum(points, |points| {
+        let value = to_f64(z(points));
+        value * value
+    });
+    (sum < lanes::EXACT_BELOW).then_some(sum as u64)
 }
 
 /// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has no vector
@@ -89,9 +68,7 @@ mod tests {
         for exponent in 51..64 {
             for offset in -3_i64..=3 {
                 for sign in [1_i64, -1] {
-                    let z = (1_i64 << (exponent % 63))
-                        .wrapping_mul(sign)
-                        .wrapping_add(offset);
+                    let z = (1_i64 << (exponent % 63)).wrapping_mul(sign).wrapping_add(offset);
                     if z.unsigned_abs() >= 1 << 27 {
                         assert_eq!(in_lanes([&[z]], &|[z]| z), None, "{z}");
                     }
@@ -106,21 +83,9 @@ mod tests {
     fn a_sum_beyond_128_bits_is_unknown() {
         let mut sum = SquareSum::EMPTY;
         sum.add([&[i64::MIN; 3]], |[z]| z);
-        assert_eq!(
-            sum,
-            SquareSum {
-                terms: 3,
-                sum: Some(3 << 126)
-            }
-        );
+        assert_eq!(sum, SquareSum { terms: 3, sum: Some(3 << 126) });
         sum.add([&[i64::MIN]], |[z]| z);
-        assert_eq!(
-            sum,
-            SquareSum {
-                terms: 4,
-                sum: None
-            }
-        );
+        assert_eq!(sum, SquareSum { terms: 4, sum: None });
     }
 
     proptest! {

@@ -16,9 +16,7 @@ pub(crate) struct Row {
 }
 
 pub(crate) fn text(file: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(file);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file);
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -32,20 +30,12 @@ fn table(file: &str) -> Vec<Vec<(String, String)>> {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let names: Vec<_> = lines.next().unwrap().split(',').collect();
     lines
-        .map(|line| {
-            names
-                .iter()
-                .zip(line.split(','))
-                .map(|(&name, field)| (name.into(), field.into()))
-                .collect()
-        })
+        .map(|line| names.iter().zip(line.split(',')).map(|(&name, field)| (name.into(), field.into())).collect())
         .collect()
 }
 
 fn field<'a>(row: &'a [(String, String)], name: &str) -> Option<&'a str> {
-    row.iter()
-        .find(|(column, _)| column == name)
-        .map(|(_, field)| field.as_str())
+    row.iter().find(|(column, _)| column == name).map(|(_, field)| field.as_str())
 }
 
 /// The rows of a table whose averaging factor is a power of two and that have a window.
@@ -55,25 +45,17 @@ pub(crate) fn rows(file: &str) -> Vec<Row> {
         stat: field(&row, "stat").unwrap().to_string(),
         m: field(&row, "m").unwrap().parse().unwrap(),
         terms: field(&row, "n_terms").unwrap().parse().unwrap(),
-        sum_squares: field(&row, "sum_sq_counts")
-            .unwrap()
-            .parse()
-            .unwrap_or(u128::MAX),
+        sum_squares: field(&row, "sum_sq_counts").unwrap().parse().unwrap_or(u128::MAX),
         deviation: field(&row, "deviation").map(|field| field.parse().unwrap()),
     });
-    rows.filter(|row| row.m.is_power_of_two() && row.terms > 0)
-        .collect()
+    rows.filter(|row| row.m.is_power_of_two() && row.terms > 0).collect()
 }
 
 /// (statistic, m, deviation) of a published table.
 pub(crate) fn published(file: &str) -> Vec<(String, u64, f64)> {
     let rows = table(file).into_iter().map(|row| {
         let number = |name| field(&row, name).unwrap().to_string();
-        (
-            number("stat"),
-            number("m").parse().unwrap(),
-            number("deviation").parse().unwrap(),
-        )
+        (number("stat"), number("m").parse().unwrap(), number("deviation").parse().unwrap())
     });
     rows.collect()
 }
@@ -82,17 +64,12 @@ pub(crate) fn published(file: &str) -> Vec<(String, u64, f64)> {
 pub(crate) fn series(file: &str) -> Vec<i32> {
     let text = text(file);
     let lines = text.lines().filter(|line| !line.starts_with('#'));
-    lines
-        .map(|line| line.replace('.', "").parse().unwrap())
-        .collect()
+    lines.map(|line| line.replace('.', "").parse().unwrap()).collect()
 }
 
 /// NIST SP 1065 1000-point suite.
 pub(crate) fn nist1000() -> Vec<i32> {
-    lehmer()
-        .take(1000)
-        .map(|state| i32::try_from(state).unwrap())
-        .collect()
+    lehmer().take(1000).map(|state| i32::try_from(state).unwrap()).collect()
 }
 
 /// Nine-point suite of NBS Monograph 140.
@@ -102,10 +79,7 @@ pub(crate) const LONG_STREAM_SAMPLES: usize = 4_206_649;
 
 /// The stream `acc` of `lcg_long.csv`.
 pub(crate) fn long_acc() -> Vec<i32> {
-    lehmer()
-        .take(LONG_STREAM_SAMPLES)
-        .map(|state| -9800 + (state % 61) as i32 - 30)
-        .collect()
+    lehmer().take(LONG_STREAM_SAMPLES).map(|state| -9800 + (state % 61) as i32 - 30).collect()
 }
 
 /// The stream `gyro` of `lcg_long.csv`.
@@ -119,21 +93,13 @@ pub(crate) fn long_gyro() -> Vec<i32> {
 }
 
 fn lehmer() -> impl Iterator<Item = u64> {
-    std::iter::successors(Some(1_234_567_890), |state| {
-        Some(16807 * state % 2_147_483_647)
-    })
+    std::iter::successors(Some(1_234_567_890), |state| Some(16807 * state % 2_147_483_647))
 }
 
 /// Present ranges of `imu_a_gaps.csv`, each with the number of samples missing before it.
 pub(crate) fn with_gaps(counts: &[i32]) -> Vec<(u64, &[i32])> {
-    const MISSING: [(usize, usize); 6] = [
-        (137, 137),
-        (1000, 1003),
-        (2048, 2303),
-        (4999, 5600),
-        (8191, 8192),
-        (9990, 9999),
-    ];
+    const MISSING: [(usize, usize); 6] =
+        [(137, 137), (1000, 1003), (2048, 2303), (4999, 5600), (8191, 8192), (9990, 9999)];
     let mut start = 0;
     let mut before = 0;
     let mut runs = Vec::new();

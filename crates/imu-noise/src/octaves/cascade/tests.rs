@@ -17,22 +17,10 @@ fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {
                 cascade.gap(Some(missing));
                 cascade.push(counts);
             }
-            for row in rows
-                .iter()
-                .filter(|row| row.stat == stat && row.stream == stream)
-            {
+            for row in rows.iter().filter(|row| row.stat == stat && row.stream == stream) {
                 let squares = cascade.squares(row.m.ilog2() as usize).unwrap();
-                assert_eq!(
-                    squares.terms, row.terms,
-                    "windows of {stat} at m = {}",
-                    row.m
-                );
-                assert_eq!(
-                    squares.sum,
-                    Some(row.sum_squares),
-                    "{stat} at m = {}",
-                    row.m
-                );
+                assert_eq!(squares.terms, row.terms, "windows of {stat} at m = {}", row.m);
+                assert_eq!(squares.sum, Some(row.sum_squares), "{stat} at m = {}", row.m);
                 used += 1;
             }
         }
@@ -42,19 +30,13 @@ fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {
 
 #[test]
 fn nist1000_exact() {
-    assert_eq!(
-        check("nist1000_exact.csv", "", &[(0, &oracle::nist1000())]),
-        72
-    );
+    assert_eq!(check("nist1000_exact.csv", "", &[(0, &oracle::nist1000())]), 72);
 }
 
 #[test]
 fn imu_b_gyro_white_flicker_rrw_devs() {
     let counts = oracle::series("imu_b_gyro_white_flicker_rrw.txt");
-    assert_eq!(
-        check("imu_b_gyro_white_flicker_rrw_devs.csv", "", &[(0, &counts)]),
-        100
-    );
+    assert_eq!(check("imu_b_gyro_white_flicker_rrw_devs.csv", "", &[(0, &counts)]), 100);
 }
 
 #[test]
@@ -65,12 +47,6 @@ fn imu_a_gaps() {
 
 #[test]
 fn lcg_long() {
-    assert_eq!(
-        check("lcg_long.csv", "acc", &[(0, &oracle::long_acc())]),
-        105
-    );
-    assert_eq!(
-        check("lcg_long.csv", "gyro", &[(0, &oracle::long_gyro())]),
-        105
-    );
+    assert_eq!(check("lcg_long.csv", "acc", &[(0, &oracle::long_acc())]), 105);
+    assert_eq!(check("lcg_long.csv", "gyro", &[(0, &oracle::long_gyro())]), 105);
 }

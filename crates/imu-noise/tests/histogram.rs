@@ -1,0 +1,72 @@
+//! Histograms against their definition, in any order and division.
+
+use std::collections::BTreeMap;
+
+use imu_noise::{Histogram, MAX_BINS};
+use proptest::{collection::vec, prelude::*};
+
+/// Bin width, then lowest count and frequency of every bin, by the definition.
+fn definition(counts: &[i32]) -> (u64, Vec<(i64, u64)>) {
+    let bins = |width: i64| {
+        let mut bins = BTreeMap::new();
+        for &count in counts {
+            *bins.entry(i64::from(count).div_euclid(width)).or_insert(0) += 1;
+        }
+        bins
+    };
+    let fits = |bins: &BTreeMap<i64, u64>| match (bins.first_key_value(), bins.last_key_value()) {
+        (Some((first, _)), Some((last, _))) => last - first < MAX_BINS as i64,
+        _ => true,
+    };
+    let width = (0..33).map(|k| 1 << k).find(|&width| fits(&bins(width))).unwrap();
+    (width as u64, bins(width).into_iter().map(|(bin, frequency)| (bin * width, frequency)).collect())
+}
+
+fn read_out(histogram: &Histogram) -> (u64, Vec<(i64, u64)>) {
+    (histogram.bin_width_counts(), histogram.bins().collect())
+}
+
+fn histogram(counts: &[i32]) -> Histogram {
+    let mut histogram = Histogram::new();
+    histogram.push(counts);
+    histogram
+}
+
+#[test]
+fn without_samples_there_are_no_bins() {
+    let empty = histogram(&[]);
+    assert_eq!((read_out(&empty), empty.total()), ((1, Vec::new()), 0));
+}
+
+#[test]
+fn bins_widen_when_the_span_needs_it() {
+    let last = MAX_BINS as i32 - 1;
+    assert_eq!(histogram(&[0, last]).bin_width_counts(), 1);
+    assert_eq!(read_out(&histogram(&[0, last + 1])), (2, vec![(0, 1), (i64::from(last) + 1, 1)]));
+    // -1 and 0 never share a bin, so the span -1 ... last keeps one bin more.
+    assert_eq!(histogram(&[-1, last]).bin_width_counts(), 2);
+    assert_eq!(
+        read_out(&histogram(&[i32::MIN, i32::MAX])),
+        (1 << 18, vec![(-(1 << 31), 1), ((1 << 31) - (1 << 18), 1)])
+    );
+}
+
+proptest! {
+    #[test]
+    fn any_order_and_division_follow_the_definition(
+        shift in 0_u32..32,
+        parts in vec(vec(any::<i32>(), 0..200), 0..5),
+    ) {
+        let parts: Vec<Vec<_>> = parts.into_iter().map(|part| part.iter().map(|count| count >> shift).collect()).collect();
+        let counts = parts.concat();
+        let mut divided = Histogram::new();
+        parts.iter().for_each(|part| divided.push(part));
+        prop_assert_eq!(read_out(&divided), definition(&counts));
+        prop_assert_eq!(divided.total(), counts.len() as u64);
+        let mut sorted = counts.clone();
+        sorted.sort_unstable();
+        prop_assert_eq!(&histogram(&sorted), &divided);
+        sorted.reverse();
+        prop_assert_eq!(&histogram(&sorted), &divided);
+    }
+}

@@ -1,0 +1,310 @@
+//! The time base against streams whose losses, clock and bunching are known.
+
+use std::time::Duration;
+
+use imu_noise::{NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
+use proptest::prelude::*;
+
+const RATES_HZ: [f64; 11] = [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same streams everywhere.
+struct Random(u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// A sensor and the way its lines reach the host.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    rate_hz: f64,
+    clock_ppm: f64,
+    /// Each line is up to so much late.
+    jitter_s: f64,
+    /// The host reads at multiples of this time; 0: at once.
+    read_s: f64,
+    /// Time of the first line, so that reads fall anywhere among the lines.
+    start_s: f64,
+    seed: u64,
+}
+
+impl Link {
+    const fn steady(rate_hz: f64) -> Self {
+        Self { rate_hz, clock_ppm: 0.0, jitter_s: 0.0, read_s: 0.0, start_s: 0.5, seed: 1 }
+    }
+
+    /// Stamps of `lines` lines, in order.
+    fn stamps(self, lines: u64) -> impl Iterator<Item = f64> {
+        let period_s = 1.0 / (self.rate_hz * (1.0 + self.clock_ppm * 1e-6));
+        let mut random = Random(self.seed);
+        let mut previous_s = 0.0_f64;
+        (0..lines).map(move |line| {
+            let sent_s = self.start_s + line as f64 * period_s + self.jitter_s * random.unit();
+            let read_s = if self.read_s > 0.0 { (sent_s / self.read_s).ceil() * self.read_s } else { sent_s };
+            previous_s = previous_s.max(read_s);
+            previous_s
+        })
+    }
+}
+
+/// Decisions with the number of kept lines before each, and the summary.
+fn place(stamps_s: impl IntoIterator<Item = f64>) -> (Vec<(u64, Placed)>, TimebaseSummary) {
+    place_with(Timebase::new(&RATES_HZ), stamps_s)
+}
+
+fn place_with(
+    mut timebase: Timebase,
+    stamps_s: impl IntoIterator<Item = f64>,
+) -> (Vec<(u64, Placed)>, TimebaseSummary) {
+    let (mut events, mut placed, mut pushed) = (Vec::new(), 0, 0);
+    let mut take = |timebase: &mut Timebase, pushed: u64| {
+        while let Some(decision) = timebase.poll() {
+            match decision {
+                Placed::Lines(lines) => placed += lines,
+                other => events.push((placed, other)),
+            }
+        }
+        assert!(placed <= pushed);
+        placed
+    };
+    for stamp_s in stamps_s {
+        timebase.push(Duration::from_secs_f64(stamp_s));
+        pushed += 1;
+        take(&mut timebase, pushed);
+    }
+    timebase.finish();
+    assert_eq!(take(&mut timebase, pushed), pushed, "every line is placed once");
+    (events, timebase.summary())
+}
+
+fn gap(missing: u64) -> Placed {
+    Placed::Gap { missing }
+}
+
+#[test]
+fn a_steady_stream_has_its_rate_and_no_gap() {
+    for rate_hz in RATES_HZ {
+        let (events, summary) = place(Link { clock_ppm: 50.0, ..Link::steady(rate_hz) }.stamps(1000));
+        assert_eq!(events, [], "{rate_hz} Hz");
+        assert_eq!(summary.nominal, Some(NominalRate::Snapped(rate_hz)));
+        let offset_ppm = summary.offset_ppm.unwrap();
+        assert!((offset_ppm - 50.0).abs() < 0.1, "{offset_ppm} ppm at {rate_hz} Hz");
+    }
+}
+
+#[test]
+fn lines_are_held_until_the_rate_is_known() {
+    let mut timebase = Timebase::new(&RATES_HZ);
+    let mut stamps = Link::steady(40.0).stamps(100);
+    let held = stamps.by_ref().take_while(|&stamp_s| {
+        timebase.push(Duration::from_secs_f64(stamp_s));
+        timebase.poll().is_none()
+    });
+    assert_eq!(held.count(), 32);
+
+    let mut known = Timebase::with_known_rate(&RATES_HZ, 40.0);
+    known.push(Duration::from_secs(1));
+    assert_eq!(known.poll(), Some(Placed::Lines(1)));
+    assert_eq!(known.summary().nominal, Some(NominalRate::Known(40.0)));
+}
+
+#[test]
+fn few_lines_have_their_mean_rate() {
+    let (events, summary) = place([]);
+    assert_eq!((events.len(), summary.nominal, summary.interval_us), (0, None, None));
+    let (events, summary) = place([7.0]);
+    assert_eq!((events.len(), summary.nominal, summary.refusal), (0, None, None));
+    let (_, summary) = place([7.0, 7.025, 7.05]);
+    assert_eq!(summary.nominal, Some(NominalRate::Snapped(40.0)));
+}
+
+#[test]
+fn a_rate_the_sensor_does_not_have_is_kept() {
+    let (events, summary) = place(Link::steady(30.0).stamps(5000));
+    assert_eq!(events, []);
+    let Some(NominalRate::Measured(hz)) = summary.nominal else { panic!("{summary:?}") };
+    assert!((hz - 30.0).abs() < 0.01, "{hz}");
+}
+
+#[test]
+fn a_first_line_that_is_late_is_no_loss() {
+    for rate_hz in [1.0, 40.0, 200.0] {
+        for known in [false, true] {
+            let timebase = if known { Timebase::with_known_rate(&RATES_HZ, rate_hz) } else { Timebase::new(&RATES_HZ) };
+            let first_s = 0.55;
+            let stamps = Link::steady(rate_hz).stamps(1000).map(|stamp_s| stamp_s.max(first_s));
+            assert_eq!(place_with(timebase, stamps).0, [], "{rate_hz} Hz, known: {known}");
+        }
+    }
+}
+
+#[test]
+fn a_stalled_reader_loses_nothing() {
+    for rate_hz in [1.0, 40.0, 200.0] {
+        for stalled_s in [0.5, 1.0, 1.9, 3.1, 13.377] {
+            let stamps = Link::steady(rate_hz)
+                .stamps(4000)
+                .map(|stamp_s| if (stalled_s..stalled_s + 2.0).contains(&stamp_s) { stalled_s + 2.0 } else { stamp_s });
+            assert_eq!(place(stamps).0, [], "{rate_hz} Hz at {stalled_s} s");
+        }
+    }
+}
+
+#[test]
+fn a_pause_with_lines_lost_is_one_gap() {
+    let stamps = Link::steady(40.0).stamps(2000).enumerate();
+    let kept = stamps.filter(|(line, _)| !(1000..1024).contains(line));
+    let (events, summary) = place(kept.map(|(_, stamp_s)| stamp_s));
+    assert_eq!(events, [(1000, gap(24))]);
+    assert_eq!((summary.missing, summary.gaps), (24, 1));
+}
+
+#[test]
+fn a_pause_before_the_last_line_is_a_gap() {
+    let stamps = Link::steady(40.0).stamps(525).enumerate();
+    let kept = stamps.filter(|(line, _)| !(500..524).contains(line));
+    assert_eq!(place(kept.map(|(_, stamp_s)| stamp_s)).0, [(500, gap(24))]);
+}
+
+#[test]
+fn a_later_phase_is_no_loss() {
+    for rate_hz in [1.0, 40.0, 200.0] {
+        let stamps = Link::steady(rate_hz).stamps(3000).enumerate();
+        let shifted = stamps.map(|(line, stamp_s)| if line < 1500 { stamp_s } else { stamp_s + 0.003 });
+        assert_eq!(place(shifted).0, [], "{rate_hz} Hz");
+    }
+}
+
+#[test]
+fn one_line_kept_of_many_is_the_lower_rate() {
+    let kept = Link::steady(40.0).stamps(40 * 300).step_by(40);
+    let (events, summary) = place(kept);
+    assert_eq!((events.len(), summary.nominal), (0, Some(NominalRate::Snapped(1.0))));
+}
+
+#[test]
+fn a_rate_change_is_declared() {
+    for (from_hz, to_hz) in [(40.0, 200.0), (200.0, 40.0), (50.0, 40.0), (40.0, 50.0), (200.0, 100.0), (40.0, 1.0)] {
+        let before = Link::steady(from_hz).stamps(1000);
+        let end_s = 0.5 + 1000.0 / from_hz;
+        let after = Link { start_s: end_s, ..Link::steady(to_hz) }.stamps(1000);
+        let (events, summary) = place(before.chain(after));
+        let [(line, Placed::RateChanged { from_hz: from, to_hz: to })] = events[..] else {
+            panic!("{from_hz} to {to_hz} Hz: {events:?}")
+        };
+        assert_eq!((from, to), (from_hz, to_hz));
+        assert!((1000..1100).contains(&line), "{from_hz} to {to_hz} Hz: after {line} lines");
+        assert_eq!(summary.nominal, Some(NominalRate::Snapped(to_hz)));
+    }
+}
+
+#[test]
+fn stamps_that_are_no_time_base_are_refused() {
+    let (events, summary) = place((0..12_000).map(|line| f64::from(line) * 44e-6));
+    assert!(matches!(summary.refusal, Some(Refusal::TooFast { .. })), "{summary:?}");
+    assert_eq!((events.len(), summary.nominal), (0, None));
+
+    let (events, summary) = place([3.0; 2000]);
+    assert!(matches!(summary.refusal, Some(Refusal::NoTimePasses { .. })), "{summary:?}");
+    assert_eq!(events, []);
+
+    let late = Link { start_s: 2.0, ..Link::steady(40.0) }.stamps(100);
+    let (events, summary) = place(late.chain(Link::steady(40.0).stamps(100)));
+    let Some(Refusal::Backwards { line: 100, by }) = summary.refusal else { panic!("{summary:?}") };
+    assert!((by.as_secs_f64() - 3.975).abs() < 1e-6);
+    assert_eq!(events, []);
+}
+
+#[test]
+fn a_million_lines_without_loss_show_none() {
+    for rate_hz in [40.0, 200.0] {
+        for (clock_ppm, read_s) in
+            [(500.0, 0.05), (-500.0, 0.05), (37.0, 0.016), (-500.0, 0.0437), (500.0, 0.0), (-500.0, 0.0)]
+        {
+            let link = Link { clock_ppm, jitter_s: 0.002, read_s, ..Link::steady(rate_hz) };
+            let (events, summary) = place(link.stamps(1_000_000));
+            assert_eq!(events, [], "{link:?}");
+            let offset_ppm = summary.offset_ppm.unwrap();
+            assert!((offset_ppm - clock_ppm).abs() < 5.0, "{offset_ppm} ppm of {link:?}");
+        }
+    }
+}
+
+prop_compose! {
+    fn link(jitter_periods: f64, max_read_s: f64)(
+        rate_hz in prop::sample::select(vec![1.0, 40.0, 200.0]),
+        clock_ppm in -500.0..500.0,
+        jitter in 0.0..1.0,
+        read in 0.0..=1.0,
+        start_s in 0.1..1.1,
+        seed: u64,
+    ) -> Link {
+        let jitter_s = f64::min(0.002, jitter_periods / rate_hz) * jitter;
+        Link { rate_hz, clock_ppm, jitter_s, read_s: max_read_s * read, start_s, seed }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::default())]
+
+    #[test]
+    fn bunching_is_no_loss(link in link(1.0, 0.05)) {
+        // Reads once a period look like lost lines where they drift past a line: nothing tells them apart.
+        prop_assume!((link.read_s * link.rate_hz - 1.0).abs() > 0.01);
+        let (events, summary) = place(link.stamps(20_000));
+        prop_assert_eq!(events, []);
+        prop_assert_eq!(summary.nominal, Some(NominalRate::Snapped(link.rate_hz)));
+    }
+
+    #[test]
+    fn lines_removed_from_a_steady_stream_are_counted(
+        link in link(0.2, 0.0),
+        removals in prop::collection::vec((200_usize..600, 1_u64..=1000), 1..6),
+    ) {
+        let mut stamps = link.stamps(10_000);
+        let mut kept = Vec::new();
+        let mut expected = Vec::new();
+        for &(before, missing) in &removals {
+            kept.extend(stamps.by_ref().take(before));
+            expected.push((kept.len() as u64, gap(missing)));
+            stamps.by_ref().take(missing as usize).for_each(drop);
+        }
+        kept.extend(stamps.take(200));
+        let (events, _) = place(kept);
+        prop_assert_eq!(events, expected);
+    }
+
+    #[test]
+    fn decisions_follow_the_stamps_only(link in link(1.0, 0.05), polls in prop::collection::vec(1_usize..200, 1..50)) {
+        let stamps: Vec<_> = link.stamps(2000).enumerate().filter(|(line, _)| line % 700 != 650).map(|(_, s)| s).collect();
+        let (events, summary) = place(stamps.iter().copied());
+        let mut timebase = Timebase::new(&RATES_HZ);
+        let mut late = Vec::new();
+        let mut placed = 0;
+        let mut polls = polls.iter().cycle();
+        let mut rest = &stamps[..];
+        while !rest.is_empty() {
+            let (now, then) = rest.split_at(rest.len().min(*polls.next().unwrap()));
+            now.iter().for_each(|&stamp_s| timebase.push(Duration::from_secs_f64(stamp_s)));
+            rest = then;
+            if rest.is_empty() {
+                timebase.finish();
+            }
+            while let Some(decision) = timebase.poll() {
+                match decision {
+                    Placed::Lines(lines) => placed += lines,
+                    other => late.push((placed, other)),
+                }
+            }
+        }
+        prop_assert_eq!(late, events);
+        prop_assert_eq!(timebase.summary(), summary);
+    }
+}

@@ -1,0 +1,196 @@
+//! The line that names the columns, and what each column is for.
+
+use super::{
+    CsvError,
+    channel::{by_alias, is_inertial},
+    column_map::{ColumnMap, ColumnName},
+    fields::Fields,
+    number::Number,
+    tally::shown,
+};
+
+/// Names a column of stamps goes by.
+const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
+
+/// Names a column of sentences goes by.
+const SENTENCES: [&str; 4] = ["raw", "raw_data", "data", "sentence"];
+
+/// A line cut into the names of columns.
+pub(super) struct Header {
+    pub(super) separator: u8,
+    pub(super) names: Vec<String>,
+}
+
+/// The columns that matter, by place.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Places {
+    pub(super) stamp: Option<usize>,
+    pub(super) sentence: Option<usize>,
+    /// The place and the channel, in the order of the columns.
+    pub(super) channels: Vec<(usize, usize)>,
+}
+
+impl Header {
+    /// Cuts `line` at the one of `,` `;` and tab that it has most of.
+    pub(super) fn read(line: &[u8]) -> Self {
+        let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
+        let mut separator = b',';
+        for candidate in [b';', b'\t'] {
+            if occurrences(candidate) > occurrences(separator) {
+                separator = candidate;
+            }
+        }
+        Self {
+            separator,
+            names: Fields::new(line, separator).map(shown).collect(),
+        }
+    }
+
+    /// The columns with known names; of two with the same meaning the first.
+    pub(super) fn known_places(&self) -> Places {
+        let mut places = Places::default();
+        for (place, name) in self.names.iter().enumerate() {
+            let name = name.to_ascii_lowercase();
+            if STAMPS.contains(&&*name) {
+                places.stamp.get_or_insert(place);
+            } else if SENTENCES.contains(&&*name) {
+                places.sentence.get_or_insert(place);
+            } else if let Some(channel) = by_alias(&name)
+                && places.channels.iter().all(|&(_, other)| other != channel)
+            {
+                places.channels.push((place, channel));
+            }
+        }
+        places
+    }
+
+    /// The columns that `map` names.
+    pub(super) fn mapped_places(&self, map: &ColumnMap) -> Result<Places, CsvError> {
+        let mut found: Vec<(&'static str, usize)> = Vec::new();
+        for (channel, column) in map.columns() {
+            let place = self.place(column).ok_or_else(|| CsvError::MissingColumn {
+                channel,
+                column: column.to_string(),
+                found: self.names.clone(),
+            })?;
+            if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
+                return Err(CsvError::SameColumn {
+                    column: column.to_string(),
+                    channels: [other, channel],
+                });
+            }
+            found.push((channel, place));
+        }
+        let channels = map.channels.iter().zip(&found);
+        Ok(Places {
+            stamp: found.get(map.channels.len()).map(|&(_, place)| place),
+            sentence: None,
+            channels: channels.map(|(mapped, &(_, place))| (place, mapped.index)).collect(),
+        })
+    }
+
+    /// Whether the line is none of names but of numbers, where `map` looks: a file without a header. Only columns called by number
+    /// can be found in one.
+    pub(super) fn is_row(&self, map: &ColumnMap, places: &Places) -> bool {
+        let by_number = map
+            .columns()
+            .all(|(_, column)| matches!(column, ColumnName::Number(_)));
+        let mut mapped = places.channels.iter().map(|&(place, _)| place).chain(places.stamp);
+        by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
+    }
+
+    /// Whether the line could name columns: several fields, none empty, a number or the start of a sentence.
+    pub(super) fn names_columns(&self) -> bool {
+        self.names.len() > 1
+            && self.names.iter().all(|name| {
+                !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none()
+            })
+    }
+
+    fn place(&self, column: &ColumnName) -> Option<usize> {
+        match column {
+            ColumnName::Number(number) => (*number <= self.names.len()).then(|| number - 1),
+            ColumnName::Header(name) => {
+                let exactly = self.names.iter().position(|other| other == name);
+                exactly.or_else(|| self.names.iter().position(|other| other.eq_ignore_ascii_case(name)))
+            }
+        }
+    }
+}
+
+impl Places {
+    /// What the names of columns are looked through for, in words.
+    pub(super) const LOOKED_FOR: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ x y z, yaw pitch roll, \
+         temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp beside raw, raw_data, data \
+         or sentence with $VN… sentences";
+
+    /// Whether there is a channel that only an inertial sensor has.
+    pub(super) fn has_inertial_channel(&self) -> bool {
+        self.channels.iter().any(|&(_, channel)| is_inertial(channel))
+    }
+
+    /// The names of the columns that are not used.
+    pub(super) fn ignored(&self, header: &Header) -> Vec<String> {
+        let used = |place: usize| {
+            self.stamp == Some(place)
+                || self.sentence == Some(place)
+                || self.channels.iter().any(|&(other, _)| other == place)
+        };
+        let names = header.names.iter().enumerate();
+        names
+            .filter(|(place, _)| !used(*place))
+            .map(|(_, name)| name.clone())
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::channel::known, *};
+
+    fn channels(line: &str) -> Vec<(usize, &'static str)> {
+        let places = Header::read(line.as_bytes()).known_places();
+        let channels = places.channels.iter();
+        channels.map(|&(place, channel)| (place, &*known(channel).name)).collect()
+    }
+
+    #[test]
+    fn names_are_found_however_written() {
+        for line in [
+            "t,acc_x,gyr_z",
+            " Time ; \"Accel_X\" ;GYRO_Z",
+            "%time\tACC_X\tgyro_z",
+        ] {
+            assert_eq!(channels(line), [(1, "accel_x"), (2, "gyro_z")], "{line:?}");
+            assert_eq!(Header::read(line.as_bytes()).known_places().stamp, Some(0));
+        }
+    }
+
+    #[test]
+    fn the_first_of_two_columns_is_taken() {
+        let header = Header::read(b"gyr_x,gyro_x,n");
+        let places = header.known_places();
+        assert_eq!(places.channels.len(), 1);
+        assert_eq!(places.ignored(&header), ["gyro_x", "n"]);
+    }
+
+    #[test]
+    fn mapped_columns_are_found_or_missed_by_name() {
+        let header = Header::read(b"time;wx;WY");
+        let places = |map: &str| header.mapped_places(&map.parse().unwrap()).map_err(|error| error.to_string());
+        let found = places("gyro_x=2:deg/s,gyro_y=wy:deg/s,t=time:ns").unwrap();
+        assert_eq!((found.stamp, &*found.channels), (Some(0), &[(1, 9), (2, 10)][..]));
+        assert_eq!(
+            places("gyro_x=wz:deg/s").unwrap_err(),
+            "no column \"wz\" for gyro_x: the file has time, wx, WY"
+        );
+        assert_eq!(
+            places("gyro_x=4:deg/s").unwrap_err(),
+            "no column \"4\" for gyro_x: the file has time, wx, WY"
+        );
+        assert_eq!(
+            places("gyro_x=wx:deg/s,gyro_y=2:deg/s").unwrap_err(),
+            "column \"2\" is mapped to both gyro_x and gyro_y: give each its own"
+        );
+    }
+}

@@ -1,0 +1,321 @@
+//! Numbers as laboratory scripts print them, held exactly: `-077.706`, `0.0443`, `1e-05`, `1.5E+3`, `12`.
+
+/// The powers of ten that fit 64 bits.
+const POWERS_OF_TEN: [u64; 20] = {
+    let mut powers = [1; 20];
+    let mut n = 1;
+    while n < powers.len() {
+        powers[n] = powers[n - 1] * 10;
+        n += 1;
+    }
+    powers
+};
+
+/// As many digits as always fit 64 bits with one more behind them.
+const SAFE_DIGITS: usize = 18;
+
+/// Exponents beyond this change nothing: the number is zero or too large either way.
+const LARGEST_EXPONENT: i32 = 9_999;
+
+/// A decimal number: ±`digits` / 10^`decimals`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Number {
+    negative: bool,
+    digits: u64,
+    /// Negative for a number such as 1e5.
+    decimals: i32,
+    /// A digit other than zero follows those in `digits`, which are then 19.
+    more: bool,
+}
+
+/// Why a number has no count of a given last digit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Misfit {
+    /// It has more decimals.
+    Decimals,
+    /// It is too large.
+    Range,
+}
+
+/// What becomes of digits behind the last one that is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LastDigit {
+    /// They make the number a misfit, unless they are zeros.
+    Exact,
+    /// They are rounded away, to the nearest count and from the middle to the even one.
+    Rounded,
+}
+
+impl Number {
+    /// Reads a whole field without spaces or quotes around it; `None` when it is no finite decimal number.
+    pub(super) fn parse(field: &[u8]) -> Option<Self> {
+        let (number, length) = Self::parse_prefix(field)?;
+        (length == field.len()).then_some(number)
+    }
+
+    /// Reads the number at the head of `input`; also returns its length.
+    #[inline]
+    pub(super) fn parse_prefix(input: &[u8]) -> Option<(Self, usize)> {
+        // `-` lies two above `+`. One test for both: signs are random, and a branch that tells them apart is mispredicted half of the time
+        let &first = input.first()?;
+        let sign = usize::from(first.wrapping_sub(b'+') & !2 == 0);
+        let (whole, point) = append_digits(0, input, sign);
+        let (mut digits, mut end, mut decimals) = (whole, point, 0);
+        if input.get(point) == Some(&b'.') {
+            (digits, end) = append_digits(whole, input, point + 1);
+            decimals = end - point - 1;
+        }
+        let digit_count = point - sign + decimals;
+        if digit_count == 0 {
+            return None;
+        }
+        let exponent_follows = matches!(input.get(end), Some(b'e' | b'E'));
+        if digit_count > SAFE_DIGITS || exponent_follows {
+            return Self::parse_prefix_slowly(first == b'-', input, sign, end);
+        }
+        let number = Self {
+            negative: first == b'-',
+            digits,
+            decimals: decimals as i32,
+            more: false,
+        };
+        Some((number, end))
+    }
+
+    /// As [`parse_prefix`](Self::parse_prefix), for any number of digits, which lie with their point at `begin..end`, and exponents.
+    #[cold]
+    fn parse_prefix_slowly(
+        negative: bool,
+        input: &[u8],
+        begin: usize,
+        end: usize,
+    ) -> Option<(Self, usize)> {
+        let (mut digits, mut decimals, mut more, mut behind_point) = (0_u64, 0_i32, false, false);
+        for &byte in &input[begin..end] {
+            if byte == b'.' {
+                behind_point = true;
+            } else if digits < POWERS_OF_TEN[SAFE_DIGITS] {
+                digits = digits * 10 + u64::from(byte - b'0');
+                decimals += i32::from(behind_point);
+            } else {
+                more |= byte != b'0';
+                decimals -= i32::from(!behind_point);
+            }
+        }
+        let (exponent, end) = match input.get(end) {
+            Some(b'e' | b'E') => parse_exponent(input, end + 1)?,
+            _ => (0, end),
+        };
+        let number = Self {
+            negative,
+            digits,
+            decimals: decimals.saturating_sub(exponent),
+            more,
+        };
+        Some((number, end))
+    }
+
+    /// The number in units of 10^-`decimals`.
+    #[inline]
+    pub(super) fn count(&self, decimals: u8, last_digit: LastDigit) -> Result<i64, Misfit> {
+        let magnitude = if self.decimals == i32::from(decimals) && !self.more {
+            self.digits
+        } else {
+            self.rescaled(decimals, last_digit)?
+        };
+        let magnitude = i64::try_from(magnitude).map_err(|_| Misfit::Range)?;
+        Ok(magnitude * (1 - 2 * i64::from(self.negative)))
+    }
+
+    fn rescaled(&self, decimals: u8, last_digit: LastDigit) -> Result<u64, Misfit> {
+        let added = i32::from(decimals).saturating_sub(self.decimals);
+        let power = POWERS_OF_TEN.get(added.unsigned_abs() as usize);
+        if added >= 0 {
+            if self.more && last_digit == LastDigit::Exact {
+                return Err(Misfit::Decimals);
+            }
+            return match power {
+                _ if self.digits == 0 => Ok(0),
+                Some(&power) => self.digits.checked_mul(power).ok_or(Misfit::Range),
+                None => Err(Misfit::Range),
+            };
+        }
+        let (quotient, remainder, half) = match power {
+            Some(&power) => (self.digits / power, self.digits % power, power / 2),
+            // less than a tenth of the last digit
+            None => (0, self.digits, u64::MAX),
+        };
+        if remainder == 0 && !self.more {
+            Ok(quotient)
+        } else if last_digit == LastDigit::Exact {
+            Err(Misfit::Decimals)
+        } else {
+            let odd = quotient % 2 == 1;
+            let up = remainder > half || remainder == half && (self.more || odd);
+            Ok(quotient + u64::from(up))
+        }
+    }
+
+    /// The digits printed behind the point, counting as if an exponent were written out.
+    pub(super) fn decimals(&self) -> u32 {
+        self.decimals.max(0).unsigned_abs()
+    }
+
+    /// As [`decimals`](Self::decimals), without zeros at the end.
+    pub(super) fn significant_decimals(&self) -> u32 {
+        if self.digits == 0 {
+            return 0;
+        }
+        let (mut digits, mut decimals) = (self.digits, self.decimals());
+        while decimals > 0 && digits % 10 == 0 {
+            digits /= 10;
+            decimals -= 1;
+        }
+        decimals
+    }
+
+    /// The magnitude, to the precision of a float.
+    pub(super) fn magnitude(&self) -> f64 {
+        self.digits as f64 * 10_f64.powi(-self.decimals)
+    }
+}
+
+/// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns where they end.
+#[inline(always)]
+fn append_digits(mut digits: u64, input: &[u8], mut at: usize) -> (u64, usize) {
+    while let Some(byte @ b'0'..=b'9') = input.get(at) {
+        digits = digits
+            .wrapping_mul(10)
+            .wrapping_add(u64::from(byte - b'0'));
+        at += 1;
+    }
+    (digits, at)
+}
+
+/// The exponent whose sign or first digit is at `at`, and where it ends.
+fn parse_exponent(input: &[u8], at: usize) -> Option<(i32, usize)> {
+    let signed = matches!(input.get(at), Some(b'+' | b'-'));
+    let begin = at + usize::from(signed);
+    let mut end = begin;
+    let mut exponent = 0_i32;
+    while let Some(byte @ b'0'..=b'9') = input.get(end) {
+        exponent = (exponent * 10 + i32::from(byte - b'0')).min(LARGEST_EXPONENT);
+        end += 1;
+    }
+    if end == begin {
+        return None;
+    }
+    let negative = input.get(at) == Some(&b'-');
+    Some((if negative { -exponent } else { exponent }, end))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::{LastDigit::*, Misfit::*, *};
+
+    fn count(field: &str, decimals: u8, last_digit: LastDigit) -> Result<i64, Misfit> {
+        Number::parse(field.as_bytes())
+            .unwrap()
+            .count(decimals, last_digit)
+    }
+
+    #[test]
+    fn the_ways_to_print_a_number_are_one() {
+        for field in [
+            "-0.0125",
+            "-000.0125",
+            "-.0125",
+            "-1.25e-2",
+            "-125E-0004",
+            "-0.00000125e+4",
+            "-0.01250000000000000000000000",
+        ] {
+            assert_eq!(count(field, 6, Exact), Ok(-12_500), "{field}");
+        }
+        assert_eq!(count("1e-05", 6, Exact), Ok(10));
+        assert_eq!(count("12", 3, Exact), Ok(12_000));
+        assert_eq!(count("+5.", 1, Exact), Ok(50));
+        assert_eq!(count("0e99999999999", 3, Exact), Ok(0));
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        for field in [
+            "", "+", "-", ".", "-.", "nan", "inf", "1e", "1e+", "e5", "1.2.3", "0x10", "1 ", " 1",
+            "1_0", "--1", "1,5", "\u{661}",
+        ] {
+            assert_eq!(Number::parse(field.as_bytes()), None, "{field:?}");
+        }
+    }
+
+    #[test]
+    fn digits_too_many_are_refused_or_rounded() {
+        for (field, exact, rounded) in [
+            ("0.1250", Err(Decimals), 12),
+            ("0.1350", Err(Decimals), 14),
+            ("0.1251", Err(Decimals), 13),
+            ("-0.1351", Err(Decimals), -14),
+            ("0.1200", Ok(12), 12),
+            ("1e-300", Err(Decimals), 0),
+            ("0.12500000000000000000001", Err(Decimals), 13),
+            ("0.12000000000000000000000", Ok(12), 12),
+        ] {
+            assert_eq!(count(field, 2, Exact), exact, "{field}");
+            assert_eq!(count(field, 2, Rounded), Ok(rounded), "{field}");
+        }
+        for field in ["1e300", "99999999999999999999999", "9223372036854775808"] {
+            assert_eq!(count(field, 0, Rounded), Err(Range), "{field}");
+        }
+        assert_eq!(count("9223372036854775807", 0, Exact), Ok(i64::MAX));
+    }
+
+    #[test]
+    fn decimals_are_counted_as_printed_and_without_zeros() {
+        for (field, printed, significant) in [
+            ("0.500", 3, 1),
+            ("1.50e-05", 7, 6),
+            ("1200", 0, 0),
+            ("1e5", 0, 0),
+            ("0.000", 3, 0),
+            ("1.234000000000000000e-03", 21, 6),
+        ] {
+            let number = Number::parse(field.as_bytes()).unwrap();
+            assert_eq!(
+                (number.decimals(), number.significant_decimals()),
+                (printed, significant),
+                "{field}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_standard_library_agrees(text in "[-+]?[0-9]{0,3}[.]?[0-9]{0,12}(e[-+]?[0-9]{0,2})?") {
+            let float: Option<f64> = text.parse().ok();
+            let number = Number::parse(text.as_bytes());
+            prop_assert_eq!(number.is_some(), float.is_some());
+            if let (Some(number), Some(float)) = (number, float) {
+                let error = (number.magnitude() - float.abs()).abs();
+                prop_assert!(error <= 1e-13 * float.abs());
+            }
+        }
+
+        #[test]
+        fn any_count_comes_back(count in -i64::MAX..=i64::MAX, decimals in 1_usize..=18) {
+            let magnitude = format!("{:0width$}", count.unsigned_abs(), width = decimals + 1);
+            let (whole, fraction) = magnitude.split_at(magnitude.len() - decimals);
+            let sign = if count < 0 { "-" } else { "" };
+            let number = Number::parse(format!("{sign}{whole}.{fraction}").as_bytes()).unwrap();
+            prop_assert_eq!(number.count(decimals as u8, Exact), Ok(count));
+        }
+
+        #[test]
+        fn no_bytes_panic(field in proptest::collection::vec(any::<u8>(), 0..40), decimals in 0_u8..30) {
+            if let Some(number) = Number::parse(&field) {
+                let _ = number.count(decimals, Rounded);
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Rows with arrival stamps wait here until it is sure whether any are missing before them.
+
+use std::{collections::VecDeque, time::Duration};
+
+use imu_noise::{Placed, Timebase, TimebaseSummary};
+use vn100_driver::{Batch, MarkKind};
+
+/// Output rates of the sensor in hertz, as register 7 takes them.
+const RATES_HZ: &[f64] = &[1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
+
+/// The rows of a stamped stream that are not placed yet, and the marks between them.
+#[derive(Debug)]
+pub(crate) struct Waiting {
+    timebase: Timebase,
+    /// Counts per row.
+    width: usize,
+    /// The rows that wait, frame-major, behind those already given out.
+    counts: Vec<i32>,
+    /// Rows at the head of `counts` that were given out.
+    given: usize,
+    /// Rows that may be given out.
+    placed: u64,
+    /// Marks by the row they stand before, counted from the beginning of the stream.
+    marks: VecDeque<(u64, MarkKind)>,
+    /// Rows given out since the beginning.
+    given_in_all: u64,
+    first_ns: Option<i64>,
+    last: Duration,
+}
+
+/// What comes next of a stamped stream.
+#[derive(Debug)]
+pub(crate) enum Ready<'a> {
+    /// Rows with nothing missing before or between them, frame-major.
+    Rows(&'a [i32]),
+    /// What stood between the lines here.
+    Mark(MarkKind),
+    /// So many samples are missing here.
+    Missing(u64),
+    /// From here on the rows come at another rate.
+    RateChanged { from_hz: f64, to_hz: f64 },
+}
+
+impl Waiting {
+    /// For rows of `width` counts, of a stream whose rate may be known.
+    pub(crate) fn new(width: usize, rate_hz: Option<f64>) -> Self {
+        Self {
+            timebase: rate_hz.map_or_else(|| Timebase::new(RATES_HZ), |hz| Timebase::with_known_rate(RATES_HZ, hz)),
+            width,
+            counts: Vec::new(),
+            given: 0,
+            placed: 0,
+            marks: VecDeque::new(),
+            given_in_all: 0,
+            first_ns: None,
+            last: Duration::ZERO,
+        }
+    }
+
+    /// Takes the rows and marks of a batch. Rows without a stamp of their own came no earlier than the row before them.
+    pub(crate) fn take_in(&mut self, batch: &Batch) {
+        self.counts.drain(..self.given * self.width);
+        self.given = 0;
+        let before = self.given_in_all + (self.counts.len() / self.width) as u64;
+        self.marks.extend(batch.marks.iter().map(|mark| (before + mark.before_row as u64, mark.kind)));
+        self.counts.extend_from_slice(&batch.counts);
+        let mut arrivals = batch.arrivals.iter().peekable();
+        for row in 0..batch.rows().len() {
+            if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
+                self.last = self.since_origin(arrival.at_ns);
+            }
+            self.timebase.push(self.last);
+        }
+    }
+
+    /// The stream is over: nothing that waits need wait any longer.
+    pub(crate) fn finish(&mut self) {
+        self.timebase.finish();
+    }
+
+    /// The next thing that may be used.
+    pub(crate) fn next(&mut self) -> Option<Ready<'_>> {
+        while self.placed == 0 {
+            match self.timebase.poll()? {
+                Placed::Lines(lines) => self.placed = lines,
+                Placed::Gap { missing } => return Some(Ready::Missing(missing)),
+                Placed::RateChanged { from_hz, to_hz } => return Some(Ready::RateChanged { from_hz, to_hz }),
+            }
+        }
+        if let Some((_, mark)) = self.marks.pop_front_if(|(row, _)| *row <= self.given_in_all) {
+            return Some(Ready::Mark(mark));
+        }
+        let to_mark = self.marks.front().map_or(u64::MAX, |(row, _)| row - self.given_in_all);
+        let rows = self.placed.min(to_mark);
+        let from = self.given;
+        self.placed -= rows;
+        self.given_in_all += rows;
+        // what is placed is held, so that it fits
+        self.given += rows as usize;
+        Some(Ready::Rows(&self.counts[from * self.width..self.given * self.width]))
+    }
+
+    /// What the stamps say.
+    pub(crate) fn summary(&self) -> TimebaseSummary {
+        self.timebase.summary()
+    }
+
+    /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.
+    fn since_origin(&mut self, at_ns: i64) -> Duration {
+        let first_ns = *self.first_ns.get_or_insert(at_ns);
+        let since_first = i128::from(at_ns) - i128::from(first_ns);
+        Duration::from_nanos((since_first + i128::from(u64::MAX / 2)).clamp(0, u64::MAX.into()) as u64)
+    }
+}
