@@ -1,10 +1,10 @@
 //! The warnings a snapshot deserves, in words.
 
 use imu_noise::{NominalRate, Refusal, TimebaseSummary};
-use vn100_protocol::Tally;
+use vn100_protocol::{Channel, Quantity, Tally};
 
 use crate::{
-    snapshot::{RateChange, RateFrom, Snapshot},
+    snapshot::{ChannelSnapshot, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
 
@@ -113,6 +113,26 @@ pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> 
             "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches".into(),
         );
     }
+    let stuck = channels_where(snapshot, |_, results| is_stuck(results));
+    if !stuck.is_empty() {
+        warn(
+            WarningKind::StuckDigits,
+            stuck,
+            "the channel shows no more than two values: its noise lies below the last printed digit, or it is not alive; its deviations \
+             are those of the rounding"
+                .into(),
+        );
+    }
+    let at_limit = channels_where(snapshot, reaches_limit);
+    if !at_limit.is_empty() {
+        warn(
+            WarningKind::FullRange,
+            at_limit,
+            "the channel reaches the end of the sensor's range (2.5 gauss, 16 g, 2000 deg/s as quoted): beyond it values are cut, and \
+             statistics of cut values are wrong"
+                .into(),
+        );
+    }
     if snapshot.layout.is_some() && timing.samples < 2 {
         warn(
             WarningKind::TooShort,
@@ -186,6 +206,32 @@ fn warn_of_arrivals(arrivals: &TimebaseSummary, warn: &mut impl FnMut(WarningKin
             ),
         );
     }
+}
+
+/// Names of the channels for which `holds`.
+fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot) -> bool) -> Vec<String> {
+    let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    (channels.iter().zip(&snapshot.channels))
+        .filter(|(channel, results)| holds(channel, results))
+        .map(|(channel, _)| channel.name.to_string())
+        .collect()
+}
+
+/// No more than two values in at least a hundred samples, counted in what the sensor printed.
+fn is_stuck(results: &ChannelSnapshot) -> bool {
+    results.moments.count() >= 100 && results.histogram.bin_width_counts() == 1 && results.histogram.bins().take(3).count() <= 2
+}
+
+fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
+    // ranges in the channel's unit, from quotations of the maker's sheet; the last digits before them are already doubtful
+    let range = match channel.quantity {
+        Quantity::MagneticField => 2.5,
+        Quantity::Acceleration => 16.0 * 9.80665,
+        Quantity::AngularRate => 2000.0_f64.to_radians(),
+        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return false,
+    };
+    let extremes = [results.moments.min_counts(), results.moments.max_counts()];
+    extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)
 }
 
 /// What a stream that brings bytes and no samples is likely to suffer from.

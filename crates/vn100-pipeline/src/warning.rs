@@ -30,6 +30,10 @@ pub enum WarningKind {
     RepeatedLines,
     /// The sensor's printed resolution changed in mid-stream.
     PrintFormat,
+    /// A channel repeats very few values.
+    StuckDigits,
+    /// A channel reaches the end of its sensor's range.
+    FullRange,
     /// An angle turned so far that its count had to start anew.
     AngleRestarted,
     /// Too few samples for any deviation.
@@ -53,6 +57,8 @@ impl WarningKind {
             Self::UncheckedLines => "unchecked-lines",
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",
+            Self::StuckDigits => "stuck-digits",
+            Self::FullRange => "full-range",
             Self::AngleRestarted => "angle-restarted",
             Self::TooShort => "too-short",
         }

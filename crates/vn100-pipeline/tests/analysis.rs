@@ -130,6 +130,37 @@ fn a_loop_is_noticed() {
     assert!(!warned(&analysed(&lines[..20], 7, Settings::default()), WarningKind::RepeatedLines));
 }
 
+/// The channels a warning of this kind names.
+fn named(snapshot: &Snapshot, kind: WarningKind) -> Vec<String> {
+    snapshot.warnings.iter().filter(|warning| warning.kind == kind).flat_map(|w| w.channels.clone()).collect()
+}
+
+#[test]
+fn a_channel_that_sticks_is_named() {
+    let sticks: Vec<_> = (0..100).map(|i| Good(7 + i % 2)).collect();
+    assert_eq!(named(&analysed(&sticks, 9, Settings::default()), WarningKind::StuckDigits).len(), 12);
+    assert!(named(&analysed(&sticks[..99], 9, Settings::default()), WarningKind::StuckDigits).is_empty());
+    let lives: Vec<_> = (0..100).map(|i| Good(7 + i % 3)).collect();
+    assert!(named(&analysed(&lives, 9, Settings::default()), WarningKind::StuckDigits).is_empty());
+}
+
+#[test]
+fn a_channel_that_spans_its_full_range_is_exact_and_named() {
+    // 34.9 rad/s is 34 900 000 counts; for all other channels with a range it is far outside, for angles it wraps
+    let lines: Vec<_> = (0..1000).map(|i| Good(if i % 2 == 0 { 34_900_000 } else { -34_900_000 })).collect();
+    let snapshot = analysed(&lines, 64, Settings::default());
+    let named = named(&snapshot, WarningKind::FullRange);
+    assert!(named.contains(&"gyro_x".to_owned()) && !named.contains(&"yaw".to_owned()));
+    let gyro_x = &snapshot.channels[9];
+    assert_eq!((gyro_x.moments.mean_counts(), gyro_x.moments.skewness()), (Some(0.0), Some(0.0)));
+    let expected = 999 * (2 * 34_900_000_u128).pow(2);
+    assert_eq!((gyro_x.octaves[0].terms, gyro_x.octaves[0].sum_squares), (999, Some(expected)));
+    assert_eq!(gyro_x.octaves[1].sum_squares, Some(0), "neighbouring pairs have equal sums");
+
+    let half: Vec<_> = (0..200).map(|i| Good(10_000 + i % 5)).collect();
+    assert!(!warned(&analysed(&half, 64, Settings::default()), WarningKind::FullRange));
+}
+
 #[test]
 fn skipped_time_is_left_out_with_its_gaps() {
     let settings = Settings { rate_hz: Some(2.0), skip: Duration::from_secs(2), ..Settings::default() };
