@@ -37,6 +37,9 @@ mod histogram;
 mod lanes;
 mod moments;
 mod octaves;
+#[cfg(test)]
+#[path = "../tests/oracle/mod.rs"]
+mod oracle;
 mod scale;
 mod timebase;
 mod unwrap;

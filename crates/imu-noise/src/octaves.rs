@@ -89,8 +89,9 @@ pub struct OctaveSum {
     pub m: u64,
     /// Number of windows n, at least 1.
     pub terms: u64,
-    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than 128 bits: with
-    /// differences of 27 bits between counts that takes 2^40 samples at m = 2^30 (870 years at 40 Hz).
+    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than 128 bits. Strided
+    /// windows over counts that span 27 bits (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30:
+    /// 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
 }
 

@@ -6,10 +6,12 @@ use std::time::Duration;
 mod arrivals;
 mod envelope;
 mod placer;
+mod reads;
 mod stretches;
 
-use arrivals::{Intervals, TOGETHER_PERIODS};
+use arrivals::Intervals;
 use placer::{Placer, Verdict};
+use reads::Reads;
 use stretches::{SNAP_TOLERANCE, Stretches, nominal, percentile_90, snap};
 
 /// Stamps may go back by so much; threads that stamp are not always in order.
@@ -295,14 +297,10 @@ impl Timebase {
         };
         let held = std::mem::take(held);
         let hz = nominal.hz();
-        let together = held.windows(2).filter(|pair| pair[1] - pair[0] < TOGETHER_PERIODS / hz).count();
-        let bunched_share = together as f64 / held.len() as f64;
         self.nominal = Some(nominal);
         let first_s = held.first().copied().unwrap_or(0.0);
-        let mut placer = Placer::new(self.rates_hz, hz, first_s, bunched_share, 0.002);
-        for at_s in held {
-            placer.push(at_s);
-        }
+        let mut placer = Placer::new(self.rates_hz, hz, first_s, Reads::new(hz.recip()), 0.002);
+        held.into_iter().for_each(|at_s| placer.push(at_s));
         self.state = State::Placing(Box::new(placer));
         self.advance();
     }
@@ -322,12 +320,11 @@ impl Timebase {
     fn change_rate(&mut self, to_hz: f64) {
         let State::Placing(placer) = &mut self.state else { return };
         let from_hz = self.nominal.map_or(to_hz, NominalRate::hz);
-        let bunched_share = placer.bunched_share();
         let held: Vec<f64> = placer.clone().into_held().into();
         // Without held lines the next line is due one new period from now.
         let next_s = self.previous.saturating_sub(self.origin.unwrap_or_default()).as_secs_f64() + to_hz.recip();
         let due_s = held.first().copied().unwrap_or(next_s);
-        let mut placer = Placer::new(self.rates_hz, to_hz, due_s, bunched_share, 0.002);
+        let mut placer = Placer::new(self.rates_hz, to_hz, due_s, Reads::new(to_hz.recip()), 0.002);
         for at_s in held {
             placer.push(at_s);
         }

@@ -1,4 +1,5 @@
 //! Histograms against their definition, in any order and division.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
 

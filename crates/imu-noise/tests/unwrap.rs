@@ -1,4 +1,5 @@
 //! Angles made continuous.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use imu_noise::Unwrap;
 use proptest::{collection::vec, prelude::*};

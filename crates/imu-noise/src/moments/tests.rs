@@ -5,9 +5,7 @@ use proptest::{collection::vec, prelude::*};
 use serde_json::Value;
 
 use super::{Moments, PowerSums, in_integers, in_lanes};
-
-#[path = "../../tests/oracle/mod.rs"]
-mod oracle;
+use crate::oracle;
 
 fn moments(counts: &[i32]) -> Moments {
     let mut moments = Moments::new();

@@ -12,6 +12,7 @@ pub(super) const MAX_LEVEL: u32 = 30;
 
 /// Samples taken at once: long enough for vector instructions, short enough for the first-level cache.
 const BLOCK: usize = 256;
+/// Most windows per averaging time.
 const MAX_LAG: usize = 16;
 
 /// Room for what a level remembers, followed from [`MAX_LAG`] on by what is new.
@@ -92,6 +93,7 @@ impl Cascade {
                 join(older, newer, next);
                 older.len()
             } else {
+                // The newest sum ends at the multiple end / stride of the stride; even multiples are on the next grid.
                 let first = (self.end / stride + older.len() as u64 + 1) & 1;
                 join_every_second(older, newer, first as usize, next)
             };
@@ -141,6 +143,7 @@ fn difference([older, newer]: [i64; 2]) -> i64 {
     newer.wrapping_sub(older)
 }
 
+/// Block sums of the next level, written where new values go.
 #[inline]
 fn join(older: &[i64], newer: &[i64], next: &mut Scratch) {
     for ((sum, older), newer) in next[MAX_LAG..].iter_mut().zip(older).zip(newer) {
@@ -148,6 +151,7 @@ fn join(older: &[i64], newer: &[i64], next: &mut Scratch) {
     }
 }
 
+/// The same for every second pair from `first` on; returns how many these are.
 #[inline]
 fn join_every_second(older: &[i64], newer: &[i64], first: usize, next: &mut Scratch) -> usize {
     let len = (older.len() + 1).saturating_sub(first) / 2;

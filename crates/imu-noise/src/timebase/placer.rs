@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::envelope::Envelope;
 use super::stretches::snap;
-use super::arrivals::TOGETHER_PERIODS;
+use super::reads::{MIN_WINDOW_S, Reads};
 use super::Placed;
 
 /// A lag below this part of a period is no loss.
@@ -13,17 +13,8 @@ const DOUBT_PERIODS: f64 = 0.8;
 /// Where reads bring several lines, the place of a read among the lines moves the least lag by up to a period more.
 const BUNCHED_DOUBT_PERIODS: f64 = 1.8;
 
-/// Part of the reads that bring several lines from which a stream is bunched.
-const BUNCHED_SHARE: f64 = 0.05;
-
-/// Reads over which that part is averaged.
-const BUNCHED_READS: f64 = 64.0;
-
 /// The least lag must have stood for so many lines,
 const DOUBT_LINES: usize = 12;
-
-/// and for so long, twice the longest usual bunching,
-const DOUBT_S: f64 = 0.1;
 
 /// and not fall by more than this part of a period in each line: a reader that catches up, or drifts past the lines.
 const FALLING_PERIODS: f64 = 0.004;
@@ -64,6 +55,7 @@ pub(super) struct Placer {
     judged: usize,
     doubt: Option<Doubt>,
     block_lines: u32,
+    block_start_s: f64,
     block_least_s: f64,
     /// How early lines may come after a loss without being taken for the new earliest: they show that the loss was
     /// counted one too large, and the next one is counted less.
@@ -71,9 +63,7 @@ pub(super) struct Placer {
     /// Place in the stream of the next line to be settled, lost lines included.
     index: u64,
     envelope: Envelope,
-    previous_s: f64,
-    read_lines: u32,
-    bunched_share: f64,
+    reads: Reads,
     fit_tolerance: f64,
     /// By how much lines came before they were due, since the caller last asked.
     early_s: f64,
@@ -88,7 +78,7 @@ pub(super) enum Verdict {
 }
 
 impl Placer {
-    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, due_s: f64, bunched_share: f64, fit_tolerance: f64) -> Self {
+    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, due_s: f64, reads: Reads, fit_tolerance: f64) -> Self {
         Self {
             rates_hz,
             period_s: nominal_hz.recip(),
@@ -97,13 +87,12 @@ impl Placer {
             judged: 0,
             doubt: None,
             block_lines: 0,
+            block_start_s: due_s,
             block_least_s: f64::INFINITY,
             overcount_s: 0.0,
             index: 0,
             envelope: Envelope::new(1.0 / nominal_hz),
-            previous_s: due_s,
-            read_lines: 0,
-            bunched_share,
+            reads,
             fit_tolerance,
             early_s: 0.0,
         }
@@ -111,7 +100,7 @@ impl Placer {
 
     /// Adds a line's stamp. Verdicts come from [`next`](Self::next).
     pub(super) fn push(&mut self, at_s: f64) {
-        self.count_read(at_s);
+        self.reads.push(at_s);
         self.held.push_back(at_s);
     }
 
@@ -132,7 +121,7 @@ impl Placer {
     /// Decides on the lines still held as if nothing followed: a loss is what exceeds any bunching.
     pub(super) fn finish(&mut self) -> Option<Verdict> {
         match self.doubt {
-            Some(doubt) if doubt.least_lag_s >= self.threshold_periods() * self.period_s + DOUBT_S => Some(self.lose(doubt)),
+            Some(doubt) if doubt.least_lag_s >= self.threshold_periods() * self.period_s + MIN_WINDOW_S => Some(self.lose(doubt)),
             Some(_) => {
                 self.doubt = None;
                 let lines = self.held.len() as u64;
@@ -156,26 +145,12 @@ impl Placer {
         self.held
     }
 
-    pub(super) fn bunched_share(&self) -> f64 {
-        self.bunched_share
-    }
-
     fn threshold_periods(&self) -> f64 {
-        if self.bunched_share > BUNCHED_SHARE {
+        if self.reads.bunched() && !self.reads.mixed() {
             BUNCHED_DOUBT_PERIODS
         } else {
             DOUBT_PERIODS
         }
-    }
-
-    fn count_read(&mut self, at_s: f64) {
-        if at_s - self.previous_s >= TOGETHER_PERIODS * self.period_s {
-            let several = if self.read_lines > 1 { 1.0 } else { 0.0 };
-            self.bunched_share += (several - self.bunched_share) / BUNCHED_READS;
-            self.read_lines = 0;
-        }
-        self.read_lines += 1;
-        self.previous_s = at_s;
     }
 
     /// The line at `judged` is in place, and so are those held before it.
@@ -192,27 +167,32 @@ impl Placer {
         }
         let lines = self.judged + 1;
         self.judged = 0;
-        self.held.drain(..lines);
+        if lines == 1 {
+            self.held.pop_front();
+        } else {
+            self.held.drain(..lines);
+        }
         self.index += lines as u64;
         if self.early_s > EARLY_PERIODS * self.period_s {
             self.envelope.restart();
         }
         self.fit(at_s);
         self.block_lines += lines as u32;
-        if self.block_lines >= BLOCK_LINES {
-            self.end_block();
+        if self.block_lines >= BLOCK_LINES && at_s - self.block_start_s >= self.reads.window_s() {
+            self.end_block(at_s);
         }
         Verdict::Placed(Placed::Lines(lines as u64))
     }
 
     /// After a block without a loss the due time follows its least lag; a loss counted too much stays owed.
-    fn end_block(&mut self) {
+    fn end_block(&mut self, at_s: f64) {
         let overcounted = self.block_least_s < -0.5 * self.overcount_s;
         if !overcounted {
             self.overcount_s = 0.0;
         }
         self.due_s += self.block_least_s + self.overcount_s;
         self.block_lines = 0;
+        self.block_start_s = at_s;
         self.block_least_s = f64::INFINITY;
     }
 
@@ -244,7 +224,7 @@ impl Placer {
         let doubt = *doubt;
         self.judged += 1;
         self.due_s += self.period_s;
-        let stood = place - doubt.least_place >= DOUBT_LINES && at_s - doubt.least_at_s >= DOUBT_S;
+        let stood = place - doubt.least_place >= DOUBT_LINES && at_s - doubt.least_at_s >= self.reads.window_s();
         if !stood && self.held.len() < MAX_HELD {
             return None;
         }

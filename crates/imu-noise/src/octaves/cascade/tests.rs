@@ -1,9 +1,7 @@
 //! The cascade at every number of windows per averaging time, against exact tables.
 
 use super::{Cascade, Deviation};
-
-#[path = "../../../tests/oracle/mod.rs"]
-mod oracle;
+use crate::oracle;
 
 /// Compares with the rows `sadevR` and `shdevR` of `stream`; returns how many there were.
 fn check(file: &str, stream: &str, runs: &[(u64, &[i32])]) -> usize {

@@ -1,0 +1,112 @@
+//! How reads fall among the lines: whether they bring several at once, and whether they meet every phase.
+
+use super::arrivals::TOGETHER_PERIODS;
+
+/// Part of the reads that bring several lines from which a stream is bunched.
+const BUNCHED_SHARE: f64 = 0.05;
+
+/// Reads over which that part is averaged.
+const BUNCHED_READS: f64 = 64.0;
+
+/// Reads in a group whose phases are looked at together.
+const GROUP_READS: u32 = 16;
+
+/// Least time in which reads are taken to have shown the earliest arrival: twice the longest usual bunching.
+pub(super) const MIN_WINDOW_S: f64 = 0.1;
+
+/// Longest run of empty sixteenths of a period in which reads are mixed.
+const MIXED_EMPTY: u32 = 5;
+
+/// Reads of a stream, told apart by the time between lines.
+///
+/// A read takes all lines there are, so the last one is less than a period late, by a phase. When the time between
+/// reads is near a multiple of the period the phase drifts slowly and then jumps by a whole period: that looks like a
+/// lost line. When the phases of some reads lie all over the period, they cannot jump by much.
+#[derive(Clone, Debug)]
+pub(super) struct Reads {
+    /// Lines closer than this came in one read.
+    together_s: f64,
+    /// Longest time a group of reads may take to count as a window.
+    max_window_s: f64,
+    sixteenths_per_s: f64,
+    previous_s: f64,
+    lines: u32,
+    bunched_share: f64,
+    group: u32,
+    group_start_s: f64,
+    /// Sixteenths of the period in which a read of the group ended.
+    phases: u16,
+    mixed: bool,
+    window_s: f64,
+}
+
+impl Reads {
+    pub(super) fn new(period_s: f64) -> Self {
+        Self {
+            together_s: TOGETHER_PERIODS * period_s,
+            max_window_s: MIN_WINDOW_S.max(GROUP_READS as f64 * period_s.max(MIN_WINDOW_S)),
+            sixteenths_per_s: 16.0 / period_s,
+            previous_s: f64::NEG_INFINITY,
+            lines: 0,
+            bunched_share: 0.0,
+            group: 0,
+            group_start_s: 0.0,
+            phases: 0,
+            mixed: false,
+            window_s: MIN_WINDOW_S,
+        }
+    }
+
+    /// Adds a line's stamp.
+    pub(super) fn push(&mut self, at_s: f64) {
+        if at_s - self.previous_s >= self.together_s {
+            self.end_read();
+        }
+        self.lines += 1;
+        self.previous_s = at_s;
+    }
+
+    /// Reads often bring several lines.
+    pub(super) fn bunched(&self) -> bool {
+        self.bunched_share > BUNCHED_SHARE
+    }
+
+    /// The last reads met the lines at all phases.
+    pub(super) const fn mixed(&self) -> bool {
+        self.mixed
+    }
+
+    /// Time within which some line arrives as early as any.
+    pub(super) const fn window_s(&self) -> f64 {
+        self.window_s
+    }
+
+    fn end_read(&mut self) {
+        if self.lines == 0 {
+            return;
+        }
+        let several = if self.lines > 1 { 1.0 } else { 0.0 };
+        self.bunched_share += (several - self.bunched_share) / BUNCHED_READS;
+        self.lines = 0;
+        let sixteenths = (self.previous_s * self.sixteenths_per_s) as u64;
+        self.phases |= 1 << (sixteenths % 16);
+        self.group += 1;
+        if self.group == GROUP_READS {
+            self.end_group();
+        }
+    }
+
+    fn end_group(&mut self) {
+        let empty_run = (0..16).map(|turn| self.phases.rotate_right(turn).trailing_zeros()).max();
+        self.mixed = empty_run.is_some_and(|run| run <= MIXED_EMPTY);
+        let span_s = self.previous_s - self.group_start_s;
+        self.window_s = if self.bunched() {
+            span_s.clamp(MIN_WINDOW_S, self.max_window_s)
+        } else {
+            MIN_WINDOW_S
+        };
+        self.group = 0;
+        self.group_start_s = self.previous_s;
+        self.phases = 0;
+    }
+}
