@@ -204,7 +204,7 @@ impl Analysis {
         }
         for (index, channel) in self.channels.iter_mut().enumerate() {
             self.column.clear();
-            self.column.extend(counts[index..].iter().step_by(width));
+            self.column.extend(counts.chunks_exact(width).map(|row| row[index]));
             channel.absorb(&mut self.column);
         }
     }

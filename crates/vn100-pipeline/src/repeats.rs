@@ -6,6 +6,9 @@ const WITNESSES: usize = 1024;
 /// Twice the witnesses, so that a probe meets an empty slot soon; 16 KiB.
 const SLOTS: usize = 2 * WITNESSES;
 
+/// A first look at one bit tells nearly every line from the witnesses: one in 64 goes on to the table. 8 KiB.
+const SIEVE_BITS: usize = 64 * WITNESSES;
+
 /// Odd multipliers, one for each pair of channels: the fractional parts of the square roots of 2, 3, 5, 7, 11, 13, 17 and 19.
 const MULTIPLIERS: [u64; 8] = [
     0x6a09_e667_f3bc_c909,
@@ -21,6 +24,7 @@ const MULTIPLIERS: [u64; 8] = [
 /// Counts the lines that equal, in every channel, one of the first 1024.
 #[derive(Debug, Clone)]
 pub(crate) struct Repeats {
+    sieve: Vec<u64>,
     // fingerprints by open addressing; 0 is an empty slot
     table: Vec<u64>,
     remembered: usize,
@@ -29,12 +33,19 @@ pub(crate) struct Repeats {
 
 impl Repeats {
     pub(crate) fn new() -> Self {
-        Self { table: vec![0; SLOTS], remembered: 0, repeated: 0 }
+        Self { sieve: vec![0; SIEVE_BITS / 64], table: vec![0; SLOTS], remembered: 0, repeated: 0 }
     }
 
     /// Takes one line. Rows of more than 16 channels are told apart by their first 16.
     pub(crate) fn push(&mut self, counts: &[i32]) {
         let fingerprint = fingerprint(counts);
+        let bit = (fingerprint >> 32) as usize % SIEVE_BITS;
+        let (word, mask) = (&mut self.sieve[bit / 64], 1 << (bit % 64));
+        let seen = *word & mask != 0;
+        if !seen && self.remembered == WITNESSES {
+            return;
+        }
+        *word |= mask;
         let mut slot = fingerprint as usize % SLOTS;
         while self.table[slot] != 0 {
             if self.table[slot] == fingerprint {
@@ -57,12 +68,12 @@ impl Repeats {
 
 /// Never zero. Two different rows share one with a probability of about 2^-63.
 fn fingerprint(counts: &[i32]) -> u64 {
-    let mut sum: u64 = 0;
-    for (pair, multiplier) in counts.chunks(2).zip(MULTIPLIERS) {
-        let low = u64::from(pair[0].cast_unsigned());
-        let high = pair.get(1).map_or(0, |&count| u64::from(count.cast_unsigned()));
-        sum = sum.wrapping_add((high << 32 | low).wrapping_mul(multiplier));
-    }
+    let (pairs, odd) = counts.as_chunks::<2>();
+    let last = odd.first().map(|&count| [count, 0]);
+    let sum = (pairs.iter().chain(&last).zip(MULTIPLIERS)).fold(0_u64, |sum, (&[low, high], multiplier)| {
+        let pair = u64::from(high.cast_unsigned()) << 32 | u64::from(low.cast_unsigned());
+        sum.wrapping_add(pair.wrapping_mul(multiplier))
+    });
     // the low bits choose the slot, and a product's low bits are its weakest
     (sum ^ sum >> 32) | 1
 }

@@ -61,6 +61,13 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     }
 }
 
+/// Whether `line` is no row: nothing but spaces, or a `#` and what follows it.
+#[inline]
+pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
+    let first = line.iter().find(|byte| !byte.is_ascii_whitespace());
+    matches!(first, None | Some(b'#'))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,148 @@
+//! The program as its user runs it, from start to exit, beside `cat` and, where Python has them, pandas with allantools.
+//!
+//! Five hours at 40 Hz, 720 000 lines, 88 MB, warm cache. Commands take turns; CPU time is the kernel's account of each finished
+//! process, wall time the median of the runs. `cargo bench -p vn100-cli` prints the table.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
+
+use std::{
+    fs::{self, File},
+    io::{self, Write},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    time::Instant,
+};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_vn100");
+const ROUNDS: usize = 11;
+
+/// The kernel counts CPU time for other processes in hundredths of a second.
+const TICKS_PER_S: f64 = 100.0;
+
+/// What a notebook does with the same file: no checksum, twelve channels, octave taus.
+const NOTEBOOK: &str = "
+import sys, pandas, allantools
+frame = pandas.read_csv(sys.argv[1], header=None, usecols=range(1, 13))
+frame[12] = frame[12].str.slice(0, 10).astype(float)
+for name in frame:
+    y = frame[name].to_numpy()
+    y.mean(), y.std(ddof=1), y.min(), y.max()
+    allantools.oadev(y, rate=40.0, data_type='freq', taus='octave')
+";
+
+struct Entry {
+    name: &'static str,
+    command: Vec<String>,
+    cpu_s: f64,
+    wall_s: Vec<f64>,
+}
+
+fn main() {
+    let capture = capture();
+    let file = capture.to_str().unwrap();
+    let entry = |name, command: &[&str]| Entry {
+        name,
+        command: command.iter().map(ToString::to_string).collect(),
+        cpu_s: 0.0,
+        wall_s: Vec::new(),
+    };
+    let mut entries = vec![
+        entry("cat", &["cat", file]),
+        entry("replay", &[PROGRAM, "replay", file]),
+        entry("replay, one core", &["taskset", "-c", "0", PROGRAM, "replay", file]),
+        entry("replay --estimator full", &[PROGRAM, "replay", "--estimator", "full", file]),
+        entry("replay --json of four files", &[PROGRAM, "replay", "--json", file, file, file, file]),
+    ];
+    let has_python = run(&["python3".into(), "-c".into(), "import pandas, allantools".into()]).is_some();
+    if has_python {
+        entries.push(entry("pandas and allantools", &["python3", "-c", NOTEBOOK, file]));
+    }
+    for round in 0..=ROUNDS {
+        for entry in &mut entries {
+            // a notebook takes seconds: three runs tell enough
+            if entry.name.starts_with("pandas") && round > 3 {
+                continue;
+            }
+            let before = children_cpu_s();
+            let started = Instant::now();
+            if run(&entry.command).is_none() {
+                continue;
+            }
+            // the first round warms the cache
+            if round > 0 {
+                entry.wall_s.push(started.elapsed().as_secs_f64());
+                entry.cpu_s += children_cpu_s() - before;
+            }
+        }
+    }
+    println!("{:<30}{:>9}{:>10}{:>12}", "720 000 lines, 88 MB", "CPU s", "wall s", "CPU / cat");
+    let cat_s = cpu_s(&entries[0]);
+    for entry in entries.iter_mut().filter(|entry| !entry.wall_s.is_empty()) {
+        entry.wall_s.sort_by(f64::total_cmp);
+        let wall_s = entry.wall_s[entry.wall_s.len() / 2];
+        let cpu_s = cpu_s(entry);
+        println!("{:<30}{cpu_s:>9.3}{wall_s:>10.3}{:>12.1}", entry.name, cpu_s / cat_s);
+    }
+    if !has_python {
+        println!("pandas and allantools: skipped, python3 has them not");
+    }
+    println!("\n{:<30}{:>9}{:>12}", "from a pipe", "MB", "peak KiB");
+    for copies in [1, 5, 20] {
+        let (megabytes, peak_kib) = piped(&capture, copies);
+        println!("{:<30}{megabytes:>9}{peak_kib:>12}", format!("replay - of {copies} records"));
+    }
+}
+
+fn cpu_s(entry: &Entry) -> f64 {
+    entry.cpu_s / entry.wall_s.len() as f64
+}
+
+/// Runs to the end with its output dropped; `None` where the program is missing or fails.
+fn run(command: &[String]) -> Option<()> {
+    let mut command_line = Command::new(&command[0]);
+    let status =
+        command_line.args(&command[1..]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    status.ok()?.success().then_some(())
+}
+
+/// Feeds the capture several times through standard input: megabytes fed, and the most memory the program ever held.
+fn piped(capture: &Path, copies: u64) -> (u64, u64) {
+    let mut command = Command::new(PROGRAM);
+    let mut child = command
+        .args(["replay", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut bytes = 0;
+    for _ in 0..copies {
+        bytes += io::copy(&mut File::open(capture).unwrap(), &mut stdin).unwrap();
+    }
+    stdin.flush().unwrap();
+    // before its input ends the program is still there to be asked
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("0");
+    drop(stdin);
+    child.wait().unwrap();
+    (bytes / 1_000_000, peak.trim().trim_end_matches(" kB").parse().unwrap())
+}
+
+/// CPU seconds of all children that have ended, by the kernel's account (Linux).
+fn children_cpu_s() -> f64 {
+    let stat = fs::read_to_string("/proc/self/stat").unwrap();
+    // the fields behind the parenthesised name; children's user and system time are numbers 16 and 17 of the line
+    let fields: Vec<_> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    let ticks = |index: usize| fields[index].parse::<f64>().unwrap();
+    (ticks(13) + ticks(14)) / TICKS_PER_S
+}
+
+/// The record, simulated once and kept with the build.
+fn capture() -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("five-hours.vnymr");
+    if !path.exists() {
+        let arguments = ["sim", "--profile", "lab3", "--duration", "5h", "--seed", "1", "-o"];
+        assert!(Command::new(PROGRAM).args(arguments).arg(&path).status().unwrap().success());
+    }
+    path
+}

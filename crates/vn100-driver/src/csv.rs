@@ -1,0 +1,73 @@
+//! Recordings as CSV, made by the scripts of laboratories: recognised by their content, read exactly.
+//!
+//! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a column beside a stamp; and any inertial
+//! sensor's numbers, in columns and units named by a [`ColumnMap`]. Numbers become counts of their last digit without the way through
+//! a float, stamps become nanoseconds, and a row that is not understood is counted with its reason.
+
+use thiserror::Error;
+
+mod channel;
+mod column_map;
+mod fields;
+mod header;
+mod lines;
+mod number;
+mod plan;
+mod reader;
+mod stamp;
+mod survey;
+mod tally;
+#[cfg(test)]
+mod tests;
+
+pub use column_map::{ColumnMap, ColumnMapError};
+pub(crate) use plan::{CsvLayout, Kind, Plan, Rounded, recognise};
+pub(crate) use reader::{CsvReader, Rows};
+pub(crate) use tally::{CsvTally, Evidence, OddRow, OddRows};
+
+/// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
+pub(crate) const HEAD_BYTES: usize = 256 * 1024;
+
+/// What some programs put before the first line.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// Why a CSV file cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub(crate) enum CsvError {
+    /// Rows of numbers, none of them known by name.
+    #[error(
+        "no column of this CSV file is known: looked for {}; found {}; name the columns with a map, as in gyro_x=wx:deg/s,t=time:s",
+        header::Places::LOOKED_FOR,
+        found.join(", ")
+    )]
+    UnknownColumns {
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// A column named in the map is not there.
+    #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
+    MissingColumn {
+        /// Our name.
+        channel: &'static str,
+        /// Their name or number.
+        column: String,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// Two channels in one column.
+    #[error("column {column:?} is mapped to both {} and {}: give each its own", channels[0], channels[1])]
+    SameColumn {
+        /// Their name or number.
+        column: String,
+        /// Our names.
+        channels: [&'static str; 2],
+    },
+    /// No stamp is a number.
+    #[error("the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none")]
+    Stamps {
+        /// Their name.
+        column: String,
+        /// The first stamp.
+        text: String,
+    },
+}
