@@ -184,9 +184,11 @@ fn timing(snapshot: &Snapshot) -> Timing {
             MissingFrom::Arrival => "arrival",
             MissingFrom::BadLines => "bad-lines",
         },
-        interarrival_us: arrivals
-            .and_then(|arrivals| arrivals.interval_us)
-            .map(|[p50, p99, max]| Interarrival { p50, p99, max }),
+        interarrival_us: (arrivals.and_then(|arrivals| arrivals.arrivals)).map(|times| Interarrival {
+            p50: times.p50_us,
+            p99: times.p99_us,
+            max: times.max_us,
+        }),
     }
 }
 

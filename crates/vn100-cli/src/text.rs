@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Deviation, Estimator, TimebaseSummary};
+use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
@@ -69,8 +69,8 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(ppm), .. }) = snapshot.arrivals {
         writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
     }
-    if let Some(TimebaseSummary { interval_us: Some([p50, p99, max]), .. }) = snapshot.arrivals {
-        writeln!(out, "  intervals  {p50} us in the middle, {p99} us at 99 %, {max} us at most")?;
+    if let Some(Arrivals { p50_us, p99_us, max_us, .. }) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
+        writeln!(out, "  intervals  {p50_us} us in the middle, {p99_us} us at 99 %, {max_us} us at most")?;
     }
     writeln!(
         out,

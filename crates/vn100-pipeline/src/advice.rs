@@ -1,6 +1,6 @@
 //! The warnings a snapshot deserves, in words.
 
-use imu_noise::{NominalRate, Refusal, TimebaseSummary};
+use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::{Channel, Quantity, Tally};
 
 use crate::{
@@ -175,34 +175,30 @@ fn warn_of_arrivals(arrivals: &TimebaseSummary, warn: &mut impl FnMut(WarningKin
     // every other line: the pairs a USB latency timer makes
     const BUNCHED_SHARE: f64 = 0.2;
     if let Some(refusal) = arrivals.refusal {
-        let refusal = match refusal {
-            Refusal::Backwards { line, by } => format!("line {line} is stamped {by:?} before the one before it"),
-            Refusal::TooFast { measured_hz, fastest_hz } => {
-                format!("{measured_hz:.0} lines a second, where the sensor sends {fastest_hz} at most: a file that was read, not a port")
-            }
-            Refusal::NoTimePasses { lines } => format!("all {lines} lines have one and the same"),
-        };
         warn(
             WarningKind::StampsRefused,
             vec![],
-            format!("the arrival times are not those of a sensor: {refusal}; they are not used, and lines lost whole cannot be seen"),
+            format!("{refusal}. They are not used, and lines lost whole cannot be seen"),
         );
     }
     if let Some(NominalRate::Measured(hz)) = arrivals.nominal {
         warn(
             WarningKind::RateOffNominal,
             vec![],
-            format!("lines arrive at {hz:.3} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"),
+            format!(
+                "lines arrive at {hz:.3} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"
+            ),
         );
     }
-    if let Some(share) = arrivals.share_together.filter(|share| *share > BUNCHED_SHARE) {
+    if let Some(arrivals) = arrivals.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
         warn(
             WarningKind::BunchedArrival,
             vec![],
             format!(
-                "{:.0} % of the lines arrive together with the one before: the latency timer of a USB serial adapter, 16 ms unless set to 1, \
-                 holds them back. It spoils no deviation, for arrival times never enter one, but gaps are seen later",
-                100.0 * share
+                "{:.0} % of the lines arrive together with the one before, {:.1} at a time: the latency timer of a USB serial adapter, 16 ms \
+                 unless set to 1, holds them back. It spoils no deviation, for arrival times never enter one, but gaps are seen later",
+                100.0 * arrivals.share_together,
+                arrivals.lines_together
             ),
         );
     }
@@ -219,7 +215,9 @@ fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot
 
 /// No more than two values in at least a hundred samples, counted in what the sensor printed.
 fn is_stuck(results: &ChannelSnapshot) -> bool {
-    results.moments.count() >= 100 && results.histogram.bin_width_counts() == 1 && results.histogram.bins().take(3).count() <= 2
+    results.moments.count() >= 100
+        && results.histogram.bin_width_counts() == 1
+        && results.histogram.bins().take(3).count() <= 2
 }
 
 fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {

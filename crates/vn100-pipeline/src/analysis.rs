@@ -187,7 +187,8 @@ impl Analysis {
         let rows = counts.len() / width;
         let bad_lines = std::mem::take(&mut self.bad_lines_pending);
         self.take_gap(bad_lines);
-        let to_skip = if self.rate_change.is_some() { u64::MAX } else { self.skip_samples().saturating_sub(self.index) };
+        let to_skip =
+            if self.rate_change.is_some() { u64::MAX } else { self.skip_samples().saturating_sub(self.index) };
         let skipped = rows.min(usize::try_from(to_skip).unwrap_or(usize::MAX));
         self.timing.left_out += skipped as u64;
         self.index += rows as u64;

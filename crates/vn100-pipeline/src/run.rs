@@ -1,7 +1,7 @@
 //! The tasks of one measurement, and the channels between them.
 //!
 //! ```text
-//! reading thread --4 chunks--> read_samples --4 batches--> analyse --latest--> watchers
+//! reading thread --2 chunks--> read_samples --4 batches--> analyse --latest--> watchers
 //!                                                                \--4 snapshots--> every second, if asked
 //! ```
 //!
