@@ -49,5 +49,5 @@ pub use histogram::{Histogram, MAX_BINS};
 pub use moments::Moments;
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
 pub use scale::counts_to_unit;
-pub use timebase::{NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
+pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 pub use unwrap::Unwrap;

@@ -1,4 +1,35 @@
-//! Time base of a stream without time or counter: rate and lost lines, from arrival stamps alone.
+//! Time base of a stream that has neither time nor counter: its rate and its lost lines, from arrival stamps alone.
+//!
+//! Lines arrive late, never early: an arrival is the time the line was sent plus a delay that is not negative. So the
+//! lower edge of the arrivals over the line number is the sensor's clock, and a lost line lifts that edge by a period
+//! for good, while bunching and stalls lift single lines and come back to it.
+//!
+//! ```text
+//! lag behind
+//! the due time            stall                        2 lost
+//!   3 |                   o                             o
+//!   2 |                    o                           o o oo o   <- the least lag stands: Gap { missing: 2 }
+//!   1 |      o     o        o        o         o
+//!   0 | oo oo oo oo oo oo o  oo oo ooo ooo oo oo                  <- lower edge
+//!     +----------------------------------------------------- line
+//! ```
+//!
+//! - *Nominal rate*: a stretch is 32 lines (31 intervals), prolonged to the last line of a read. The 90th percentile
+//!   (nearest rank) of the rates of the stretches so far is snapped to the nearest rate of the sensor within 5 %. If
+//!   there is none, the highest rate is taken whose period at least half the intervals have within 10 %. Lines are held
+//!   until then. After 16 stretches, or 1024 lines, or at the end, the percentile is kept as measured. Without a whole
+//!   stretch the mean rate stands for it.
+//! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
+//!   record, lost lines counted. It is used for the due times while within 1000 ppm of a rate of the sensor.
+//! - *Due time*: the line before plus a period. It follows an earlier arrival at once, and the least lag of each block
+//!   of 16 lines.
+//! - *Gap*: a line is in doubt when it is 0.8 periods late. Lines are lost when the least lag has stood for 12 lines and
+//!   0.1 s; then floor(lag / period + 0.2) of them. Where reads bring several lines it must stand for 16 reads, and
+//!   if these always end near the same phase of the period, lines are in doubt from 1.8 periods: such reads shift by a
+//!   whole line when the clocks drift past each other, and single lost lines cannot be told from that.
+//! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
+//! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them, or two stretches in a
+//!   row whose lines come too early at the same higher rate. Time starts anew there.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -8,23 +39,34 @@ mod envelope;
 mod placer;
 mod reads;
 mod stretches;
+mod summary;
+
+pub use summary::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 
 use arrivals::Intervals;
 use placer::{Placer, Verdict};
-use reads::Reads;
-use stretches::{SNAP_TOLERANCE, Stretches, nominal, percentile_90, snap};
+use stretches::{SNAP_TOLERANCE, Stretches, percentile_90, snap, steady};
 
-/// Stamps may go back by so much; threads that stamp are not always in order.
+/// Stamps may go back by so much: not every clock is smooth.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
 /// Most stretches, and lines, held at the start while no rate of the sensor is seen.
 const START_STRETCHES: usize = 16;
 const START_LINES: usize = 1024;
 
-/// A rate above the fastest by this factor is no sensor's.
+/// Above the sensor's fastest rate by this factor, lines come from no sensor.
 const TOO_FAST: f64 = 1.25;
 
-/// Lines in order, as their places become sure.
+/// A higher rate is another rate from this factor on.
+const FASTER: f64 = 1.1;
+
+/// Periods by which the lines of a stretch come too early at a higher rate, at least.
+const FASTER_EARLY_PERIODS: f64 = 2.0;
+
+/// How far the fitted rate may be from a rate of the sensor to be used: lost lines not seen would bend it further.
+const FIT_TOLERANCE: f64 = 0.001;
+
+/// Lines and losses in order, as their places become sure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placed {
     /// The next so many lines follow each other.
@@ -34,7 +76,8 @@ pub enum Placed {
         /// How many, at least 1.
         missing: u64,
     },
-    /// From here on lines come at another of the sensor's rates.
+    /// From here on lines come at another of the sensor's rates, and time is not connected with that before. A higher
+    /// rate is seen some 70 lines late.
     RateChanged {
         /// Rate before, in Hz.
         from_hz: f64,
@@ -43,113 +86,69 @@ pub enum Placed {
     },
 }
 
-/// Rate the lines stand for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NominalRate {
-    /// Given beforehand, in Hz.
-    Known(f64),
-    /// One of the sensor's rates, within 5 % of the measured one, in Hz.
-    Snapped(f64),
-    /// As measured, in Hz: no rate of the sensor is near.
-    Measured(f64),
-}
-
-impl NominalRate {
-    /// The rate in Hz.
-    #[must_use]
-    pub const fn hz(self) -> f64 {
-        match self {
-            Self::Known(hz) | Self::Snapped(hz) | Self::Measured(hz) => hz,
-        }
-    }
-}
-
-/// Why stamps are no time base. Missing lines cannot be seen then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refusal {
-    /// A stamp lies before the one before it.
-    Backwards {
-        /// Number of the line, from 0.
-        line: u64,
-        /// How far it goes back.
-        by: Duration,
-    },
-    /// Lines come faster than any sensor sends them: a file read, not a port.
-    TooFast {
-        /// Measured rate in Hz.
-        measured_hz: f64,
-        /// The sensor's fastest rate in Hz.
-        fastest_hz: f64,
-    },
-    /// All lines have one stamp.
-    NoTimePasses {
-        /// How many lines.
-        lines: u64,
-    },
-}
-
-/// What the stamps say about the stream.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimebaseSummary {
-    /// Lines seen.
-    pub lines: u64,
-    /// Rate the lines stand for; absent before it is known and after a refusal.
-    pub nominal: Option<NominalRate>,
-    /// Fitted rate in Hz.
-    pub measured_hz: Option<f64>,
-    /// The fitted rate against the nominal one, in parts per million.
-    pub offset_ppm: Option<f64>,
-    /// Why the stamps are no time base.
-    pub refusal: Option<Refusal>,
-    /// Lines missing.
-    pub missing: u64,
-    /// Places where lines are missing.
-    pub gaps: u64,
-    /// Part of the lines that came within 0.2 periods of the one before.
-    pub share_together: Option<f64>,
-    /// Quantiles 0.5, 0.99 and 1 of the time between lines, in microseconds.
-    pub interval_us: Option<[u64; 3]>,
-}
-
-/// What is done with lines at present.
-#[derive(Clone, Debug)]
-enum State {
-    Starting { held: Vec<f64>, stretch_rates_hz: Vec<f64> },
-    Placing(Box<Placer>),
-    Refused(Refusal),
-}
-
-/// Places lines by their arrival stamps.
+/// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a clock of its own.
+///
+/// Every line pushed comes out once, in order, in a [`Placed::Lines`]. No stamp is an error: stamps that are no time
+/// base are refused, see [`Refusal`], and lines are placed without gaps from there on.
+///
+/// ```
+/// use std::time::Duration;
+/// use imu_noise::{Placed, Timebase};
+///
+/// let mut timebase = Timebase::new(&[10.0, 40.0, 100.0]);
+/// for line in (0..500).filter(|line| !(300..305).contains(line)) {
+///     timebase.push(Duration::from_millis(25 * line));
+/// }
+/// timebase.finish();
+///
+/// let placed: Vec<_> = std::iter::from_fn(|| timebase.poll()).collect();
+/// assert_eq!(placed, [Placed::Lines(300), Placed::Gap { missing: 5 }, Placed::Lines(195)]);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Timebase {
     rates_hz: &'static [f64],
     state: State,
     nominal: Option<NominalRate>,
-    origin: Option<Duration>,
-    previous: Duration,
+    /// First and last stamp; the last one never goes back.
+    origin: Duration,
+    last: Duration,
     lines: u64,
     stretches: Stretches,
-    /// The rate two stretches in a row must agree on.
+    /// Higher rate at which the lines of the last stretch came too early.
     faster_hz: Option<f64>,
+    /// Stretches in a row at no sensor's rate.
+    too_fast: usize,
     intervals: Intervals,
     placed: VecDeque<Placed>,
     missing: u64,
     gaps: u64,
 }
 
+/// What is done with a line.
+#[derive(Clone, Debug)]
+enum State {
+    /// It is held: the rate is not known.
+    Starting { held_s: Vec<f64>, stretch_rates_hz: Vec<f64> },
+    /// It is judged by its lag.
+    Placing(Box<Placer>),
+    /// It follows the line before.
+    Refused(Refusal),
+}
+
 impl Timebase {
-    /// A time base for a sensor with these rates in Hz.
+    /// A time base for a sensor that has these rates, in Hz, finite and positive.
     #[must_use]
     pub fn new(rates_hz: &'static [f64]) -> Self {
         Self {
             rates_hz,
-            state: State::Starting { held: Vec::new(), stretch_rates_hz: Vec::new() },
+            state: State::Starting { held_s: Vec::new(), stretch_rates_hz: Vec::new() },
             nominal: None,
-            origin: None,
-            previous: Duration::ZERO,
+            origin: Duration::ZERO,
+            last: Duration::ZERO,
             lines: 0,
             stretches: Stretches::default(),
             faster_hz: None,
+            too_fast: 0,
             intervals: Intervals::new(),
             placed: VecDeque::new(),
             missing: 0,
@@ -157,112 +156,143 @@ impl Timebase {
         }
     }
 
-    /// A time base for a sensor known to send at `known_hz`: nothing is held to find that out.
+    /// A time base for a sensor known to send at `known_hz`, so that no line is held to find that out. A change of the
+    /// rate is seen all the same. A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
-        Self { nominal: Some(NominalRate::Known(known_hz)), ..Self::new(rates_hz) }
+        let usable = known_hz.is_finite() && known_hz > 0.0;
+        Self { nominal: usable.then_some(NominalRate::Known(known_hz)), ..Self::new(rates_hz) }
     }
 
-    /// Adds a line and its arrival.
+    /// Adds the next line and its arrival since any origin. Lines of one read may share a stamp.
     pub fn push(&mut self, at: Duration) {
-        let origin = *self.origin.get_or_insert(at);
-        if self.lines > 0 {
-            let back = self.previous.saturating_sub(at);
+        if self.lines == 0 {
+            (self.origin, self.last) = (at, at);
+        } else {
+            let back = self.last.saturating_sub(at);
             if back > BACKWARDS_TOLERANCE {
                 self.refuse(Refusal::Backwards { line: self.lines, by: back });
             }
-            self.intervals.push(at.saturating_sub(self.previous).as_micros() as u64);
+            let interval = at.saturating_sub(self.last);
+            let interval_us = interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros());
+            self.intervals.push(interval_us);
+            self.last += interval;
         }
-        let at = at.max(self.previous);
-        self.previous = at;
         self.lines += 1;
-        let at_s = at.saturating_sub(origin).as_secs_f64();
+        let at_s = (self.last - self.origin).as_secs_f64();
         let stretch_hz = self.stretches.push(at_s);
         match &mut self.state {
-            State::Refused(_) => self.place(Placed::Lines(1)),
-            State::Starting { held, stretch_rates_hz } => {
-                held.push(at_s);
+            State::Starting { held_s, stretch_rates_hz } => {
+                held_s.push(at_s);
                 stretch_rates_hz.extend(stretch_hz);
-                let full = stretch_rates_hz.len() >= START_STRETCHES || held.len() >= START_LINES;
-                if stretch_hz.is_some() || full || self.nominal.is_some() {
+                let full = stretch_rates_hz.len() >= START_STRETCHES || held_s.len() >= START_LINES;
+                if full || stretch_hz.is_some() || self.nominal.is_some() {
                     self.start(full);
                 }
             }
             State::Placing(placer) => {
                 placer.push(at_s);
-                self.advance();
+                self.judge();
                 if let Some(stretch_hz) = stretch_hz {
-                    self.watch_faster(stretch_hz);
+                    self.watch_faster(stretch_hz, at_s);
                 }
             }
+            State::Refused(_) => self.place(Placed::Lines(1)),
         }
     }
 
-    /// The next decision.
+    /// The next lines or losses whose place is sure.
     pub fn poll(&mut self) -> Option<Placed> {
         self.placed.pop_front()
     }
 
-    /// No line follows: decides on those still held.
+    /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell. Lags in doubt are a loss when
+    /// bunching of 0.1 s would not explain them.
     pub fn finish(&mut self) {
-        if let State::Starting { .. } = self.state {
-            self.start(true);
-        }
-        if let State::Starting { held, .. } = &mut self.state {
-            let lines = std::mem::take(held).len() as u64;
-            if lines > 0 {
-                self.place(Placed::Lines(lines));
-            }
-        }
-        loop {
-            self.advance();
-            let State::Placing(placer) = &mut self.state else { return };
-            let Some(verdict) = placer.finish() else { return };
+        self.start(true);
+        while let State::Placing(placer) = &mut self.state {
+            let Some(verdict) = placer.finish() else {
+                return;
+            };
             self.apply(verdict);
+            self.judge();
         }
     }
 
     /// What the stamps said so far.
     #[must_use]
     pub fn summary(&self) -> TimebaseSummary {
-        let refusal = match self.state {
-            State::Refused(refusal) => Some(refusal),
-            _ => None,
+        let (refusal, measured_hz) = match &self.state {
+            State::Starting { .. } => (None, None),
+            State::Placing(placer) => (None, placer.fitted_period_s().map(f64::recip)),
+            State::Refused(refusal) => (Some(*refusal), None),
         };
         let nominal = self.nominal.filter(|_| refusal.is_none());
-        let measured_hz = match &self.state {
-            State::Placing(placer) => placer.fitted_period_s().map(f64::recip),
-            _ => None,
-        };
-        let some = (self.intervals.count() > 0).then_some(&self.intervals);
+        let offset_ppm =
+            nominal.zip(measured_hz).map(|(nominal, measured_hz)| (measured_hz / nominal.hz() - 1.0) * 1e6);
         TimebaseSummary {
             lines: self.lines,
             nominal,
             measured_hz,
-            offset_ppm: measured_hz.zip(nominal).map(|(measured, nominal)| (measured / nominal.hz() - 1.0) * 1e6),
+            offset_ppm,
             refusal,
             missing: self.missing,
             gaps: self.gaps,
-            share_together: some.zip(nominal).map(|(i, nominal)| i.share_together(1.0 / nominal.hz())),
-            interval_us: some.map(|i| [0.5, 0.99, 1.0].map(|q| i.quantile_us(q))),
+            arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
         }
     }
 
-    fn place(&mut self, placed: Placed) {
-        if let (Placed::Lines(more), Some(Placed::Lines(lines))) = (placed, self.placed.back_mut()) {
-            *lines += more;
+    /// Ends the start when the rate is clear, or at any rate when `full`.
+    fn start(&mut self, full: bool) {
+        let State::Starting { held_s, stretch_rates_hz } = &mut self.state else {
             return;
+        };
+        let nominal = self.nominal.or_else(|| nominal_rate(self.rates_hz, held_s, stretch_rates_hz, full));
+        let Some(nominal) = nominal else {
+            if full {
+                self.give_up();
+            }
+            return;
+        };
+        let fastest_hz = fastest(self.rates_hz);
+        if let NominalRate::Measured(measured_hz) = nominal
+            && measured_hz > TOO_FAST * fastest_hz
+        {
+            return self.refuse(Refusal::TooFast { measured_hz, fastest_hz });
         }
-        if let Placed::Gap { missing } = placed {
-            self.missing += missing;
-            self.gaps += 1;
-        }
-        self.placed.push_back(placed);
+        let held_s = std::mem::take(held_s);
+        let Some(&first_s) = held_s.first() else {
+            return;
+        };
+        self.place_at(nominal, first_s, held_s);
     }
 
-    fn advance(&mut self) {
-        while let State::Placing(placer) = &mut self.state {
-            let Some(verdict) = placer.next() else { return };
+    /// No rate can be had from the lines held.
+    fn give_up(&mut self) {
+        match self.lines {
+            0 => {}
+            1 => self.release_held(),
+            lines => self.refuse(Refusal::NoTimePasses { lines }),
+        }
+    }
+
+    /// Places lines at this rate, from one due at `due_s`.
+    fn place_at(&mut self, nominal: NominalRate, due_s: f64, held_s: impl IntoIterator<Item = f64>) {
+        let fit_tolerance = match nominal {
+            NominalRate::Known(_) | NominalRate::Snapped(_) => FIT_TOLERANCE,
+            NominalRate::Measured(_) => SNAP_TOLERANCE,
+        };
+        let mut placer = Placer::new(self.rates_hz, nominal.hz(), fit_tolerance, due_s);
+        held_s.into_iter().for_each(|at_s| placer.push(at_s));
+        self.nominal = Some(nominal);
+        self.state = State::Placing(Box::new(placer));
+        self.judge();
+    }
+
+    fn judge(&mut self) {
+        while let State::Placing(placer) = &mut self.state
+            && let Some(verdict) = placer.judge()
+        {
             self.apply(verdict);
         }
     }
@@ -270,80 +300,91 @@ impl Timebase {
     fn apply(&mut self, verdict: Verdict) {
         match verdict {
             Verdict::Placed(placed) => self.place(placed),
-            Verdict::Slower(hz) => self.change_rate(hz),
+            Verdict::Slower(to_hz) => self.change_rate(to_hz, None),
         }
     }
 
-    fn start(&mut self, full: bool) {
-        let State::Starting { held, stretch_rates_hz } = &mut self.state else { return };
-        let fastest_hz = self.rates_hz.iter().copied().fold(0.0, f64::max);
-        let span_s = held.last().copied().unwrap_or(0.0);
-        let mean_hz = (span_s > 0.0).then(|| (held.len() - 1) as f64 / span_s);
-        let measured_hz = percentile_90(stretch_rates_hz).or(mean_hz.filter(|_| full));
-        let nominal = match (self.nominal, measured_hz) {
-            (Some(known), _) => known,
-            (None, Some(measured_hz)) => match nominal(self.rates_hz, measured_hz) {
-                NominalRate::Measured(_) if !full => return,
-                NominalRate::Measured(_) if measured_hz > TOO_FAST * fastest_hz => {
-                    return self.refuse(Refusal::TooFast { measured_hz, fastest_hz });
-                }
-                nominal => nominal,
-            },
-            (None, None) if !full || held.len() < 2 => return,
-            (None, None) => {
-                let lines = self.lines;
-                return self.refuse(Refusal::NoTimePasses { lines });
+    fn place(&mut self, placed: Placed) {
+        match (placed, self.placed.back_mut()) {
+            (Placed::Lines(more), Some(Placed::Lines(lines))) => {
+                *lines += more;
+                return;
             }
+            (Placed::Gap { missing }, _) => {
+                self.missing += missing;
+                self.gaps += 1;
+            }
+            _ => {}
+        }
+        self.placed.push_back(placed);
+    }
+
+    /// Looks whether lines that came too early make a higher rate, or one that no sensor has.
+    fn watch_faster(&mut self, stretch_hz: f64, at_s: f64) {
+        let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
+            return;
         };
-        let held = std::mem::take(held);
-        let hz = nominal.hz();
-        self.nominal = Some(nominal);
-        let first_s = held.first().copied().unwrap_or(0.0);
-        let mut placer = Placer::new(self.rates_hz, hz, first_s, Reads::new(hz.recip()), 0.002);
-        held.into_iter().for_each(|at_s| placer.push(at_s));
-        self.state = State::Placing(Box::new(placer));
-        self.advance();
-    }
-
-    fn watch_faster(&mut self, stretch_hz: f64) {
-        let State::Placing(placer) = &mut self.state else { return };
-        let early = placer.take_early_periods() > 2.0;
-        let nominal_hz = self.nominal.map_or(0.0, NominalRate::hz);
-        let faster = snap(self.rates_hz, stretch_hz, SNAP_TOLERANCE).filter(|&hz| early && hz > 1.1 * nominal_hz);
-        if let Some(hz) = faster && self.faster_hz == Some(hz) {
-            self.change_rate(hz);
-        } else {
-            self.faster_hz = faster;
+        let early = placer.take_early_periods() > FASTER_EARLY_PERIODS;
+        let fastest_hz = fastest(self.rates_hz);
+        self.too_fast = if early && stretch_hz > TOO_FAST * fastest_hz { self.too_fast + 1 } else { 0 };
+        if self.too_fast == START_STRETCHES {
+            return self.refuse(Refusal::TooFast { measured_hz: stretch_hz, fastest_hz });
+        }
+        let faster_hz =
+            snap(self.rates_hz, stretch_hz, SNAP_TOLERANCE).filter(|&hz| early && hz > FASTER * nominal.hz());
+        match faster_hz {
+            Some(to_hz) if self.faster_hz == faster_hz => self.change_rate(to_hz, Some(at_s)),
+            _ => self.faster_hz = faster_hz,
         }
     }
 
-    fn change_rate(&mut self, to_hz: f64) {
-        let State::Placing(placer) = &mut self.state else { return };
-        let from_hz = self.nominal.map_or(to_hz, NominalRate::hz);
-        let held: Vec<f64> = placer.clone().into_held().into();
-        // Without held lines the next line is due one new period from now.
-        let next_s = self.previous.saturating_sub(self.origin.unwrap_or_default()).as_secs_f64() + to_hz.recip();
-        let due_s = held.first().copied().unwrap_or(next_s);
-        let mut placer = Placer::new(self.rates_hz, to_hz, due_s, Reads::new(to_hz.recip()), 0.002);
-        for at_s in held {
-            placer.push(at_s);
-        }
+    /// Starts anew with the lines held, or behind the one that came last at `last_s`.
+    fn change_rate(&mut self, to_hz: f64, last_s: Option<f64>) {
+        let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
+            return;
+        };
+        let from_hz = nominal.hz();
+        let held_s = placer.take_held();
+        let next_s = last_s.map_or(0.0, |last_s| last_s + to_hz.recip());
+        let due_s = held_s.front().copied().unwrap_or(next_s);
         self.place(Placed::RateChanged { from_hz, to_hz });
-        self.nominal = Some(NominalRate::Snapped(to_hz));
         self.faster_hz = None;
-        self.state = State::Placing(Box::new(placer));
-        self.advance();
+        self.place_at(NominalRate::Snapped(to_hz), due_s, held_s);
     }
 
     fn refuse(&mut self, refusal: Refusal) {
-        let held = match &self.state {
-            State::Starting { held, .. } => held.len(),
-            State::Placing(placer) => placer.clone().into_held().len(),
-            State::Refused(_) => return,
-        };
-        if held > 0 {
-            self.place(Placed::Lines(held as u64));
+        if !matches!(self.state, State::Refused(_)) {
+            self.release_held();
+            self.state = State::Refused(refusal);
         }
-        self.state = State::Refused(refusal);
     }
+
+    /// Places the lines held without gaps.
+    fn release_held(&mut self) {
+        let lines = match &mut self.state {
+            State::Starting { held_s, .. } => std::mem::take(held_s).len(),
+            State::Placing(placer) => placer.take_held().len(),
+            State::Refused(_) => 0,
+        };
+        if lines > 0 {
+            self.place(Placed::Lines(lines as u64));
+        }
+    }
+}
+
+/// The sensor's fastest rate in Hz; no limit when none is listed.
+fn fastest(rates_hz: &[f64]) -> f64 {
+    let fastest_hz = rates_hz.iter().copied().max_by(f64::total_cmp);
+    fastest_hz.unwrap_or(f64::INFINITY)
+}
+
+/// The rate the lines held at the start stand for; as measured only when they are all there will be.
+fn nominal_rate(rates_hz: &[f64], held_s: &[f64], stretch_rates_hz: &[f64], full: bool) -> Option<NominalRate> {
+    let span_s = held_s.last()? - held_s.first()?;
+    let mean_hz = (full && span_s > 0.0).then(|| (held_s.len() - 1) as f64 / span_s);
+    let measured_hz = percentile_90(stretch_rates_hz).or(mean_hz)?;
+    snap(rates_hz, measured_hz, SNAP_TOLERANCE)
+        .or_else(|| steady(rates_hz, measured_hz, held_s))
+        .map(NominalRate::Snapped)
+        .or_else(|| full.then_some(NominalRate::Measured(measured_hz)))
 }

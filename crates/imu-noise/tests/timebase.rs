@@ -118,7 +118,7 @@ fn lines_are_held_until_the_rate_is_known() {
 #[test]
 fn few_lines_have_their_mean_rate() {
     let (events, summary) = place([]);
-    assert_eq!((events.len(), summary.nominal, summary.interval_us), (0, None, None));
+    assert_eq!((events.len(), summary.nominal, summary.arrivals), (0, None, None));
     let (events, summary) = place([7.0]);
     assert_eq!((events.len(), summary.nominal, summary.refusal), (0, None, None));
     let (_, summary) = place([7.0, 7.025, 7.05]);
@@ -206,10 +206,49 @@ fn a_rate_change_is_declared() {
 }
 
 #[test]
+fn a_wrong_known_rate_is_corrected() {
+    for (known_hz, rate_hz) in [(40.0, 1.0), (40.0, 200.0)] {
+        let timebase = Timebase::with_known_rate(&RATES_HZ, known_hz);
+        let (events, summary) = place_with(timebase, Link::steady(rate_hz).stamps(1000));
+        let change = Placed::RateChanged { from_hz: known_hz, to_hz: rate_hz };
+        assert!(matches!(events[..], [(_, event)] if event == change), "{events:?}");
+        assert_eq!(summary.nominal, Some(NominalRate::Snapped(rate_hz)));
+    }
+    let unusable = Timebase::with_known_rate(&RATES_HZ, f64::NAN);
+    let (_, summary) = place_with(unusable, Link::steady(40.0).stamps(100));
+    assert_eq!(summary.nominal, Some(NominalRate::Snapped(40.0)));
+}
+
+#[test]
+fn a_stream_that_loses_lines_all_the_time_has_its_rate() {
+    // Every third line is lost: no stretch has the sensor's rate, half the intervals do.
+    let kept = Link::steady(40.0).stamps(3200).enumerate();
+    let kept = kept.filter(|(line, _)| line % 3 != 2 || *line > 3000);
+    let (_, summary) = place(kept.map(|(_, stamp_s)| stamp_s));
+    assert_eq!(summary.nominal, Some(NominalRate::Snapped(40.0)));
+    assert_eq!(summary.missing, 1000);
+}
+
+#[test]
+fn a_reader_that_is_too_slow_is_not_counted_twice() {
+    // Between 25.5 and 69 s it takes one line each 43 ms and loses the others: 1740 were sent, 1000 came.
+    let before = Link::steady(40.0).stamps(1000);
+    let slow = (0..1000).map(|line| 25.5 + 0.043 * f64::from(line));
+    let after = Link { start_s: 69.0, ..Link::steady(40.0) }.stamps(1000);
+    let (_, summary) = place(before.chain(slow).chain(after));
+    assert!(summary.missing.abs_diff(740) <= 2, "{summary:?}");
+}
+
+#[test]
 fn stamps_that_are_no_time_base_are_refused() {
     let (events, summary) = place((0..12_000).map(|line| f64::from(line) * 44e-6));
     assert!(matches!(summary.refusal, Some(Refusal::TooFast { .. })), "{summary:?}");
     assert_eq!((events.len(), summary.nominal), (0, None));
+
+    let known = Timebase::with_known_rate(&RATES_HZ, 40.0);
+    let (events, summary) = place_with(known, (0..12_000).map(|line| f64::from(line) * 44e-6));
+    assert!(matches!(summary.refusal, Some(Refusal::TooFast { .. })), "{summary:?}");
+    assert_eq!(events, []);
 
     let (events, summary) = place([3.0; 2000]);
     assert!(matches!(summary.refusal, Some(Refusal::NoTimePasses { .. })), "{summary:?}");
@@ -235,6 +274,38 @@ fn a_million_lines_without_loss_show_none() {
             assert!((offset_ppm - clock_ppm).abs() < 5.0, "{offset_ppm} ppm of {link:?}");
         }
     }
+}
+
+/// What the stamps of recordings by others say, by file; read where the variable tells.
+#[test]
+fn recordings_of_real_sensors() {
+    let Some(folder) = std::env::var_os("VN100_CAPTURES") else {
+        eprintln!("skipped: no captures, VN100_CAPTURES is not set");
+        return;
+    };
+    let expected = [
+        ("vn100-circles-qian-95s-GAPS", 40.0, 119..=123),
+        ("vn100-walk-circle-sazgar-CORRUPT", 40.0, 1238..=1242),
+        ("vn100-circles-rohx17-NOCHECKSUM", 40.0, 24..=24),
+        ("vn100-donut-huang-155s", 40.0, 0..=0),
+        ("vn100-shake-iwale-153s", 40.0, 0..=0),
+        ("vn100-static-kiran-330s", 40.0, 0..=0),
+        ("vn100-static1hz-ramirez-run2-623s", 1.0, 0..=0),
+        ("emulator-loop-pattala-449s", 1.0, 0..=0),
+    ];
+    let stamps_s = |name: &str| -> Vec<f64> {
+        let path = std::path::Path::new(&folder).join(name).with_extension("csv");
+        let rows = std::fs::read_to_string(path).unwrap();
+        let stamps_s = rows.lines().skip(1).map(|row| row.split(',').next().unwrap().parse());
+        stamps_s.map(Result::unwrap).collect()
+    };
+    for (name, rate_hz, missing) in expected {
+        let (_, summary) = place(stamps_s(name));
+        assert_eq!(summary.nominal, Some(NominalRate::Snapped(rate_hz)), "{name}");
+        assert!(missing.contains(&summary.missing), "{name}: {summary:?}");
+    }
+    let (_, summary) = place(stamps_s("vn100-hand-thumatti-BADSTAMPS"));
+    assert!(matches!(summary.refusal, Some(Refusal::TooFast { .. })), "{summary:?}");
 }
 
 prop_compose! {
@@ -279,6 +350,26 @@ proptest! {
         kept.extend(stamps.take(200));
         let (events, _) = place(kept);
         prop_assert_eq!(events, expected);
+    }
+
+    #[test]
+    fn single_lines_removed_from_a_bunched_stream_are_counted(
+        clock_ppm in -500.0..500.0,
+        start_s in 0.1..1.1,
+        seed: u64,
+        removed in prop::collection::vec(200_usize..600, 1..6),
+    ) {
+        // Reads that meet the lines at all phases.
+        let link = Link { clock_ppm, jitter_s: 0.002, read_s: 0.0437, start_s, seed, ..Link::steady(40.0) };
+        let mut stamps = link.stamps(10_000);
+        let mut kept = Vec::new();
+        for &before in &removed {
+            kept.extend(stamps.by_ref().take(before));
+            stamps.next();
+        }
+        kept.extend(stamps.take(200));
+        let (_, summary) = place(kept);
+        prop_assert_eq!(summary.missing, removed.len() as u64);
     }
 
     #[test]

@@ -1,6 +1,8 @@
-//! How lines arrive: the times between them and how many come at once.
+//! Statistics of the times between lines.
 
 use hdrhistogram::Histogram;
+
+use super::Arrivals;
 
 /// Longest interval told apart, one hour; longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
@@ -21,22 +23,27 @@ impl Intervals {
         Self { histogram }
     }
 
+    /// Adds the time between a line and the one before.
     pub(super) fn push(&mut self, interval_us: u64) {
         self.histogram.saturating_record(interval_us);
     }
 
-    pub(super) fn count(&self) -> u64 {
-        self.histogram.len()
-    }
-
-    pub(super) fn quantile_us(&self, quantile: f64) -> u64 {
-        self.histogram.value_at_quantile(quantile)
-    }
-
-    /// Part of the lines that came together with the line before.
-    pub(super) fn share_together(&self, period_s: f64) -> f64 {
-        let limit_us = (TOGETHER_PERIODS * period_s * 1e6) as u64;
-        let together = self.histogram.count_between(0, limit_us);
-        together as f64 / self.histogram.len().max(1) as f64
+    /// What the intervals say, for lines this far apart; nothing without an interval.
+    pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
+        let intervals = &self.histogram;
+        if intervals.is_empty() {
+            return None;
+        }
+        let together_us = (TOGETHER_PERIODS * period_s * 1e6) as u64;
+        let together = intervals.count_between(0, together_us) as f64;
+        let share_together = together / intervals.len() as f64;
+        let lines = (intervals.len() + 1) as f64;
+        Some(Arrivals {
+            p50_us: intervals.value_at_quantile(0.5),
+            p99_us: intervals.value_at_quantile(0.99),
+            max_us: intervals.max(),
+            share_together,
+            lines_together: lines / (lines - together),
+        })
     }
 }

@@ -19,11 +19,7 @@ struct Arrival {
 }
 
 /// Above every line.
-const NO_ARRIVAL: Arrival = Arrival {
-    index: 0,
-    at_s: 0.0,
-    lag_s: f64::INFINITY,
-};
+const NO_ARRIVAL: Arrival = Arrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
 /// The earliest arrival, against the nominal rate, of each of at most 64 equally long blocks of the record.
 #[derive(Clone, Debug)]

@@ -2,86 +2,95 @@
 
 use std::collections::VecDeque;
 
-use super::envelope::Envelope;
-use super::stretches::snap;
-use super::reads::{MIN_WINDOW_S, Reads};
 use super::Placed;
+use super::envelope::Envelope;
+use super::reads::Reads;
+use super::stretches::snap;
 
-/// A lag below this part of a period is no loss.
+/// A lag of fewer periods is no loss. Not 0.5: hosts shift their phase by 0.76 periods once in a while, and lines of a
+/// steady stream after a loss are a whole period late.
 const DOUBT_PERIODS: f64 = 0.8;
 
-/// Where reads bring several lines, the place of a read among the lines moves the least lag by up to a period more.
-const BUNCHED_DOUBT_PERIODS: f64 = 1.8;
+/// The same where the phase of the reads may jump by a period, see [`Reads`].
+const JUMPY_DOUBT_PERIODS: f64 = 1.8;
 
-/// The least lag must have stood for so many lines,
+/// The least lag must have stood for so many lines, besides the time in which reads show the earliest arrival.
 const DOUBT_LINES: usize = 12;
 
-/// and not fall by more than this part of a period in each line: a reader that catches up, or drifts past the lines.
+/// A least lag that falls by more periods than this in each line does not stand: the reader catches up, or its reads
+/// drift past the lines. No clock is that far off.
 const FALLING_PERIODS: f64 = 0.004;
 
-/// Most lines held in doubt: 5 min at 200 Hz.
+/// Most lines held in doubt, 5 min at 200 Hz: a longer stall is taken for a loss.
 const MAX_HELD: usize = 65_536;
 
-/// Lines that come so much too early show that those before were late; a read's place among the lines moves by one.
+/// Lines after which the due time follows the least lag among them.
+const BLOCK_LINES: u64 = 16;
+
+/// Periods by which lines come too early that show that all lines before were late. A jump of the phase is one.
 const EARLY_PERIODS: f64 = 4.0;
 
-/// Lines after which the due time follows the least lag among them.
-const BLOCK_LINES: u32 = 16;
-
-/// Their rate is within this part of one of the sensor's: regular losses can come near.
+/// How near a lower rate must be to one of the sensor's: a reader that loses lines evenly can come within 5 %.
 const CHANGE_TOLERANCE: f64 = 0.01;
 
 /// Evenly spaced lines that make a lower rate.
 const SLOWER_LINES: usize = 32;
 
-/// Lags in doubt.
+/// What the lines say that were judged last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// They, or losses before them, have their place.
+    Placed(Placed),
+    /// They come evenly at this lower rate, in Hz.
+    Slower(f64),
+}
+
+/// Lags that are a loss if they stand.
 #[derive(Clone, Copy, Debug)]
 struct Doubt {
     /// When the first held line was due.
     first_due_s: f64,
     least_lag_s: f64,
-    /// Stamp of the line with the least lag, and its place among the held.
-    least_at_s: f64,
-    least_place: usize,
+    /// Since which stamp, and which place among the held lines, the least lag has not fallen.
+    stands_since_s: f64,
+    stands_since: usize,
 }
 
+/// Judges lines at one rate, in order.
 #[derive(Clone, Debug)]
 pub(super) struct Placer {
     rates_hz: &'static [f64],
     period_s: f64,
     /// When the next line to be judged is due, at the earliest.
     due_s: f64,
+    /// Stamps of the lines without a place; the first `judged` of them are in doubt.
     held: VecDeque<f64>,
     judged: usize,
     doubt: Option<Doubt>,
-    block_lines: u32,
+    /// The present block: its lines, first stamp and least lag.
+    block_lines: u64,
     block_start_s: f64,
     block_least_s: f64,
     /// How early lines may come after a loss without being taken for the new earliest: they show that the loss was
     /// counted one too large, and the next one is counted less.
     overcount_s: f64,
-    /// Place in the stream of the next line to be settled, lost lines included.
+    /// Place in the stream of the next line, lost lines included.
     index: u64,
     envelope: Envelope,
-    reads: Reads,
+    /// How far the fitted rate may be from the nominal one to be used.
     fit_tolerance: f64,
+    reads: Reads,
     /// By how much lines came before they were due, since the caller last asked.
     early_s: f64,
 }
 
-/// What a line brought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Verdict {
-    Placed(Placed),
-    /// The lines held come evenly at this rate.
-    Slower(f64),
-}
-
 impl Placer {
-    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, due_s: f64, reads: Reads, fit_tolerance: f64) -> Self {
+    /// Judges lines from the one due at `due_s`.
+    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, fit_tolerance: f64, due_s: f64) -> Self {
+        let period_s = nominal_hz.recip();
         Self {
             rates_hz,
-            period_s: nominal_hz.recip(),
+            period_s,
             due_s,
             held: VecDeque::new(),
             judged: 0,
@@ -91,24 +100,24 @@ impl Placer {
             block_least_s: f64::INFINITY,
             overcount_s: 0.0,
             index: 0,
-            envelope: Envelope::new(1.0 / nominal_hz),
-            reads,
+            envelope: Envelope::new(period_s),
             fit_tolerance,
+            reads: Reads::new(period_s),
             early_s: 0.0,
         }
     }
 
-    /// Adds a line's stamp. Verdicts come from [`next`](Self::next).
+    /// Adds a line's stamp, not before the one before. Then [`judge`](Self::judge) until there is no verdict.
     pub(super) fn push(&mut self, at_s: f64) {
         self.reads.push(at_s);
         self.held.push_back(at_s);
     }
 
-    /// The next decision.
-    pub(super) fn next(&mut self) -> Option<Verdict> {
+    /// The next verdict; none while the lines held are in doubt.
+    pub(super) fn judge(&mut self) -> Option<Verdict> {
         while let Some(&at_s) = self.held.get(self.judged) {
             let lag_s = at_s - self.due_s;
-            if lag_s < self.threshold_periods() * self.period_s {
+            if lag_s < self.doubt_s() {
                 return Some(self.settle(at_s, lag_s));
             }
             if let Some(verdict) = self.hold(at_s, lag_s) {
@@ -118,42 +127,41 @@ impl Placer {
         None
     }
 
-    /// Decides on the lines still held as if nothing followed: a loss is what exceeds any bunching.
+    /// The verdict on lines in doubt behind which none follow: lost is what bunching cannot delay.
     pub(super) fn finish(&mut self) -> Option<Verdict> {
-        match self.doubt {
-            Some(doubt) if doubt.least_lag_s >= self.threshold_periods() * self.period_s + MIN_WINDOW_S => Some(self.lose(doubt)),
-            Some(_) => {
-                self.doubt = None;
-                let lines = self.held.len() as u64;
-                self.held.clear();
-                self.judged = 0;
-                Some(Verdict::Placed(Placed::Lines(lines)))
-            }
-            None => None,
+        let doubt = self.doubt?;
+        let stood_s = self.held.back()? - doubt.stands_since_s;
+        if doubt.least_lag_s + stood_s >= self.doubt_s() + self.reads.window_s() {
+            return Some(self.lose(doubt));
         }
+        let lines = self.take_held().len() as u64;
+        Some(Verdict::Placed(Placed::Lines(lines)))
     }
 
-    pub(super) fn fitted_period_s(&self) -> Option<f64> {
+    /// Hands back the lines without a place.
+    pub(super) fn take_held(&mut self) -> VecDeque<f64> {
+        self.doubt = None;
+        self.judged = 0;
+        std::mem::take(&mut self.held)
+    }
+
+    /// Period of the fitted rate, once some blocks of lines are in.
+    pub(super) const fn fitted_period_s(&self) -> Option<f64> {
         self.envelope.fitted_period_s()
     }
 
-    pub(super) fn take_early_periods(&mut self) -> f64 {
-        std::mem::take(&mut self.early_s) / self.period_s
+    /// Periods by which lines came before they were due, since last asked.
+    pub(super) const fn take_early_periods(&mut self) -> f64 {
+        std::mem::replace(&mut self.early_s, 0.0) / self.period_s
     }
 
-    pub(super) fn into_held(self) -> VecDeque<f64> {
-        self.held
+    /// Lag from which a line is in doubt.
+    fn doubt_s(&self) -> f64 {
+        let periods = if self.reads.may_jump() { JUMPY_DOUBT_PERIODS } else { DOUBT_PERIODS };
+        periods * self.period_s
     }
 
-    fn threshold_periods(&self) -> f64 {
-        if self.reads.bunched() && !self.reads.mixed() {
-            BUNCHED_DOUBT_PERIODS
-        } else {
-            DOUBT_PERIODS
-        }
-    }
-
-    /// The line at `judged` is in place, and so are those held before it.
+    /// The line at `judged` has its place, and so have those held before it.
     fn settle(&mut self, at_s: f64, lag_s: f64) -> Verdict {
         self.doubt = None;
         self.due_s += self.period_s;
@@ -177,7 +185,7 @@ impl Placer {
             self.envelope.restart();
         }
         self.fit(at_s);
-        self.block_lines += lines as u32;
+        self.block_lines += lines as u64;
         if self.block_lines >= BLOCK_LINES && at_s - self.block_start_s >= self.reads.window_s() {
             self.end_block(at_s);
         }
@@ -186,8 +194,8 @@ impl Placer {
 
     /// After a block without a loss the due time follows its least lag; a loss counted too much stays owed.
     fn end_block(&mut self, at_s: f64) {
-        let overcounted = self.block_least_s < -0.5 * self.overcount_s;
-        if !overcounted {
+        let owed = self.block_least_s < -0.5 * self.overcount_s;
+        if !owed {
             self.overcount_s = 0.0;
         }
         self.due_s += self.block_least_s + self.overcount_s;
@@ -207,25 +215,28 @@ impl Placer {
         self.period_s = if credible { fitted_period_s } else { nominal_period_s };
     }
 
-    /// The line at `judged` is too late to be sure of its place.
+    /// The line at `judged` is in doubt; the verdict, once the least lag has stood.
     fn hold(&mut self, at_s: f64, lag_s: f64) -> Option<Verdict> {
         let place = self.judged;
+        self.judged += 1;
         let doubt = self.doubt.get_or_insert(Doubt {
             first_due_s: self.due_s,
-            least_lag_s: f64::INFINITY,
-            least_at_s: at_s,
-            least_place: place,
+            least_lag_s: lag_s,
+            stands_since_s: at_s,
+            stands_since: place,
         });
-        let since = place - doubt.least_place;
-        if lag_s < doubt.least_lag_s - FALLING_PERIODS * self.period_s * since as f64 {
-            (doubt.least_lag_s, doubt.least_at_s, doubt.least_place) = (lag_s, at_s, place);
-        } 
+        self.due_s += self.period_s;
+        let stood_lines = place - doubt.stands_since;
+        let fall_s = FALLING_PERIODS * self.period_s * stood_lines as f64;
+        if lag_s < doubt.least_lag_s - fall_s {
+            doubt.stands_since_s = at_s;
+            doubt.stands_since = place;
+        }
         doubt.least_lag_s = doubt.least_lag_s.min(lag_s);
         let doubt = *doubt;
-        self.judged += 1;
-        self.due_s += self.period_s;
-        let stood = place - doubt.least_place >= DOUBT_LINES && at_s - doubt.least_at_s >= self.reads.window_s();
-        if !stood && self.held.len() < MAX_HELD {
+        let stood_s = at_s - doubt.stands_since_s;
+        let stands = place - doubt.stands_since >= DOUBT_LINES && stood_s >= self.reads.window_s();
+        if !stands && self.held.len() < MAX_HELD {
             return None;
         }
         if let Some(slower_hz) = self.slower() {
@@ -237,6 +248,8 @@ impl Placer {
     /// Lines are lost before the first held; the held ones are judged anew.
     fn lose(&mut self, doubt: Doubt) -> Verdict {
         let missing = (doubt.least_lag_s / self.period_s + (1.0 - DOUBT_PERIODS)).floor();
+        // A lag of exactly 0.8 periods may round down.
+        let missing = missing.max(1.0);
         self.doubt = None;
         self.due_s = doubt.first_due_s + missing * self.period_s;
         self.judged = 0;

@@ -12,7 +12,7 @@ const BUNCHED_READS: f64 = 64.0;
 const GROUP_READS: u32 = 16;
 
 /// Least time in which reads are taken to have shown the earliest arrival: twice the longest usual bunching.
-pub(super) const MIN_WINDOW_S: f64 = 0.1;
+const MIN_WINDOW_S: f64 = 0.1;
 
 /// Longest run of empty sixteenths of a period in which reads are mixed.
 const MIXED_EMPTY: u32 = 5;
@@ -30,9 +30,11 @@ pub(super) struct Reads {
     max_window_s: f64,
     sixteenths_per_s: f64,
     previous_s: f64,
-    lines: u32,
+    /// Lines of the present read.
+    lines: u64,
     bunched_share: f64,
-    group: u32,
+    /// Reads of the present group.
+    group_reads: u32,
     group_start_s: f64,
     /// Sixteenths of the period in which a read of the group ended.
     phases: u16,
@@ -44,12 +46,12 @@ impl Reads {
     pub(super) fn new(period_s: f64) -> Self {
         Self {
             together_s: TOGETHER_PERIODS * period_s,
-            max_window_s: MIN_WINDOW_S.max(GROUP_READS as f64 * period_s.max(MIN_WINDOW_S)),
+            max_window_s: MIN_WINDOW_S.max(f64::from(GROUP_READS) * period_s.max(MIN_WINDOW_S)),
             sixteenths_per_s: 16.0 / period_s,
             previous_s: f64::NEG_INFINITY,
             lines: 0,
             bunched_share: 0.0,
-            group: 0,
+            group_reads: 0,
             group_start_s: 0.0,
             phases: 0,
             mixed: false,
@@ -66,19 +68,18 @@ impl Reads {
         self.previous_s = at_s;
     }
 
-    /// Reads often bring several lines.
-    pub(super) fn bunched(&self) -> bool {
-        self.bunched_share > BUNCHED_SHARE
-    }
-
-    /// The last reads met the lines at all phases.
-    pub(super) const fn mixed(&self) -> bool {
-        self.mixed
+    /// The phase of the reads may jump by a period: they bring several lines, and always near the same phase.
+    pub(super) fn may_jump(&self) -> bool {
+        self.bunched() && !self.mixed
     }
 
     /// Time within which some line arrives as early as any.
     pub(super) const fn window_s(&self) -> f64 {
         self.window_s
+    }
+
+    fn bunched(&self) -> bool {
+        self.bunched_share > BUNCHED_SHARE
     }
 
     fn end_read(&mut self) {
@@ -90,22 +91,18 @@ impl Reads {
         self.lines = 0;
         let sixteenths = (self.previous_s * self.sixteenths_per_s) as u64;
         self.phases |= 1 << (sixteenths % 16);
-        self.group += 1;
-        if self.group == GROUP_READS {
+        self.group_reads += 1;
+        if self.group_reads == GROUP_READS {
             self.end_group();
         }
     }
 
     fn end_group(&mut self) {
-        let empty_run = (0..16).map(|turn| self.phases.rotate_right(turn).trailing_zeros()).max();
-        self.mixed = empty_run.is_some_and(|run| run <= MIXED_EMPTY);
+        let empty_runs = (0..16).map(|turn| self.phases.rotate_right(turn).trailing_zeros());
+        self.mixed = empty_runs.max().is_some_and(|run| run <= MIXED_EMPTY);
         let span_s = self.previous_s - self.group_start_s;
-        self.window_s = if self.bunched() {
-            span_s.clamp(MIN_WINDOW_S, self.max_window_s)
-        } else {
-            MIN_WINDOW_S
-        };
-        self.group = 0;
+        self.window_s = if self.bunched() { span_s.clamp(MIN_WINDOW_S, self.max_window_s) } else { MIN_WINDOW_S };
+        self.group_reads = 0;
         self.group_start_s = self.previous_s;
         self.phases = 0;
     }

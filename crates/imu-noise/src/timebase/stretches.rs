@@ -1,15 +1,13 @@
 //! Rates over stretches of 32 lines, and the nominal rate they speak for.
 
-use super::NominalRate;
-
 /// Intervals in a stretch, at least.
 const STRETCH_INTERVALS: u64 = 31;
 
 /// A measured rate within this part of one the sensor has is taken for it.
 pub(super) const SNAP_TOLERANCE: f64 = 0.05;
 
-/// Cuts the stream into stretches. Each ends with the last line of a read, where the lag is least, so that bunching
-/// bends its rate by one period in 31 at most.
+/// Cuts the stream into stretches of 32 lines, or some more: each begins and ends with the last line of a read, where
+/// the lag is least, so that bunching bends its rate by one period in 31 at most.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Stretches {
     /// Where the present stretch began: its first line's number and stamp.
@@ -45,13 +43,10 @@ impl Stretches {
     }
 }
 
-/// The rate of the list nearest to a measured one, if within 5 %.
+/// The rate of the list nearest to a measured one, if within the tolerance.
 pub(super) fn snap(rates_hz: &[f64], measured_hz: f64, tolerance: f64) -> Option<f64> {
     let distance = |rate_hz: f64| (measured_hz / rate_hz - 1.0).abs();
-    let nearest = rates_hz
-        .iter()
-        .copied()
-        .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+    let nearest = rates_hz.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
     (distance(nearest) <= tolerance).then_some(nearest)
 }
 
@@ -63,10 +58,14 @@ pub(super) fn percentile_90(rates_hz: &[f64]) -> Option<f64> {
     sorted.get(rank.checked_sub(1)?).copied()
 }
 
-/// The nominal rate a measured one stands for.
-pub(super) fn nominal(rates_hz: &[f64], measured_hz: f64) -> NominalRate {
-    match snap(rates_hz, measured_hz, SNAP_TOLERANCE) {
-        Some(hz) => NominalRate::Snapped(hz),
-        None => NominalRate::Measured(measured_hz),
-    }
+/// The highest of the rates, from `least_hz` up, whose period half of the intervals between these stamps have: the rate
+/// of a steady stream that loses lines all the time.
+pub(super) fn steady(rates_hz: &[f64], least_hz: f64, stamps_s: &[f64]) -> Option<f64> {
+    let fits = |rate_hz: f64| {
+        let intervals = stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let even = intervals.filter(|interval_s| (interval_s * rate_hz - 1.0).abs() < 0.1);
+        2 * even.count() >= stamps_s.len()
+    };
+    let candidates = rates_hz.iter().copied().filter(|&hz| hz >= least_hz);
+    candidates.filter(|&hz| fits(hz)).max_by(f64::total_cmp)
 }

@@ -1,0 +1,103 @@
+//! What a time base reports: rate, refusal, arrivals, losses.
+
+use std::fmt;
+use std::time::Duration;
+
+/// Rate the lines stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NominalRate {
+    /// Given beforehand, in Hz.
+    Known(f64),
+    /// One of the sensor's rates, in Hz: the nearest to the measured one, and within 5 % of it.
+    Snapped(f64),
+    /// As measured, in Hz: the sensor has no rate near it.
+    Measured(f64),
+}
+
+impl NominalRate {
+    /// The rate in Hz.
+    #[must_use]
+    pub const fn hz(self) -> f64 {
+        match self {
+            Self::Known(hz) | Self::Snapped(hz) | Self::Measured(hz) => hz,
+        }
+    }
+}
+
+/// Why stamps are no time base. Missing lines cannot be seen from there on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// A stamp lies more than 10 ms before the one before it.
+    Backwards {
+        /// Number of the line, from 0.
+        line: u64,
+        /// How far its stamp goes back.
+        by: Duration,
+    },
+    /// Lines come more than 1.25 times as fast as the sensor can send them.
+    TooFast {
+        /// Measured rate in Hz.
+        measured_hz: f64,
+        /// The sensor's fastest rate in Hz.
+        fastest_hz: f64,
+    },
+    /// All lines have the same stamp.
+    NoTimePasses {
+        /// How many lines.
+        lines: u64,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Backwards { line, by } => write!(
+                f,
+                "stamps are no time base: that of line {line} lies {by:?} before the one before; stamp with a clock that is not set"
+            ),
+            Self::TooFast { measured_hz, fastest_hz } => write!(
+                f,
+                "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz; were they stamped when a file was read? Give the rate"
+            ),
+            Self::NoTimePasses { lines } => {
+                write!(f, "stamps are no time base: all {lines} lines have the same; give the rate")
+            }
+        }
+    }
+}
+
+/// How lines arrive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrivals {
+    /// Median time between lines in microseconds, to three digits as the two below.
+    pub p50_us: u64,
+    /// 99th percentile of the time between lines in microseconds.
+    pub p99_us: u64,
+    /// Longest time between lines in microseconds; an hour at most.
+    pub max_us: u64,
+    /// Part of the lines, 0 to 1, that came within 0.2 periods of the one before.
+    pub share_together: f64,
+    /// Mean number of lines that came together; 1 when each came alone.
+    pub lines_together: f64,
+}
+
+/// What the stamps say about the stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimebaseSummary {
+    /// Lines pushed.
+    pub lines: u64,
+    /// Rate the lines stand for, the last one if it changed; absent until it is known and after a refusal.
+    pub nominal: Option<NominalRate>,
+    /// Rate of the line fitted under the arrivals in Hz; absent for fewer than about 130 lines.
+    pub measured_hz: Option<f64>,
+    /// Fitted against nominal rate in parts per million, positive when the sensor is fast.
+    pub offset_ppm: Option<f64>,
+    /// Why the stamps are no time base.
+    pub refusal: Option<Refusal>,
+    /// Lines missing.
+    pub missing: u64,
+    /// Places where lines are missing.
+    pub gaps: u64,
+    /// How lines arrive; absent for fewer than two lines, and without a nominal rate.
+    pub arrivals: Option<Arrivals>,
+}
