@@ -20,12 +20,12 @@
 //!   until then. After 16 stretches, or 1024 lines, or at the end, the percentile is kept as measured. Without a whole
 //!   stretch the mean rate stands for it.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
-//!   record, lost lines counted. It is used for the due times while within 1000 ppm of a rate of the sensor.
-//! - *Due time*: the line before plus a period. It follows an earlier arrival at once, and the least lag of each block
-//!   of 16 lines.
-//! - *Gap*: a line is in doubt when it is 0.8 periods late. Lines are lost when the least lag has stood for 12 lines and
-//!   0.1 s; then floor(lag / period + 0.2) of them. Where reads bring several lines it must stand for 16 reads, and
-//!   if these always end near the same phase of the period, lines are in doubt from 1.8 periods: such reads shift by a
+//!   record, lost lines counted. The length of a loss is counted with it.
+//! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It
+//!   follows an earlier arrival at once, and the least lag of each block of 16 lines.
+//! - *Gap*: a line is in doubt when it is 0.82 periods late. Lines are lost when the least lag has stood for 12 lines
+//!   and 0.1 s; then floor(lag / period + 0.18) of them. Where reads bring several lines it must stand for 16 reads, and
+//!   if these always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a
 //!   whole line when the clocks drift past each other, and single lost lines cannot be told from that.
 //! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
 //! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them, or two stretches in a
@@ -62,9 +62,6 @@ const FASTER: f64 = 1.1;
 
 /// Periods by which the lines of a stretch come too early at a higher rate, at least.
 const FASTER_EARLY_PERIODS: f64 = 2.0;
-
-/// How far the fitted rate may be from a rate of the sensor to be used: lost lines not seen would bend it further.
-const FIT_TOLERANCE: f64 = 0.001;
 
 /// Lines and losses in order, as their places become sure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -207,7 +204,7 @@ impl Timebase {
     }
 
     /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell. Lags in doubt are a loss when
-    /// bunching of 0.1 s would not explain them.
+    /// the last line is so late that bunching of 0.1 s would not explain it.
     pub fn finish(&mut self) {
         self.start(true);
         while let State::Placing(placer) = &mut self.state {
@@ -278,11 +275,10 @@ impl Timebase {
 
     /// Places lines at this rate, from one due at `due_s`.
     fn place_at(&mut self, nominal: NominalRate, due_s: f64, held_s: impl IntoIterator<Item = f64>) {
-        let fit_tolerance = match nominal {
-            NominalRate::Known(_) | NominalRate::Snapped(_) => FIT_TOLERANCE,
-            NominalRate::Measured(_) => SNAP_TOLERANCE,
-        };
-        let mut placer = Placer::new(self.rates_hz, nominal.hz(), fit_tolerance, due_s);
+        // A fit counts the losses seen so far; following it would feed their errors back. A rate as measured is too
+        // coarse to do without.
+        let follow_fit = matches!(nominal, NominalRate::Measured(_));
+        let mut placer = Placer::new(self.rates_hz, nominal.hz(), follow_fit, due_s);
         held_s.into_iter().for_each(|at_s| placer.push(at_s));
         self.nominal = Some(nominal);
         self.state = State::Placing(Box::new(placer));

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Parser, Subcommand, ValueEnum};
+use vn100_driver::ColumnMap;
 use vn100_pipeline::Settings;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -28,7 +29,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReplayArgs {
-    /// Captures: text or raw bytes, also gzip or zstd, recognised by content; "-" is standard input
+    /// Captures: text, raw bytes or CSV, also gzip or zstd, recognised by content; "-" is standard input
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -47,6 +48,11 @@ pub(crate) struct ReplayArgs {
     /// Leave this much data time out at the beginning, for example 10min (warm-up)
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "0s")]
     pub(crate) skip: Duration,
+
+    /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
+    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
+    #[arg(long, value_name = "MAP")]
+    pub(crate) columns: Option<ColumnMap>,
 
     /// Take lines that carry no checksum
     #[arg(long)]

@@ -3,6 +3,7 @@
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
+use vn100_driver::CsvReport;
 use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 
 use crate::units::{ChannelValues, channel_values};
@@ -16,6 +17,8 @@ pub(crate) struct Origin {
     pub(crate) kind: Option<&'static str>,
     /// Why reading did not begin, or ended early.
     pub(crate) error: Option<String>,
+    /// What became of the lines of a CSV file.
+    pub(crate) csv: Option<CsvReport>,
 }
 
 #[derive(Debug, Serialize)]
@@ -38,6 +41,26 @@ struct Source {
     recorded: Option<Value>,
     meta: Option<Value>,
     error: Option<String>,
+    csv: Option<Csv>,
+}
+
+/// The lines of a CSV file: `lines = rows + skipped_lines + all odd`.
+#[derive(Debug, Serialize)]
+struct Csv {
+    lines: u64,
+    rows: u64,
+    skipped_lines: u64,
+    odd: Vec<Odd>,
+    ignored_columns: Vec<String>,
+    rounded: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Odd {
+    reason: String,
+    count: u64,
+    first_line: u64,
+    first_text: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -160,6 +183,24 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
         recorded: None,
         meta: None,
         error: origin.error.clone(),
+        csv: origin.csv.clone().map(csv),
+    }
+}
+
+fn csv(report: CsvReport) -> Csv {
+    let odd = report.odd.into_iter().map(|odd| Odd {
+        reason: odd.reason,
+        count: odd.count,
+        first_line: odd.first_line,
+        first_text: odd.first_text,
+    });
+    Csv {
+        lines: report.lines,
+        rows: report.rows,
+        skipped_lines: report.skipped_lines,
+        odd: odd.collect(),
+        ignored_columns: report.ignored_columns,
+        rounded: report.rounded,
     }
 }
 

@@ -16,7 +16,7 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Capture, Format, OpenError, ReadOptions, read_samples};
+use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
 use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, every_second, start};
 
 use crate::{
@@ -43,6 +43,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
     let job = Arc::new(Job {
         read: ReadOptions { accept_unchecked: args.accept_unchecked, line_by_line: args.ndjson },
         settings: args.settings(),
+        columns: args.columns.clone(),
         ndjson: args.ndjson,
         progress: Progress::new(args.files.iter().map(|file| fs::metadata(file).ok().map(|m| m.len()))),
         // documents of several files must not mingle line by line
@@ -82,6 +83,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
 struct Job {
     read: ReadOptions,
     settings: Settings,
+    columns: Option<ColumnMap>,
     ndjson: bool,
     progress: Progress,
     turns: Semaphore,
@@ -97,22 +99,28 @@ struct Replayed {
 
 async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
     let _turn = job.turns.acquire().await?;
-    let mut origin = Origin { name: name(&path), kind: None, error: None };
+    let mut origin = Origin { name: name(&path), ..Origin::default() };
+    let columns = job.columns.clone();
     let capture = tokio::select! {
-        capture = task::spawn_blocking(move || open(&path)) => capture.context("the capture could not be opened")?,
-        () = job.stop.cancelled() => Err(OpenError::Io { path: origin.name.clone().into(), source: io::ErrorKind::Interrupted.into() }),
+        // checked first: after an interrupt no file more is begun
+        biased;
+        () = job.stop.cancelled() => Err(format!("{}: not read, interrupted", origin.name)),
+        capture = task::spawn_blocking(move || open(&path, columns.as_ref())) => {
+            capture.context("the capture could not be opened")?.map_err(|error| error.to_string())
+        }
     };
     let capture = match capture {
         Ok(capture) => capture,
         Err(error) => {
-            origin.error = Some(error.to_string());
+            origin.error = Some(error);
             let snapshot = Arc::new(Analysis::new(job.settings).snapshot());
             return Ok(Replayed { origin, snapshot, exit: Exit::NoData });
         }
     };
     origin.kind = Some(kind(&capture, &origin.name));
 
-    let Outcome { snapshot, source_error } = measure(capture, &origin, &job).await?;
+    let Outcome { snapshot, source_error, csv } = measure(capture, &origin, &job).await?;
+    origin.csv = csv;
     let exit = if let Some(error) = source_error {
         origin.error = Some(format!(
             "{}: reading failed after {} bytes, the result holds what came before: {error}",
@@ -125,12 +133,20 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
     };
     let exit = if snapshot.timing.samples == 0 {
         origin.error.get_or_insert_with(|| {
-            format!("{}: no valid sample in {} bytes", origin.name, snapshot.link.tally.bytes())
+            let bytes = snapshot.link.tally.bytes();
+            match snapshot.timing.left_out {
+                0 => format!("{}: no valid sample in {bytes} bytes", origin.name),
+                left_out => format!("{}: all {left_out} samples lie in the time to be skipped", origin.name),
+            }
         });
         Exit::NoData
     } else {
         exit
     };
+    // a result cut short says so, though Ctrl-C ends like the end of the data
+    if job.stop.is_cancelled() {
+        origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
+    }
     if job.ndjson {
         print_line(&Document::new(&origin, &snapshot))?;
     }
@@ -142,7 +158,7 @@ async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome
     let read_so_far = Arc::clone(&capture.stored_bytes_read);
     let (seconds, mut each_second) = every_second();
     let seconds = job.ndjson.then_some(seconds);
-    let events = read_samples(capture.source, job.read, job.stop.clone());
+    let events = capture.read(job.read, job.stop.clone()).context("cannot start the reading thread")?;
     let measurement = start(events, job.settings, seconds);
     let outcome = async {
         // ends with the measurement: it holds the only sender
@@ -166,8 +182,8 @@ async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome
     }
 }
 
-fn open(path: &Path) -> Result<Capture, OpenError> {
-    if path == Path::new("-") { Capture::from_reader(io::stdin()) } else { Capture::open(path) }
+fn open(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
+    if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
 }
 
 /// The file's name without its folder: a document says the same wherever its capture lies.
@@ -180,6 +196,7 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
         _ if name == "-" => "stdin",
         Format::Text => "text",
         Format::Raw => "raw",
+        Format::Csv => "csv",
     }
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
+use vn100_driver::CsvReport;
 use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
@@ -25,6 +26,9 @@ pub(crate) fn result(origin: &Origin, snapshot: &Snapshot) -> String {
 
 fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
     write_head(out, origin, snapshot)?;
+    if let Some(csv) = &origin.csv {
+        write_csv(out, csv)?;
+    }
     for warning in &snapshot.warnings {
         let options = textwrap::Options::new(WIDTH).initial_indent("! ").subsequent_indent("  ");
         writeln!(out, "{}", textwrap::fill(&warning.to_string(), options))?;
@@ -81,6 +85,21 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         timing.left_out
     )?;
     writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", tally.bytes(), tally.skipped_bytes, tally.packets)
+}
+
+fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
+    writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
+    for odd in &csv.odd {
+        let text = format!("  odd rows   {} ({}), the first is line {}: {}", odd.count, odd.reason, odd.first_line, odd.first_text);
+        writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+    }
+    for (name, columns) in [("unused     ", &csv.ignored_columns), ("rounded    ", &csv.rounded)] {
+        if !columns.is_empty() {
+            let text = format!("  {name}columns {}", columns.join(", "));
+            writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+        }
+    }
+    Ok(())
 }
 
 fn bad_lines(tally: &Tally) -> String {

@@ -36,7 +36,7 @@ pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
     let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     (channels.iter().zip(&snapshot.channels))
         .map(|(channel, results)| {
-            let value = |counts| counts_to_unit(counts, channel.decimals);
+            let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
             let moments = &results.moments;
             let sample =
                 |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
@@ -52,19 +52,19 @@ pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
                 excess_kurtosis: moments.excess_kurtosis(),
                 min: sample(moments.min_counts()),
                 max: sample(moments.max_counts()),
-                resolution: counts_to_unit(1.0, results.printed_decimals),
-                deviations: points(results, snapshot, channel.decimals),
+                resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
+                deviations: points(results, snapshot, value),
             }
         })
         .collect()
 }
 
-fn points(results: &ChannelSnapshot, snapshot: &Snapshot, decimals: u8) -> Vec<Point> {
+fn points(results: &ChannelSnapshot, snapshot: &Snapshot, value: impl Fn(f64) -> f64) -> Vec<Point> {
     (results.octaves.iter())
         .map(|octave| Point {
             m: octave.m,
             tau_s: octave.m as f64 / snapshot.timing.rate_hz,
-            deviation: octave.deviation_counts().map(|counts| counts_to_unit(counts, decimals)),
+            deviation: octave.deviation_counts().map(&value),
             terms: octave.terms,
         })
         .collect()

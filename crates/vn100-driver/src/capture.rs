@@ -12,8 +12,15 @@ use std::{
 
 use flate2::read::MultiGzDecoder;
 
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+
 use crate::{
+    csv::{ColumnMap, CsvError, Plan},
+    event::Event,
+    read_samples::{ReadOptions, read_samples},
     recognise::{Format, Recognised, recognise},
+    rows::read_rows,
     source::ReaderSource,
     timing::{self, ReadStamp},
 };
@@ -22,7 +29,6 @@ const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 /// An opened capture, recognised by its content and ready to be read from its first byte.
-#[derive(Debug)]
 pub struct Capture {
     /// What it is.
     pub format: Format,
@@ -30,8 +36,12 @@ pub struct Capture {
     pub stored_bytes: Option<u64>,
     /// How many stored bytes have been read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
-    /// The bytes, decompressed.
-    pub source: ReaderSource,
+    input: Input,
+}
+
+enum Input {
+    Bytes(ReaderSource),
+    Rows(Plan, Box<dyn Read + Send>),
 }
 
 impl Capture {
@@ -40,7 +50,7 @@ impl Capture {
     ///
     /// # Errors
     /// [`OpenError`] when the file cannot be read, or when it is text that holds nothing of a VN-100.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, OpenError> {
+    pub fn open(path: impl AsRef<Path>, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let file = File::open(path).map_err(failed)?;
@@ -50,36 +60,56 @@ impl Capture {
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
         let stamps = timing::beside(path)?;
-        Self::start(file, stored_bytes, stamps, path)
+        Self::start(file, stored_bytes, stamps, columns, path)
     }
 
     /// Takes any reader: standard input, or bytes in memory.
     ///
     /// # Errors
     /// As [`Capture::open`].
-    pub fn from_reader(reader: impl Read + Send + 'static) -> Result<Self, OpenError> {
-        Self::start(reader, None, None, Path::new("-"))
+    pub fn from_reader(reader: impl Read + Send + 'static, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
+        Self::start(reader, None, None, columns, Path::new("-"))
+    }
+
+    /// Starts to read: tells what the capture holds, as [`read_samples`] does for any source.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime.
+    pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
+        match self.input {
+            Input::Bytes(source) => Ok(read_samples(source, options, stop)),
+            Input::Rows(plan, reader) => read_rows(plan, reader, options, stop),
+        }
     }
 
     fn start(
         reader: impl Read + Send + 'static,
         stored_bytes: Option<u64>,
         stamps: Option<Vec<ReadStamp>>,
+        columns: Option<&ColumnMap>,
         path: &Path,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let mut reader = decompressed(counted).map_err(failed)?;
-        let (head, recognised) = recognise(&mut reader).map_err(failed)?;
-        match recognised {
-            Recognised::Unknown(found) => Err(OpenError::NotACapture { path: path.to_owned(), found }),
-            Recognised::Capture(format) => {
+        let (head, recognised) = recognise(&mut reader, columns).map_err(failed)?;
+        let reader = Box::new(head.chain(reader));
+        let (format, input) = match recognised {
+            Recognised::Csv(plan) => (Format::Csv, Input::Rows(plan, reader)),
+            Recognised::Text | Recognised::Raw => {
                 let pieces = timing::reads(stamps.unwrap_or_default());
-                let source = ReaderSource::spawn(head.chain(reader), pieces).map_err(failed)?;
-                Ok(Self { format, stored_bytes, stored_bytes_read, source })
+                let source = ReaderSource::spawn(reader, pieces).map_err(failed)?;
+                let is_raw = matches!(recognised, Recognised::Raw);
+                (if is_raw { Format::Raw } else { Format::Text }, Input::Bytes(source))
             }
-        }
+            Recognised::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
+            Recognised::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
+        };
+        Ok(Self { format, stored_bytes, stored_bytes_read, input })
     }
 }
 
@@ -112,10 +142,18 @@ pub enum OpenError {
         /// Number of the line, from 1.
         line: usize,
     },
+    /// A CSV file whose columns cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Csv {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// What is wrong with its columns.
+        problem: CsvError,
+    },
     /// Readable, but not a capture of a VN-100.
     #[error(
-        "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum) and 0xFA \
-         binary packets, also inside gzip and zstd; found {found}",
+        "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
+         binary packets and CSV columns of known names, also inside gzip and zstd; found {found}",
         path.display()
     )]
     NotACapture {

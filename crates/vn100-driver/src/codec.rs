@@ -27,7 +27,7 @@ pub struct SentenceCodec {
 }
 
 /// An item of the stream that owns its bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Decoded {
     /// A `$VNYMR` measurement.
     Ymr(Ymr),

@@ -6,6 +6,7 @@
 
 use thiserror::Error;
 
+mod candidate;
 mod channel;
 mod column_map;
 mod fields;
@@ -21,9 +22,9 @@ mod tally;
 mod tests;
 
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use plan::{CsvLayout, Kind, Plan, Rounded, recognise};
+pub(crate) use plan::{CsvLayout, Kind, Plan, recognise};
 pub(crate) use reader::{CsvReader, Rows};
-pub(crate) use tally::{CsvTally, Evidence, OddRow, OddRows};
+pub(crate) use tally::{CsvTally, OddRow};
 
 /// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
@@ -33,7 +34,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub(crate) enum CsvError {
+pub enum CsvError {
     /// Rows of numbers, none of them known by name.
     #[error(
         "no column of this CSV file is known: looked for {}; found {}; name the columns with a map, as in gyro_x=wx:deg/s,t=time:s",
@@ -63,7 +64,9 @@ pub(crate) enum CsvError {
         channels: [&'static str; 2],
     },
     /// No stamp is a number.
-    #[error("the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none")]
+    #[error(
+        "the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none"
+    )]
     Stamps {
         /// Their name.
         column: String,

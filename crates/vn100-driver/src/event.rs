@@ -2,7 +2,7 @@
 
 use std::{fmt, io, sync::Arc};
 
-use vn100_protocol::{BadKind, Layout, PrintFormat, Tally};
+use vn100_protocol::{Layout, PrintFormat, Tally};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -38,6 +38,12 @@ impl Batch {
         // a batch without a layout has no counts, so that the width of a row does not matter
         self.counts.chunks_exact(self.layout.as_ref().map_or(1, |layout| layout.channels.len()))
     }
+
+    /// How many samples.
+    #[must_use]
+    pub fn row_count(&self) -> usize {
+        self.rows().len()
+    }
 }
 
 /// When rows of a [`Batch`] arrived: those from here to the next arrival came with one read.
@@ -61,8 +67,8 @@ pub struct Mark {
 /// What a [`Mark`] marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
-    /// A line that was not let in.
-    BadLine(BadKind),
+    /// A line that was not let in; the tally says why.
+    BadLine,
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),
 }
@@ -118,4 +124,36 @@ impl fmt::Display for MessageName {
 pub struct End {
     /// The error that ended it; `None` at the end of the data, or when it was told to stop.
     pub error: Option<io::Error>,
+    /// What became of the lines, where the source is a CSV file.
+    pub csv: Option<CsvReport>,
+}
+
+/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + all odd`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CsvReport {
+    /// All lines.
+    pub lines: u64,
+    /// Rows that were understood.
+    pub rows: u64,
+    /// Header, comments and blank lines.
+    pub skipped_lines: u64,
+    /// Rows that were not let in, by reason.
+    pub odd: Vec<OddRows>,
+    /// Columns that are not used, by their names in the file.
+    pub ignored_columns: Vec<String>,
+    /// Channels whose last digits are rounded away, because they have more than a count can hold.
+    pub rounded: Vec<String>,
+}
+
+/// Rows of a CSV file that were not let in for one reason.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OddRows {
+    /// `fields`, `number`, `decimals`, `range`, `stamp` or `length`.
+    pub reason: String,
+    /// How many.
+    pub count: u64,
+    /// Number of the first such line, from 1.
+    pub first_line: u64,
+    /// Its beginning.
+    pub first_text: String,
 }

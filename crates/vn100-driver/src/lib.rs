@@ -6,12 +6,12 @@
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;
-//! use vn100_driver::{Capture, Event, ReadOptions, read_samples};
+//! use vn100_driver::{Capture, Event, ReadOptions};
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..])?; // or Capture::open("flight.vnymr")
-//! let mut events = read_samples(capture.source, ReadOptions::default(), CancellationToken::new());
+//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
+//! let mut events = capture.read(ReadOptions::default(), CancellationToken::new())?;
 //! while let Some(event) = events.recv().await {
 //!     if let Event::Batch(batch) = event {
 //!         for counts in batch.rows() {
@@ -24,15 +24,19 @@
 
 mod capture;
 mod codec;
+// until a capture is read through it
+mod csv;
 mod event;
 mod read_samples;
 mod recognise;
+mod rows;
 mod source;
 mod timing;
 
 pub use capture::{Capture, OpenError};
 pub use codec::{Decoded, SentenceCodec};
-pub use event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName};
+pub use csv::{ColumnMap, ColumnMapError, CsvError};
+pub use event::{Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
 pub use source::{Chunk, ReaderSource, Source};

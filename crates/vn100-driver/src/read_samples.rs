@@ -8,7 +8,7 @@ use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, 
 
 use crate::{
     event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
-    source::{Chunk, Source},
+    source::Source,
 };
 
 /// How a stream is read.
@@ -22,7 +22,7 @@ pub struct ReadOptions {
 }
 
 /// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory flat.
-const WAITING_BATCHES: usize = 4;
+pub(crate) const WAITING_BATCHES: usize = 4;
 
 /// Starts a task that reads `source` to its end, or until `stop`, and tells what it holds: a [`Batch`] for each chunk, then one
 /// [`Event::End`].
@@ -52,7 +52,8 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
         };
         match chunk {
             Ok(Some(chunk)) => {
-                for batch in parser.parse(&chunk) {
+                parser.push(&chunk.bytes, chunk.at_ns);
+                for batch in parser.take_batches() {
                     if events.send(Event::Batch(batch)).await.is_err() {
                         return;
                     }
@@ -66,10 +67,10 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
         // a receiver that left has no use for the end either
         let _ = events.send(Event::Batch(batch)).await;
     }
-    let _ = events.send(Event::End(End { error })).await;
+    let _ = events.send(Event::End(End { error, csv: None })).await;
 }
 
-struct Parser {
+pub(crate) struct Parser {
     decoder: Decoder,
     stream: Stream,
     line_by_line: bool,
@@ -90,25 +91,26 @@ struct Stream {
 }
 
 impl Parser {
-    fn new(options: ReadOptions) -> Self {
+    pub(crate) fn new(options: ReadOptions) -> Self {
         let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
         Self { decoder, stream: Stream::default(), line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
-    fn parse(&mut self, chunk: &Chunk) -> Vec<Batch> {
-        self.stream.at_ns = chunk.at_ns;
+    /// Takes the next bytes of the stream, which came at one time.
+    pub(crate) fn push(&mut self, bytes: &[u8], at_ns: Option<i64>) {
+        self.stream.at_ns = at_ns;
         if self.line_by_line {
-            self.waiting.extend_from_slice(&chunk.bytes);
+            self.waiting.extend_from_slice(bytes);
             self.decode_line_by_line(false);
         } else {
             // no line that anybody prints is shorter than half the usual one
-            self.stream.open.counts.reserve(chunk.bytes.len() / 60 * VNYMR.channels.len());
-            self.decoder.push(&chunk.bytes, |item| self.stream.put(item));
+            self.stream.open.counts.reserve(bytes.len() / 60 * VNYMR.channels.len());
+            self.decoder.push(bytes, |item| self.stream.put(item));
         }
-        self.take_batches()
     }
 
-    fn finish(&mut self) -> Vec<Batch> {
+    /// Ends the stream. Gives the batches that were not taken.
+    pub(crate) fn finish(&mut self) -> Vec<Batch> {
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
@@ -131,7 +133,8 @@ impl Parser {
         self.waiting.drain(..at);
     }
 
-    fn take_batches(&mut self) -> Vec<Batch> {
+    /// All batches since the last call; one, unless line by line.
+    pub(crate) fn take_batches(&mut self) -> Vec<Batch> {
         self.stream.seal(self.decoder.tally());
         std::mem::take(&mut self.stream.sealed)
     }
@@ -142,7 +145,7 @@ impl Stream {
         match item {
             Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format()),
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
-            Item::Bad(bad) => self.mark(MarkKind::BadLine(bad.kind)),
+            Item::Bad(_) => self.mark(MarkKind::BadLine),
             Item::Other(sentence) => {
                 self.other_message = self.other_message.or(Some(MessageName::new(sentence.header())))
             }

@@ -4,6 +4,8 @@ use std::io::{self, Read};
 
 use vn100_protocol::{BadKind, Decoder, Item, Options};
 
+use crate::csv::{self, ColumnMap, CsvError, Plan};
+
 /// How much of a capture is looked at before it is given up as unknown.
 const HEAD_BYTES: usize = 64 * 1024;
 
@@ -14,12 +16,18 @@ pub enum Format {
     Text,
     /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was on the line.
     Raw,
+    /// Rows of a CSV file, numbers or sentences with their stamps.
+    Csv,
 }
 
 /// What the head of a file was taken for.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) enum Recognised {
-    Capture(Format),
+    Text,
+    Raw,
+    Csv(Plan),
+    /// A CSV file whose columns cannot be used; holds why.
+    UnusableCsv(CsvError),
     /// Nothing of a VN-100 in it; holds what was found instead, in words.
     Unknown(String),
 }
@@ -46,38 +54,52 @@ impl Read for Head {
 /// Reads the head of `reader` (no more than is needed to be sure) and says what it is.
 ///
 /// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud rate looks exactly like that,
-/// and reading on is how its owner learns it.
-pub(crate) fn recognise(reader: &mut impl Read) -> io::Result<(Head, Recognised)> {
+/// and reading on is how its owner learns it. A map of columns says that it is a CSV file.
+pub(crate) fn recognise(reader: &mut impl Read, columns: Option<&ColumnMap>) -> io::Result<(Head, Recognised)> {
     let mut head = Head::default();
     let mut decoder = Decoder::new(Options { accept_unchecked: true });
     let mut sentence_seen = false;
-    let mut piece = [0; 4096];
     while head.bytes.len() < HEAD_BYTES && !sentence_seen {
-        let n = match reader.read(&mut piece) {
-            Ok(n) => n,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) if head.bytes.is_empty() => return Err(error),
-            // what came before the fault is still a capture
-            Err(error) => {
-                head.fault = Some(error);
-                0
-            }
-        };
         let note = |item: Item<'_>| sentence_seen |= is_evidence(&item);
-        if n == 0 {
+        let more = head.grow(reader)?;
+        if more.is_empty() {
             decoder.finish(note);
             break;
         }
-        decoder.push(&piece[..n], note);
-        head.bytes.extend_from_slice(&piece[..n]);
+        decoder.push(more, note);
     }
-    let text = is_text(&head.bytes);
-    let recognised = match (sentence_seen, text) {
-        (_, false) => Recognised::Capture(Format::Raw),
-        (true, true) => Recognised::Capture(Format::Text),
-        (false, true) => Recognised::Unknown(describe(&head.bytes)),
-    };
+    if columns.is_none() && !is_text(&head.bytes) {
+        return Ok((head, Recognised::Raw));
+    }
+    // a line that begins with a sentence is no row
+    if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
+        while head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
+        match csv::recognise(&head.bytes, columns) {
+            Ok(Some(plan)) => return Ok((head, Recognised::Csv(plan))),
+            Err(error) if columns.is_some() || !sentence_seen => return Ok((head, Recognised::UnusableCsv(error))),
+            Ok(None) | Err(_) => {}
+        }
+    }
+    let recognised = if sentence_seen { Recognised::Text } else { Recognised::Unknown(describe(&head.bytes)) };
     Ok((head, recognised))
+}
+
+impl Head {
+    /// Reads a little more; nothing at the end, or at a fault.
+    fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
+        let before = self.bytes.len();
+        let mut piece = [0; 4096];
+        loop {
+            match reader.read(&mut piece) {
+                Ok(n) => self.bytes.extend_from_slice(&piece[..n]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) if before == 0 => return Err(error),
+                // what came before the fault is still a capture
+                Err(error) => self.fault = Some(error),
+            }
+            return Ok(&self.bytes[before..]);
+        }
+    }
 }
 
 /// A whole sentence or packet, or a damaged sentence that still names a VectorNav message.

@@ -9,12 +9,11 @@ use std::{
 use bytes::{Bytes, BytesMut};
 use tokio::sync::mpsc;
 
-/// Bytes of one read. Large enough that handing a chunk over costs nothing per line, small enough to stay in the second-level
-/// cache between the thread that reads and the one that parses.
-const READ_BYTES: usize = 64 * 1024;
+/// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small enough for the second-level cache.
+const READ_BYTES: usize = 256 * 1024;
 
 /// Chunks that may wait between the reading thread and the parser. When they are full the reading thread waits: a capture can.
-const WAITING_CHUNKS: usize = 4;
+const WAITING_CHUNKS: usize = 2;
 
 /// Bytes as one read returned them.
 #[derive(Debug, Clone, PartialEq, Eq)]

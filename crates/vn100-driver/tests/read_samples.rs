@@ -75,7 +75,7 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
     let told = block_on(told(Script::new(bytes.as_bytes(), 1000), ReadOptions::default()));
     assert_eq!(told.rows.len(), 3);
     assert_eq!(told.rows[2][..3], [-170_940, 7_340, 700], "old decimals, scaled to the layout");
-    let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::BadLine(_)))).collect();
+    let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::BadLine))).collect();
     assert_eq!(kinds, [(0, false), (1, true), (2, false), (3, true)]);
     assert_eq!((told.link.samples(), told.link.tally.replies, told.link.other_messages()), (3, 1, 2));
     assert_eq!(told.link.other_message.unwrap().to_string(), "VNYPR");

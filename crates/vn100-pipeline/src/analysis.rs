@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use imu_noise::{ChannelAccumulator, Unwrap};
 use vn100_driver::{Batch, LinkCounts, MarkKind};
-use vn100_protocol::{Layout, PrintFormat, Quantity};
+use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
 
 use crate::{
     advice::{self, Findings},
@@ -142,8 +142,7 @@ impl Analysis {
         self.channels = (layout.channels.iter())
             .map(|channel| ChannelState {
                 accumulator: ChannelAccumulator::new(self.settings.estimator, self.settings.deviation),
-                unwrap: (channel.quantity == Quantity::Angle)
-                    .then(|| Unwrap::new(360 * 10_i32.pow(u32::from(channel.decimals)))),
+                unwrap: turn_counts(channel).map(Unwrap::new),
                 restarted: false,
             })
             .collect();
@@ -163,7 +162,7 @@ impl Analysis {
             match ready {
                 Ready::Rows(counts) => self.take_rows(counts),
                 // the stamps know of lines lost whole, too, and would count this one twice
-                Ready::Mark(MarkKind::BadLine(_)) if !refused => {}
+                Ready::Mark(MarkKind::BadLine) if !refused => {}
                 Ready::Mark(mark) => self.take_mark(mark),
                 Ready::Missing(missing) => self.take_gap(missing),
                 Ready::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
@@ -173,7 +172,7 @@ impl Analysis {
 
     fn take_mark(&mut self, mark: MarkKind) {
         match mark {
-            MarkKind::BadLine(_) => self.bad_lines_pending += 1,
+            MarkKind::BadLine => self.bad_lines_pending += 1,
             MarkKind::Printed(format) => self.change_print_format(format),
         }
     }
@@ -258,6 +257,12 @@ impl Analysis {
             channel.accumulator.gap(Some(missing));
         }
     }
+}
+
+/// The counts of a full turn, for an angle; `None` too where they are more than a count can hold, and no angle can wrap.
+fn turn_counts(channel: &Channel) -> Option<i32> {
+    let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
+    (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
 }
 
 impl ChannelState {

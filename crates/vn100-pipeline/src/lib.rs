@@ -5,13 +5,13 @@
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;
-//! use vn100_driver::{Capture, ReadOptions, read_samples};
+//! use vn100_driver::{Capture, ReadOptions};
 //! use vn100_pipeline::{Settings, start};
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..])?; // or Capture::open("flight.vnymr")
-//! let events = read_samples(capture.source, ReadOptions::default(), CancellationToken::new());
+//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
+//! let events = capture.read(ReadOptions::default(), CancellationToken::new())?;
 //! let measurement = start(events, Settings::default(), None);
 //! let outcome = measurement.outcome().await?;
 //! assert_eq!(outcome.snapshot.timing.samples, 1);

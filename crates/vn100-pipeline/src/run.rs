@@ -15,7 +15,7 @@ use tokio::{
     task::JoinHandle,
     time::{self, MissedTickBehavior},
 };
-use vn100_driver::Event;
+use vn100_driver::{CsvReport, End, Event};
 
 use crate::{analysis::Analysis, settings::Settings, snapshot::Snapshot};
 
@@ -40,6 +40,8 @@ pub struct Outcome {
     pub snapshot: Arc<Snapshot>,
     /// The error that ended the source, if one did. The results up to it stand.
     pub source_error: Option<io::Error>,
+    /// What became of the lines, where the source is a CSV file.
+    pub csv: Option<CsvReport>,
 }
 
 /// A task of the measurement died; its results are lost. This is a fault of the program.
@@ -92,7 +94,7 @@ async fn analyse(
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut changed = false;
     let mut seconds = 0;
-    let source_error = loop {
+    let end = loop {
         tokio::select! {
             event = events.recv() => match event {
                 Some(Event::Batch(batch)) => {
@@ -106,9 +108,12 @@ async fn analyse(
                         let _ = queue.send(Arc::new(analysis.snapshot())).await;
                     }
                 }
-                Some(Event::End(end)) => break end.error,
+                Some(Event::End(end)) => break end,
                 // the reading task died: what it delivered stands
-                None => break Some(io::Error::other("the task that reads the source stopped")),
+                None => {
+                    let error = io::Error::other("the task that reads the source stopped");
+                    break End { error: Some(error), csv: None };
+                }
             },
             _ = ticks.tick(), if changed && watchers.receiver_count() > 0 => {
                 changed = false;
@@ -119,5 +124,5 @@ async fn analyse(
     analysis.finish();
     let snapshot = Arc::new(analysis.snapshot());
     watchers.send_replace(Arc::clone(&snapshot));
-    Outcome { snapshot, source_error }
+    Outcome { snapshot, source_error: end.error, csv: end.csv }
 }

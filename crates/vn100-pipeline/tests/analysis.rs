@@ -7,7 +7,7 @@ use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
     Batch, LinkCounts, Mark, MarkKind,
-    protocol::{BadKind, Layout, PrintFormat, VNYMR},
+    protocol::{Layout, PrintFormat, VNYMR},
 };
 use vn100_pipeline::{Analysis, RateFrom, Settings, Snapshot, WarningKind};
 
@@ -35,7 +35,7 @@ fn batches(lines: &[Line], rows: usize) -> Vec<Batch> {
         let before_row = batch.rows().len();
         match *line {
             Good(count) => batch.counts.extend(std::iter::repeat_n(count, width)),
-            Bad => batch.marks.push(Mark { before_row, kind: MarkKind::BadLine(BadKind::Truncated) }),
+            Bad => batch.marks.push(Mark { before_row, kind: MarkKind::BadLine }),
             Printed(format) => batch.marks.push(Mark { before_row, kind: MarkKind::Printed(format) }),
         }
     }

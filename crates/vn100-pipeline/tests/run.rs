@@ -23,7 +23,7 @@ async fn watchers_see_the_latest_and_delay_nobody() {
     time::advance(time::Duration::from_millis(200)).await;
     measurement.latest.changed().await.unwrap();
     assert_eq!(measurement.latest.borrow().timing.samples, 300);
-    events.send(Event::End(End { error: None })).await.unwrap();
+    events.send(Event::End(End { error: None, csv: None })).await.unwrap();
     let outcome = measurement.outcome().await.unwrap();
     assert_eq!(outcome.snapshot.timing.samples, 300);
     assert!(outcome.source_error.is_none());
@@ -38,7 +38,7 @@ async fn every_second_of_data_brings_one_snapshot() {
         for _ in 0..47 {
             events.send(rows(1)).await.unwrap();
         }
-        events.send(Event::End(End { error: None })).await.unwrap();
+        events.send(Event::End(End { error: None, csv: None })).await.unwrap();
     });
     let mut samples = Vec::new();
     while let Some(snapshot) = each.recv().await {
@@ -53,7 +53,7 @@ async fn the_error_of_the_source_comes_with_the_results_before_it() {
     let (events, inbox) = mpsc::channel(1);
     let measurement = start(inbox, Settings::default(), None);
     events.send(rows(5)).await.unwrap();
-    events.send(Event::End(End { error: Some(io::Error::other("unplugged")) })).await.unwrap();
+    events.send(Event::End(End { error: Some(io::Error::other("unplugged")), csv: None })).await.unwrap();
     let outcome = measurement.outcome().await.unwrap();
     assert_eq!(outcome.snapshot.timing.samples, 5);
     assert_eq!(outcome.source_error.unwrap().to_string(), "unplugged");

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// A start of a sentence that did not lead to a good one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BadLine<'a> {
     /// What is wrong with it.
     pub kind: BadKind,
@@ -19,7 +19,7 @@ pub struct BadLine<'a> {
 }
 
 /// What is wrong with a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BadKind {
     /// The check digits do not fit the line, or are no check digits.

@@ -44,7 +44,7 @@ pub struct Decoder {
 const CARRY: usize = 2 * MAX_PACKET;
 
 /// One thing in a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Item<'a> {
     /// A `$VNYMR` measurement.
     Ymr(Ymr),

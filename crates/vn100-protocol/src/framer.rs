@@ -42,7 +42,7 @@ pub struct Framer {
 }
 
 /// What [`Framer::next`] found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
 pub struct Step<'a> {
     /// The bytes at the head of the input that are done with.
@@ -52,7 +52,7 @@ pub struct Step<'a> {
 }
 
 /// A piece of a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame<'a> {
     /// A good sentence.
     Sentence(Sentence<'a>),
@@ -91,6 +91,7 @@ impl Framer {
     ///
     /// `end_of_input` says that no more bytes will follow: then what is incomplete is judged as it stands, and all is consumed when
     /// `item` comes back `None`.
+    #[inline]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
         let mut at = self.take_line_end(input);
         while let Some(skipped) = memchr2(b'$', packet::START, &input[at..]) {
@@ -275,7 +276,7 @@ fn body_length(bytes: &[u8]) -> usize {
     // sixteen at a time without a branch: one vector register
     let (blocks, _) = bytes.as_chunks::<16>();
     let clean =
-        16 * blocks.iter().take_while(|block| block.iter().fold(true, |all, &byte| all & is_body(byte))).count();
+        16 * blocks.iter().take_while(|block| block.iter().fold(0, |wrong, &byte| wrong | u8::from(!is_body(byte))) == 0).count();
     clean + bytes[clean..].iter().take_while(|&&byte| is_body(byte)).count()
 }
 

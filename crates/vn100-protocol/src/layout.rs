@@ -3,7 +3,7 @@
 use alloc::borrow::Cow;
 
 /// A measuring message: its name and its channels in the order of the wire.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// The header of the sentence, without the `$`.
     pub message: Cow<'static, str>,
@@ -15,7 +15,7 @@ pub struct Layout {
 }
 
 /// One number of a message.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     /// Its name, unique within the message.
     pub name: Cow<'static, str>,
@@ -23,8 +23,10 @@ pub struct Channel {
     pub quantity: Quantity,
     /// The unit of its value.
     pub unit: Cow<'static, str>,
-    /// The digits behind the point: a count of 1 is 10^-`decimals` units.
+    /// The digits behind the point: a count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
+    /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for a file in other units.
+    pub scale: f64,
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,
 }
@@ -47,11 +49,11 @@ pub enum Quantity {
 }
 
 impl Channel {
-    /// The value of `count` in [`unit`](Self::unit), by one division: the float nearest to the printed decimal, for up to 22 decimals.
+    /// The value of `count` in [`unit`](Self::unit): with a scale of 1 the float nearest to the printed decimal, for up to 22 decimals.
     #[must_use]
     pub fn value(&self, count: i32) -> f64 {
         let counts_per_unit = (0..self.decimals).fold(1.0, |power, _| power * 10.0);
-        f64::from(count) / counts_per_unit
+        f64::from(count) / counts_per_unit * self.scale
     }
 }
 
@@ -111,7 +113,7 @@ const fn angular_rate(name: &'static str) -> Channel {
 /// The limits are wider than any range the sensor is sold with: they are there to catch damage that the checksum let through.
 const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
     let limit_counts = limit * 10_i32.pow(decimals as u32);
-    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, limit_counts }
+    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, scale: 1.0, limit_counts }
 }
 
 #[cfg(test)]

@@ -60,6 +60,7 @@ mod bad_line;
 mod checksum;
 mod decimal;
 mod decoder;
+mod digits;
 mod framer;
 mod layout;
 mod message;

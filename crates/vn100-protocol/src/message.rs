@@ -2,6 +2,7 @@
 
 mod imu;
 mod suffix;
+mod usual;
 mod ymr;
 
 use core::fmt;
@@ -61,7 +62,7 @@ pub enum GrammarError {
 }
 
 /// A value that no VN-100 measures, in a line whose checksum is right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("{} of {count} counts is beyond ±{} counts ({} {})", .channel.name, .channel.limit_counts,
     .channel.value(.channel.limit_counts), .channel.unit)]
 pub struct RangeError {
@@ -72,7 +73,7 @@ pub struct RangeError {
 }
 
 /// Why a good sentence is not a good measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum MessageError {
     /// It does not have the form of the message.
     #[error(transparent)]

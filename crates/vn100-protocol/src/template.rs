@@ -2,7 +2,7 @@
 //!
 //! Whatever differs in one byte is left to the general path, which says the same of every line that this one takes.
 
-use crate::{layout::YMR_CHANNELS, message::Ymr};
+use crate::{digits::eight_digits, layout::YMR_CHANNELS, message::Ymr};
 
 /// The length of the usual line up to its last check digit.
 pub(crate) const LENGTH: usize = 120;
@@ -26,11 +26,11 @@ const ODD_SIGN: [u8; LENGTH] = span(0, 1);
 /// Reads `line` if it is a usual one, in range, with a right checksum and CR or LF behind it.
 #[inline]
 pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Ymr> {
-    let xor = checked_xor(line)?;
-    const HEX: &[u8; 16] = b"0123456789ABCDEF";
-    let [.., high, low, b'\r' | b'\n'] = *line else {
+    let [.., b'*', high, low, b'\r' | b'\n'] = *line else {
         return None;
     };
+    let xor = checked_xor(line)?;
+    const HEX: &[u8; 16] = b"0123456789ABCDEF";
     if [high, low] != [HEX[usize::from(xor >> 4)], HEX[usize::from(xor & 15)]] {
         return None;
     }
@@ -87,7 +87,6 @@ fn checked_xor(line: &[u8; LENGTH + 1]) -> Option<u8> {
         wrong |= line[at].wrapping_sub(LINE[at]).saturating_sub(SPAN[at]);
         xor ^= line[at];
     }
-    wrong |= line[BODY_END] ^ b'*';
     (wrong == 0).then_some(xor)
 }
 
@@ -123,14 +122,6 @@ fn acceleration(word: u64) -> u32 {
 #[inline]
 fn angular_rate(word: u64) -> u32 {
     eight_digits((word & 0x0000_0000_0000_000F) << 8 | word & 0x0F0F_0F0F_0F0F_0000)
-}
-
-/// The number whose digits, the first one lowest, are the bytes of `digits`: neighbours are joined to pairs, fours and eight.
-#[inline]
-fn eight_digits(digits: u64) -> u32 {
-    let pairs = (digits * 10 + (digits >> 8)) & 0x00FF_00FF_00FF_00FF;
-    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
-    (fours * 10_000 + (fours >> 32)) as u32
 }
 
 const LIMITS: [u32; 12] = {

@@ -1,5 +1,7 @@
 //! Fitted rate: a line under the arrivals, robust against bunching, stalls and steps.
 
+use super::stretches::SNAP_TOLERANCE;
+
 /// Points kept at most; a fit looks at every pair.
 const MAX_POINTS: usize = 64;
 
@@ -45,10 +47,6 @@ impl Envelope {
         }
     }
 
-    pub(super) const fn nominal_period_s(&self) -> f64 {
-        self.nominal_period_s
-    }
-
     /// Forgets the lines so far: they turned out late.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.nominal_period_s);
@@ -70,6 +68,13 @@ impl Envelope {
     /// Period of the line under the arrivals: median slope over all pairs of points (Theil 1950, Sen 1968).
     pub(super) const fn fitted_period_s(&self) -> Option<f64> {
         self.fitted_period_s
+    }
+
+    /// The fitted period, or the nominal one while there is no fit within the tolerance of a measured rate.
+    pub(super) fn credible_period_s(&self) -> f64 {
+        let credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < SNAP_TOLERANCE;
+        let fitted_s = self.fitted_period_s.filter(credible);
+        fitted_s.unwrap_or(self.nominal_period_s)
     }
 
     /// Ends the block; the next one holds the line at `index`.

@@ -7,12 +7,12 @@ use super::envelope::Envelope;
 use super::reads::Reads;
 use super::stretches::snap;
 
-/// A lag of fewer periods is no loss. Not 0.5: hosts shift their phase by 0.76 periods once in a while, and lines of a
-/// steady stream after a loss are a whole period late.
-const DOUBT_PERIODS: f64 = 0.8;
+/// A lag of fewer periods is no loss. Above the 0.76 by which a host was seen to shift its phase, below the 0.88 that
+/// were left of a period at the end of a real pause; within that only streams that lose every fourth line depend on it.
+const DOUBT_PERIODS: f64 = 0.82;
 
 /// The same where the phase of the reads may jump by a period, see [`Reads`].
-const JUMPY_DOUBT_PERIODS: f64 = 1.8;
+const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
 
 /// The least lag must have stood for so many lines, besides the time in which reads show the earliest arrival.
 const DOUBT_LINES: usize = 12;
@@ -77,8 +77,8 @@ pub(super) struct Placer {
     /// Place in the stream of the next line, lost lines included.
     index: u64,
     envelope: Envelope,
-    /// How far the fitted rate may be from the nominal one to be used.
-    fit_tolerance: f64,
+    /// Due times follow the fitted rate, not the nominal one.
+    follow_fit: bool,
     reads: Reads,
     /// By how much lines came before they were due, since the caller last asked.
     early_s: f64,
@@ -86,7 +86,7 @@ pub(super) struct Placer {
 
 impl Placer {
     /// Judges lines from the one due at `due_s`.
-    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, fit_tolerance: f64, due_s: f64) -> Self {
+    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, follow_fit: bool, due_s: f64) -> Self {
         let period_s = nominal_hz.recip();
         Self {
             rates_hz,
@@ -101,7 +101,7 @@ impl Placer {
             overcount_s: 0.0,
             index: 0,
             envelope: Envelope::new(period_s),
-            fit_tolerance,
+            follow_fit,
             reads: Reads::new(period_s),
             early_s: 0.0,
         }
@@ -130,8 +130,8 @@ impl Placer {
     /// The verdict on lines in doubt behind which none follow: lost is what bunching cannot delay.
     pub(super) fn finish(&mut self) -> Option<Verdict> {
         let doubt = self.doubt?;
-        let stood_s = self.held.back()? - doubt.stands_since_s;
-        if doubt.least_lag_s + stood_s >= self.doubt_s() + self.reads.window_s() {
+        let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
+        if last_lag_s >= self.doubt_s() + self.reads.window_s() {
             return Some(self.lose(doubt));
         }
         let lines = self.take_held().len() as u64;
@@ -206,13 +206,10 @@ impl Placer {
 
     /// Lines held before they were placed were late: only a line placed at once may lie on the envelope.
     fn fit(&mut self, at_s: f64) {
-        if !self.envelope.push(self.index, at_s) {
-            return;
+        let fit_is_new = self.envelope.push(self.index, at_s);
+        if fit_is_new && self.follow_fit {
+            self.period_s = self.envelope.credible_period_s();
         }
-        let nominal_period_s = self.envelope.nominal_period_s();
-        let fitted_period_s = self.envelope.fitted_period_s().unwrap_or(nominal_period_s);
-        let credible = (fitted_period_s / nominal_period_s - 1.0).abs() < self.fit_tolerance;
-        self.period_s = if credible { fitted_period_s } else { nominal_period_s };
     }
 
     /// The line at `judged` is in doubt; the verdict, once the least lag has stood.
@@ -247,11 +244,13 @@ impl Placer {
 
     /// Lines are lost before the first held; the held ones are judged anew.
     fn lose(&mut self, doubt: Doubt) -> Verdict {
-        let missing = (doubt.least_lag_s / self.period_s + (1.0 - DOUBT_PERIODS)).floor();
-        // A lag of exactly 0.8 periods may round down.
+        // Over a long pause a small error of the period counts.
+        let period_s = self.envelope.credible_period_s();
+        let missing = (doubt.least_lag_s / period_s + (1.0 - DOUBT_PERIODS)).floor();
+        // A lag of exactly the threshold may round down.
         let missing = missing.max(1.0);
         self.doubt = None;
-        self.due_s = doubt.first_due_s + missing * self.period_s;
+        self.due_s = doubt.first_due_s + missing * period_s;
         self.judged = 0;
         self.overcount_s = self.period_s;
         self.block_lines = 0;

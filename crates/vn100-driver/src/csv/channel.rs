@@ -25,7 +25,7 @@ pub(super) struct Unit {
 pub(super) fn known(index: usize) -> &'static Channel {
     match VNYMR.channels.get(index) {
         Some(channel) => channel,
-        None => &VNIMU.channels[VNIMU.channels.len() - KNOWN + index],
+        None => &VNIMU.channels[VNIMU.channels.len() + index - KNOWN],
     }
 }
 
@@ -47,10 +47,7 @@ pub(super) fn by_alias(name: &str) -> Option<usize> {
 
 /// Whether only an inertial sensor has this channel.
 pub(super) fn is_inertial(index: usize) -> bool {
-    matches!(
-        known(index).quantity,
-        Quantity::Acceleration | Quantity::AngularRate
-    )
+    matches!(known(index).quantity, Quantity::Acceleration | Quantity::AngularRate)
 }
 
 /// The units of `quantity`, its channels' own unit first.
@@ -73,22 +70,14 @@ static UNITS: [Unit; 18] = [
     unit("deg", Quantity::Angle, 1.0),
     unit("rad", Quantity::Angle, 180.0 / PI),
     unit("degC", Quantity::Temperature, 1.0),
-    Unit {
-        zero_hundredths: 27_315,
-        ..unit("K", Quantity::Temperature, 1.0)
-    },
+    Unit { zero_hundredths: 27_315, ..unit("K", Quantity::Temperature, 1.0) },
     unit("kPa", Quantity::Pressure, 1.0),
     unit("hPa", Quantity::Pressure, 0.1),
     unit("Pa", Quantity::Pressure, 1e-3),
 ];
 
 const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
-    Unit {
-        name,
-        quantity,
-        scale,
-        zero_hundredths: 0,
-    }
+    Unit { name, quantity, scale, zero_hundredths: 0 }
 }
 
 #[cfg(test)]

@@ -98,10 +98,7 @@ impl FromStr for ColumnMap {
     type Err = ColumnMapError;
 
     fn from_str(text: &str) -> Result<Self, ColumnMapError> {
-        let mut map = Self {
-            channels: Vec::new(),
-            stamp: None,
-        };
+        let mut map = Self { channels: Vec::new(), stamp: None };
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
         }
@@ -123,15 +120,8 @@ impl ColumnMap {
             })
             .filter(|(_, column, _)| !column.is_empty())
             .ok_or_else(|| ColumnMapError::Form { part: part.into() })?;
-        let bad_unit = || ColumnMapError::Unit {
-            unit: unit.into(),
-            channel: channel.into(),
-            part: part.into(),
-        };
-        let twice = || ColumnMapError::Twice {
-            channel: channel.into(),
-            part: part.into(),
-        };
+        let bad_unit = || ColumnMapError::Unit { unit: unit.into(), channel: channel.into(), part: part.into() };
+        let twice = || ColumnMapError::Twice { channel: channel.into(), part: part.into() };
         let column = match column.parse() {
             Ok(0) => return Err(ColumnMapError::ColumnZero { part: part.into() }),
             Ok(number) => ColumnName::Number(number),
@@ -145,21 +135,13 @@ impl ColumnMap {
             }
             return Ok(());
         }
-        let index = channel::by_name(channel).ok_or_else(|| ColumnMapError::Channel {
-            channel: channel.into(),
-            part: part.into(),
-        })?;
-        let unit = channel::units(known(index).quantity)
-            .find(|known| known.name == unit)
-            .ok_or_else(bad_unit)?;
+        let index = channel::by_name(channel)
+            .ok_or_else(|| ColumnMapError::Channel { channel: channel.into(), part: part.into() })?;
+        let unit = channel::units(known(index).quantity).find(|known| known.name == unit).ok_or_else(bad_unit)?;
         if self.channels.iter().any(|mapped| mapped.index == index) {
             return Err(twice());
         }
-        self.channels.push(MappedChannel {
-            index,
-            column,
-            unit,
-        });
+        self.channels.push(MappedChannel { index, column, unit });
         Ok(())
     }
 
@@ -216,9 +198,7 @@ struct UnitNames<'a>(&'a str);
 impl fmt::Display for UnitNames<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<_> = match channel::by_name(self.0) {
-            Some(index) => channel::units(known(index).quantity)
-                .map(|unit| unit.name)
-                .collect(),
+            Some(index) => channel::units(known(index).quantity).map(|unit| unit.name).collect(),
             None => StampUnit::NAMES.iter().map(|&(name, _)| name).collect(),
         };
         f.write_str(&names.join(" "))
@@ -238,19 +218,24 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named_with_the_cure() {
+        assert_eq!(
+            ChannelNames.to_string(),
+            "yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"
+        );
         for (text, message) in [
-            ("", "no channel is mapped: name at least one of yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"),
-            ("t=1:s", "no channel is mapped: name at least one of yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"),
+            ("", "no channel is mapped: name at least one of CHANNELS"),
+            ("t=1:s", "no channel is mapped: name at least one of CHANNELS"),
             ("gyro_x=wx", "\"gyro_x=wx\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyro_x", "\"gyro_x\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyro_x=:g", "\"gyro_x=:g\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
-            ("gyr_x=wx:g", "\"gyr_x\" in \"gyr_x=wx:g\" is no channel: name one of yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"),
+            ("gyr_x=wx:g", "\"gyr_x\" in \"gyr_x=wx:g\" is no channel: name one of CHANNELS"),
             ("gyro_x=wx:g", "\"g\" in \"gyro_x=wx:g\" is no unit of gyro_x: name one of rad/s deg/s deg/h mdeg/s"),
             ("t=1:min", "\"min\" in \"t=1:min\" is no unit of t: name one of s ms us ns"),
             ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, the second time in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, the second time in \"t=2:s\": keep one"),
         ] {
+            let message = message.replace("CHANNELS", &ChannelNames.to_string());
             assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);
         }
     }

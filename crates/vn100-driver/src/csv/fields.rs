@@ -11,10 +11,7 @@ pub(super) struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     pub(super) fn new(line: &'a [u8], separator: u8) -> Self {
-        Self {
-            rest: Some(line),
-            separator,
-        }
+        Self { rest: Some(line), separator }
     }
 }
 
@@ -52,6 +49,14 @@ pub(super) fn opening_quote(rest: &[u8]) -> Option<usize> {
     (rest[at] == b'"').then_some(at)
 }
 
+/// Whether `field` begins with a quote that is not closed.
+pub(super) fn has_open_quote(field: &[u8]) -> bool {
+    match field.trim_ascii().strip_prefix(b"\"") {
+        Some(behind) => !behind.ends_with(b"\""),
+        None => false,
+    }
+}
+
 /// `field` without the spaces around it, and without its quotes; a quote that is not closed is one too.
 pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     let field = field.trim_ascii();
@@ -73,9 +78,7 @@ mod tests {
     use super::*;
 
     fn fields(line: &str, separator: u8) -> Vec<&str> {
-        Fields::new(line.as_bytes(), separator)
-            .map(|field| std::str::from_utf8(field).unwrap())
-            .collect()
+        Fields::new(line.as_bytes(), separator).map(|field| std::str::from_utf8(field).unwrap()).collect()
     }
 
     #[test]
@@ -92,5 +95,8 @@ mod tests {
     fn an_open_quote_ends_with_its_line() {
         assert_eq!(fields("1,\"$A,b*63", b','), ["1", "$A,b*63"]);
         assert_eq!(fields("\"", b','), [""]);
+        for (field, open) in [("\"$A", true), ("\"", true), (" \"$A\" ", false), ("\"\"", false), ("a\"", false)] {
+            assert_eq!(has_open_quote(field.as_bytes()), open, "{field:?}");
+        }
     }
 }

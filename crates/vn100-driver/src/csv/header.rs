@@ -13,7 +13,7 @@ use super::{
 const STAMPS: [&str; 6] = ["t", "time", "timestamp", "bag_t", "rosbagtimestamp", "%time"];
 
 /// Names a column of sentences goes by.
-const SENTENCES: [&str; 4] = ["raw", "raw_data", "data", "sentence"];
+const SENTENCES: [&str; 5] = ["raw", "raw_data", "data", "field.data", "sentence"];
 
 /// A line cut into the names of columns.
 pub(super) struct Header {
@@ -40,10 +40,7 @@ impl Header {
                 separator = candidate;
             }
         }
-        Self {
-            separator,
-            names: Fields::new(line, separator).map(shown).collect(),
-        }
+        Self { separator, names: Fields::new(line, separator).map(shown).collect() }
     }
 
     /// The columns with known names; of two with the same meaning the first.
@@ -74,10 +71,7 @@ impl Header {
                 found: self.names.clone(),
             })?;
             if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
-                return Err(CsvError::SameColumn {
-                    column: column.to_string(),
-                    channels: [other, channel],
-                });
+                return Err(CsvError::SameColumn { column: column.to_string(), channels: [other, channel] });
             }
             found.push((channel, place));
         }
@@ -92,9 +86,7 @@ impl Header {
     /// Whether the line is none of names but of numbers, where `map` looks: a file without a header. Only columns called by number
     /// can be found in one.
     pub(super) fn is_row(&self, map: &ColumnMap, places: &Places) -> bool {
-        let by_number = map
-            .columns()
-            .all(|(_, column)| matches!(column, ColumnName::Number(_)));
+        let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
         let mut mapped = places.channels.iter().map(|&(place, _)| place).chain(places.stamp);
         by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
     }
@@ -102,9 +94,10 @@ impl Header {
     /// Whether the line could name columns: several fields, none empty, a number or the start of a sentence.
     pub(super) fn names_columns(&self) -> bool {
         self.names.len() > 1
-            && self.names.iter().all(|name| {
-                !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none()
-            })
+            && self
+                .names
+                .iter()
+                .all(|name| !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none())
     }
 
     fn place(&self, column: &ColumnName) -> Option<usize> {
@@ -120,9 +113,9 @@ impl Header {
 
 impl Places {
     /// What the names of columns are looked through for, in words.
-    pub(super) const LOOKED_FOR: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ x y z, yaw pitch roll, \
-         temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp beside raw, raw_data, data \
-         or sentence with $VN… sentences";
+    pub(super) const LOOKED_FOR: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
+         x y z, yaw pitch roll, temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp \
+         beside raw, raw_data, data, field.data or sentence with $VN… sentences";
 
     /// Whether there is a channel that only an inertial sensor has.
     pub(super) fn has_inertial_channel(&self) -> bool {
@@ -137,10 +130,7 @@ impl Places {
                 || self.channels.iter().any(|&(other, _)| other == place)
         };
         let names = header.names.iter().enumerate();
-        names
-            .filter(|(place, _)| !used(*place))
-            .map(|(_, name)| name.clone())
-            .collect()
+        names.filter(|(place, _)| !used(*place)).map(|(_, name)| name.clone()).collect()
     }
 }
 
@@ -156,11 +146,7 @@ mod tests {
 
     #[test]
     fn names_are_found_however_written() {
-        for line in [
-            "t,acc_x,gyr_z",
-            " Time ; \"Accel_X\" ;GYRO_Z",
-            "%time\tACC_X\tgyro_z",
-        ] {
+        for line in ["t,acc_x,gyr_z", " Time ; \"Accel_X\" ;GYRO_Z", "%time\tACC_X\tgyro_z"] {
             assert_eq!(channels(line), [(1, "accel_x"), (2, "gyro_z")], "{line:?}");
             assert_eq!(Header::read(line.as_bytes()).known_places().stamp, Some(0));
         }
@@ -180,14 +166,8 @@ mod tests {
         let places = |map: &str| header.mapped_places(&map.parse().unwrap()).map_err(|error| error.to_string());
         let found = places("gyro_x=2:deg/s,gyro_y=wy:deg/s,t=time:ns").unwrap();
         assert_eq!((found.stamp, &*found.channels), (Some(0), &[(1, 9), (2, 10)][..]));
-        assert_eq!(
-            places("gyro_x=wz:deg/s").unwrap_err(),
-            "no column \"wz\" for gyro_x: the file has time, wx, WY"
-        );
-        assert_eq!(
-            places("gyro_x=4:deg/s").unwrap_err(),
-            "no column \"4\" for gyro_x: the file has time, wx, WY"
-        );
+        assert_eq!(places("gyro_x=wz:deg/s").unwrap_err(), "no column \"wz\" for gyro_x: the file has time, wx, WY");
+        assert_eq!(places("gyro_x=4:deg/s").unwrap_err(), "no column \"4\" for gyro_x: the file has time, wx, WY");
         assert_eq!(
             places("gyro_x=wx:deg/s,gyro_y=2:deg/s").unwrap_err(),
             "column \"2\" is mapped to both gyro_x and gyro_y: give each its own"

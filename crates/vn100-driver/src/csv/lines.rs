@@ -52,9 +52,7 @@ impl<R: Read> Lines<R> {
         let waiting = &self.buffer[self.begin..self.end];
         let (length, taken) = match memchr(b'\n', waiting) {
             Some(length) => (length, length + 1),
-            None if self.ended && !(waiting.is_empty() && !self.overlong) => {
-                (waiting.len(), waiting.len())
-            }
+            None if self.ended && (self.overlong || !waiting.is_empty()) => (waiting.len(), waiting.len()),
             None => return None,
         };
         self.begin += taken;
@@ -64,14 +62,8 @@ impl<R: Read> Lines<R> {
         if self.number == 1 {
             line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line);
         }
-        while let Some(shorter) = line.strip_suffix(b"\r") {
-            line = shorter;
-        }
-        let line = if std::mem::take(&mut self.overlong) {
-            Line::Overlong(line)
-        } else {
-            Line::Whole(line)
-        };
+        line = line.strip_suffix(b"\r").unwrap_or(line);
+        let line = if std::mem::take(&mut self.overlong) { Line::Overlong(line) } else { Line::Whole(line) };
         Some((self.number, line))
     }
 
@@ -108,5 +100,25 @@ impl<R: Read> Lines<R> {
     /// Bytes of the lines handed out, line ends included.
     pub(super) fn bytes(&self) -> u64 {
         self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_without_their_ends() {
+        let mut lines = Lines::new(&b"\xef\xbb\xbfa\r\n\r\n\nb\rc\n d"[..]);
+        let mut found = Vec::new();
+        while lines.fill().unwrap() {
+            while let Some((number, line)) = lines.next_buffered() {
+                let Line::Whole(line) = line else { panic!("line {number} is short") };
+                found.push((number, line.to_vec()));
+            }
+        }
+        let expected = [&b"a"[..], b"", b"", b"b\rc", b" d"];
+        assert_eq!(found, (1..).zip(expected.map(<[u8]>::to_vec)).collect::<Vec<_>>());
+        assert_eq!(lines.bytes(), 15);
     }
 }

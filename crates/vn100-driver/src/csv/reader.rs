@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use super::{
-    fields::{field_end, is_comment_or_blank, opening_quote, unquoted},
+    fields::{Fields, field_end, has_open_quote, is_comment_or_blank, opening_quote, unquoted},
     lines::{Line, Lines},
     number::{Misfit, Number},
     plan::{Column, Kind, Plan, Scale},
@@ -43,12 +43,7 @@ impl<R: Read> CsvReader<R> {
     pub(crate) fn new(plan: Plan, reader: R) -> Self {
         Self {
             lines: Lines::new(reader),
-            parser: Parser {
-                plan,
-                first_stamp_ns: None,
-                quote_open: false,
-                tally: CsvTally::default(),
-            },
+            parser: Parser { plan, first_stamp_ns: None, quote_open: false, tally: CsvTally::default() },
         }
     }
 
@@ -87,9 +82,7 @@ impl Rows {
     /// The sentences, each with CR LF.
     pub(crate) fn sentences(&self) -> impl Iterator<Item = &[u8]> {
         let begins = std::iter::once(0).chain(self.sentence_ends.iter().copied());
-        begins
-            .zip(&self.sentence_ends)
-            .map(|(begin, &end)| &self.sentences[begin..end])
+        begins.zip(&self.sentence_ends).map(|(begin, &end)| &self.sentences[begin..end])
     }
 
     fn clear(&mut self) {
@@ -202,34 +195,25 @@ impl Parser {
     fn sentence<'a>(&mut self, line: &'a [u8]) -> Result<(Option<i64>, &'a [u8]), OddRow> {
         let mut stamp = None;
         let mut sentence = None;
-        let mut quote_open = false;
         let last = self.plan.columns.len() - 1;
         let mut rest = Some(line);
         for (place, &column) in self.plan.columns.iter().enumerate() {
-            // behind a quote that is open the row goes on in the next line
-            let Some(field) = rest.filter(|_| !quote_open) else {
+            // behind an open quote the row goes on in the next line
+            let Some(begun) = rest.filter(|_| !self.quote_open) else {
                 break;
             };
-            let quote = opening_quote(field);
-            let takes_the_rest = column == Column::Sentence && place == last && quote.is_none();
-            let end = if takes_the_rest {
-                field.len()
-            } else {
-                field_end(field, self.plan.separator)
-            };
-            rest = field.get(end + 1..);
-            let closed = || field[..end].trim_ascii_end().ends_with(b"\"");
-            quote_open = quote.is_some_and(|quote| quote + 1 >= field[..end].trim_ascii_end().len() || !closed());
+            let unquoted_tail = place == last && column == Column::Sentence && opening_quote(begun).is_none();
+            let end = if unquoted_tail { begun.len() } else { field_end(begun, self.plan.separator) };
+            let field = &begun[..end];
+            rest = begun.get(end + 1..);
+            self.quote_open = has_open_quote(field);
             match column {
-                Column::Sentence => sentence = Some(unquoted(&field[..end])),
-                Column::Stamp(unit) => stamp = Some((unquoted(&field[..end]), unit)),
+                Column::Sentence => sentence = Some(unquoted(field)),
+                Column::Stamp(unit) => stamp = Some((unquoted(field), unit)),
                 Column::Ignored | Column::Channel(_) => {}
             }
         }
-        self.quote_open = quote_open;
-        let sentence = sentence
-            .filter(|sentence| !sentence.is_empty() && rest.is_none())
-            .ok_or(OddRow::Fields)?;
+        let sentence = sentence.filter(|sentence| !sentence.is_empty() && rest.is_none()).ok_or(OddRow::Fields)?;
         let (stamp, unit) = stamp.ok_or(OddRow::Fields)?;
         let stamp = Number::parse(stamp).ok_or(OddRow::Stamp)?;
         Ok((Some(self.since_first(&stamp, unit)?), sentence))
@@ -246,7 +230,7 @@ impl Parser {
     /// A row with too many or too few fields is that before all else.
     #[cold]
     fn wrong_fields(&self, line: &[u8]) -> Option<OddRow> {
-        let fields = super::fields::Fields::new(line, self.plan.separator).count();
+        let fields = Fields::new(line, self.plan.separator).count();
         (fields != self.plan.columns.len()).then_some(OddRow::Fields)
     }
 }

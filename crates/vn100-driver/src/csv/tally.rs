@@ -48,14 +48,8 @@ pub(crate) struct CsvTally {
 }
 
 impl OddRow {
-    pub(crate) const ALL: [Self; 6] = [
-        Self::Fields,
-        Self::Number,
-        Self::Decimals,
-        Self::Range,
-        Self::Stamp,
-        Self::Length,
-    ];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Fields, Self::Number, Self::Decimals, Self::Range, Self::Stamp, Self::Length];
 }
 
 impl fmt::Display for OddRow {
@@ -86,10 +80,7 @@ impl CsvTally {
     pub(super) fn count_odd(&mut self, kind: OddRow, line: u64, text: &[u8]) {
         let odd = &mut self.odd[kind as usize];
         odd.count += 1;
-        odd.first.get_or_insert_with(|| Evidence {
-            line,
-            text: shown(text),
-        });
+        odd.first.get_or_insert_with(|| Evidence { line, text: shown(text) });
     }
 }
 

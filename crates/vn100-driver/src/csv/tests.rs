@@ -1,17 +1,24 @@
 //! Whole files through [`recognise`] and [`CsvReader`].
 
-use std::io::{self, Read};
+use std::io::Read;
 
-use proptest::prelude::*;
-use vn100_protocol::{Decoder, Item, Options, VNIMU, VNYMR};
+use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
-use super::{header::Places, *};
+use super::*;
 
+mod mapped;
+mod properties;
+mod sentences;
+mod values;
+
+/// A line of the sensor's manual.
 const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
-const VALUES: &str = "-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391";
-const COUNTS: [i32; 12] = [
-    -85_469, 74_972, 63_752, -5_551, 4_403, 9_048, 8_971, -2_145, -1_093, 40, -301, -391,
-];
+/// Its fields.
+const VALUES: &str =
+    "-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391";
+/// What they are.
+const COUNTS: [i32; 12] = [-85_469, 74_972, 63_752, -5_551, 4_403, 9_048, 8_971, -2_145, -1_093, 40, -301, -391];
+/// The names of its columns, with a stamp in front.
 const HEADER: &str = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z";
 
 /// All of a file.
@@ -62,19 +69,6 @@ fn read_text(text: impl AsRef<[u8]>, map: Option<&str>) -> Whole {
     read(plan(&text, map).unwrap().unwrap(), text.as_ref())
 }
 
-/// Hands out its bytes in pieces of the given sizes, over and over.
-struct Pieces<'a> {
-    bytes: &'a [u8],
-    sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,
-}
-
-impl Read for Pieces<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let size = self.sizes.next().unwrap_or(1).min(buffer.len());
-        (&mut self.bytes).take(size as u64).read(buffer)
-    }
-}
-
 fn samples(bytes: &[u8], options: Options) -> Vec<i32> {
     let mut counts = Vec::new();
     let mut decoder = Decoder::new(options);
@@ -106,7 +100,13 @@ fn the_parsed_captures_equal_their_sentences() {
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
         let expected = samples(&sentences, Options { accept_unchecked: true });
-        println!("{:50} {:6} rows {:3} odd, last stamp {} ns", path.file_name().unwrap().display(), whole.tally.rows, whole.tally.odd_rows(), whole.stamps_ns.last().unwrap());
+        println!(
+            "{:50} {:6} rows {:3} odd, last stamp {} ns",
+            path.file_name().unwrap().display(),
+            whole.tally.rows,
+            whole.tally.odd_rows(),
+            whole.stamps_ns.last().unwrap()
+        );
         assert!(whole.counts == expected, "{}", path.display());
         checked += 1;
     }

@@ -31,10 +31,35 @@ impl Ymr {
     /// [`MessageError::Grammar`] unless it is a `VNYMR` with twelve numbers in one of the two print formats and at most a suffix behind
     /// them; [`MessageError::Range`] for a value beyond its channel's limit.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
+        if let Some(ymr) = Self::quick(sentence) {
+            return Ok(ymr);
+        }
         let fields = parse_fields(sentence, &VNYMR)?;
         let print_format = print_format(&fields.numbers)?;
         let Counts { counts, negative_zeros } = scale(&fields.numbers, &VNYMR)?;
         Ok(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: fields.suffix })
+    }
+
+    #[inline]
+    fn quick(sentence: &Sentence<'_>) -> Option<Self> {
+        sentence.body.strip_prefix(b"VNYMR")?;
+        Self::quick_as(sentence, PrintFormat::Current, [3, 4, 3, 6])
+            .or_else(|| Self::quick_as(sentence, PrintFormat::Old, [2, 4, 3, 4]))
+    }
+
+    #[inline(always)]
+    fn quick_as(sentence: &Sentence<'_>, print_format: PrintFormat, printed: [u32; 4]) -> Option<Self> {
+        let mut numbers = super::usual::Numbers { body: sentence.body, at: 5 };
+        let [a, b, c] = numbers.three(printed[0], 3, 180_000)?;
+        let [d, e, f] = numbers.three(printed[1], 4, 100_000)?;
+        let [g, h, i] = numbers.three(printed[2], 3, 200_000)?;
+        let [j, k, l] = numbers.three(printed[3], 6, 40_000_000)?;
+        if numbers.at != sentence.body.len() {return None;}
+        let all = [a, b, c, d, e, f, g, h, i, j, k, l];
+        let counts = all.map(|number| number.0);
+        let mut negative_zeros = 0;
+        for index in 0..12 { negative_zeros |= u16::from(all[index].1) << index; }
+        Some(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: Suffix::default() })
     }
 
     /// A line of the current print format with these counts, in the units of [`counts`](Self::counts).

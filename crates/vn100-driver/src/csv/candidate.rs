@@ -1,0 +1,237 @@
+//! A line that may be the header of a CSV file, and the plan that follows if it is.
+
+use memchr::memmem;
+use vn100_protocol::{Channel, Layout, Quantity, VNIMU, VNYMR};
+
+use super::{
+    CsvError,
+    channel::{KNOWN, known},
+    column_map::ColumnMap,
+    fields::{Fields, is_comment_or_blank},
+    header::{Header, Places},
+    number::{LastDigit, Number},
+    plan::{Column, CsvLayout, Kind, Plan, Rounded, Scale},
+    stamp::StampUnit,
+    survey::{self, Prior, Survey},
+    tally::shown,
+};
+
+/// A line that may be the header.
+pub(super) struct Candidate<'a> {
+    pub(super) header: &'a Header,
+    /// The head of the file.
+    pub(super) lines: &'a [&'a [u8]],
+    /// Its place among the lines.
+    pub(super) index: usize,
+}
+
+/// How the columns of a file are understood.
+struct Reading {
+    places: Places,
+    kind: Kind,
+    priors: Vec<Prior>,
+    /// As in [`Unit`](super::channel::Unit), one per channel.
+    zeros_hundredths: Vec<i64>,
+    /// `None` when the size of the stamps tells.
+    stamp_unit: Option<StampUnit>,
+    lines_above: usize,
+}
+
+impl Candidate<'_> {
+    /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A comment may name a channel in passing.
+    pub(super) fn fits(&self, row: &[u8]) -> bool {
+        let fields = Fields::new(row, self.header.separator).count();
+        fields == self.header.names.len() || memmem::find(row, b"$VN").is_some()
+    }
+
+    /// The plan, if this is the header.
+    pub(super) fn plan(&self, map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
+        match map {
+            Some(map) => self.mapped(map),
+            None => self.named(),
+        }
+    }
+
+    /// The plan for a header with known names.
+    fn named(&self) -> Result<Option<Plan>, CsvError> {
+        let mut places = self.header.known_places();
+        let lines_above = self.index + 1;
+        let sentences = places.stamp.is_some() && places.sentence.is_some() && {
+            let mut rows = self.rows(lines_above);
+            rows.any(|row| memmem::find(row, b"$VN").is_some())
+        };
+        if sentences {
+            places.channels.clear();
+        } else {
+            places.sentence = None;
+            if !places.has_inertial_channel() {
+                return if self.is_header_of_numbers() {
+                    Err(CsvError::UnknownColumns { found: self.header.names.clone() })
+                } else {
+                    Ok(None)
+                };
+            }
+        }
+        places.channels.sort_by_key(|&(_, channel)| channel);
+        let channels = || places.channels.iter().map(|&(_, index)| known(index));
+        let kind = if sentences {
+            Kind::Sentences
+        } else {
+            Kind::Values(CsvLayout {
+                layout: self.named_layout(channels().cloned().collect()),
+                scale: vec![1.0; places.channels.len()],
+            })
+        };
+        let priors = channels()
+            .map(|channel| Prior { decimals: channel.decimals, limit: Some(channel.value(channel.limit_counts)) });
+        self.survey(Reading {
+            kind,
+            priors: priors.collect(),
+            zeros_hundredths: vec![0; places.channels.len()],
+            stamp_unit: None,
+            lines_above,
+            places,
+        })
+        .map(Some)
+    }
+
+    /// The plan for columns named by the user.
+    fn mapped(&self, map: &ColumnMap) -> Result<Option<Plan>, CsvError> {
+        let mut places = self.header.mapped_places(map)?;
+        let is_row = self.header.is_row(map, &places);
+        places.channels.sort_by_key(|&(_, channel)| channel);
+        let mut mapped: Vec<_> = map.channels.iter().collect();
+        mapped.sort_by_key(|mapped| mapped.index);
+        let channels: Vec<Channel> = mapped.iter().map(|mapped| known(mapped.index).clone()).collect();
+        let layout = Layout {
+            message: "CSV".into(),
+            // angles come out of an attitude filter
+            compensated: channels.iter().any(|channel| channel.quantity == Quantity::Angle),
+            channels: channels.into(),
+        };
+        let priors = mapped.iter().map(|mapped| Prior {
+            // the distance between two zeros must be a whole count
+            decimals: if mapped.unit.zero_hundredths == 0 { 0 } else { 2 },
+            limit: None,
+        });
+        self.survey(Reading {
+            kind: Kind::Values(CsvLayout { layout, scale: mapped.iter().map(|mapped| mapped.unit.scale).collect() }),
+            priors: priors.collect(),
+            zeros_hundredths: mapped.iter().map(|mapped| mapped.unit.zero_hundredths).collect(),
+            stamp_unit: map.stamp.as_ref().map(|&(_, unit)| unit),
+            lines_above: self.index + usize::from(!is_row),
+            places,
+        })
+        .map(Some)
+    }
+
+    /// The layout of channels found by name. Uncompensated only when the file says so in its header or a comment above, with `VNIMU` or
+    /// `uncomp`: the names of the columns are the same for both, and to take compensated rates for uncompensated ones would claim a bias
+    /// instability that is not the sensor's.
+    fn named_layout(&self, channels: Vec<Channel>) -> Layout {
+        let says_uncompensated = self.lines[..=self.index].iter().any(|line| {
+            let line = line.to_ascii_lowercase();
+            [&b"vnimu"[..], b"uncomp"].iter().any(|word| memmem::find(&line, word).is_some())
+        });
+        let message = [&VNYMR, &VNIMU]
+            .into_iter()
+            .find(|message| *message.channels == *channels && message.compensated != says_uncompensated);
+        match message {
+            Some(message) => message.clone(),
+            None => Layout { message: "CSV".into(), compensated: !says_uncompensated, channels: channels.into() },
+        }
+    }
+
+    /// Whether a row of numbers follows a line of names.
+    fn is_header_of_numbers(&self) -> bool {
+        let Some(row) = self.rows(self.index + 1).next() else {
+            return false;
+        };
+        let fields = || Fields::new(row, self.header.separator);
+        self.header.names_columns()
+            && fields().count() == self.header.names.len()
+            && fields().any(|field| Number::parse(field).is_some())
+    }
+
+    /// The first rows below `lines_above`.
+    fn rows(&self, lines_above: usize) -> impl Iterator<Item = &[u8]> {
+        let below = self.lines[lines_above..].iter().copied();
+        below.filter(|line| !is_comment_or_blank(line)).take(survey::ROWS)
+    }
+
+    /// Completes a plan with what the first rows show.
+    fn survey(&self, reading: Reading) -> Result<Plan, CsvError> {
+        let Reading { places, mut kind, .. } = reading;
+        let (surveys, first_stamp) = self.first_rows(&places, reading.lines_above)?;
+        let mut columns = vec![Column::Ignored; self.header.names.len()];
+        if let Some(place) = places.stamp {
+            let by_magnitude = || first_stamp.as_ref().map(StampUnit::by_magnitude);
+            let unit = reading.stamp_unit.or_else(by_magnitude);
+            columns[place] = Column::Stamp(unit.unwrap_or(StampUnit::Seconds));
+        }
+        if let Some(place) = places.sentence {
+            columns[place] = Column::Sentence;
+        }
+        let mut scales = Vec::new();
+        let mut rounded = Vec::new();
+        for (slot, &(place, index)) in places.channels.iter().enumerate() {
+            columns[place] = Column::Channel(slot);
+            let prior = reading.priors[slot];
+            let resolution = surveys[slot].resolution(prior);
+            if resolution.last_digit == LastDigit::Rounded {
+                rounded.push(Rounded {
+                    channel: &known(index).name,
+                    printed_decimals: surveys[slot].printed_decimals(),
+                    kept_decimals: resolution.decimals,
+                });
+            }
+            scales.push(Scale::new(resolution, prior.limit, reading.zeros_hundredths[slot]));
+        }
+        if let Kind::Values(CsvLayout { layout, .. }) = &mut kind {
+            for (channel, scale) in layout.channels.to_mut().iter_mut().zip(&scales) {
+                channel.decimals = scale.resolution.decimals;
+                channel.limit_counts = scale.limit_counts;
+            }
+        }
+        Ok(Plan {
+            kind,
+            ignored_columns: places.ignored(self.header),
+            rounded,
+            separator: self.header.separator,
+            columns,
+            scales,
+            lines_above: reading.lines_above as u64,
+        })
+    }
+
+    /// What the first rows print in the column of each channel, and the first stamp.
+    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<([Survey; KNOWN], Option<Number>), CsvError> {
+        let mut surveys = [Survey::default(); KNOWN];
+        let mut first_stamp = None;
+        let mut unreadable_stamp = None;
+        for row in self.rows(lines_above) {
+            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
+            // a sentence has commas of its own
+            if fields.len() != self.header.names.len() && places.sentence.is_none() {
+                continue;
+            }
+            for (survey, &(place, _)) in surveys.iter_mut().zip(&places.channels) {
+                if let Some(number) = Number::parse(fields[place]) {
+                    survey.add(&number);
+                }
+            }
+            if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
+                match Number::parse(field) {
+                    Some(stamp) => first_stamp = first_stamp.or(Some(stamp)),
+                    None => unreadable_stamp = unreadable_stamp.or(Some(field)),
+                }
+            }
+        }
+        match (places.stamp, first_stamp, unreadable_stamp) {
+            (Some(place), None, Some(field)) => {
+                Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(field) })
+            }
+            _ => Ok((surveys, first_stamp)),
+        }
+    }
+}

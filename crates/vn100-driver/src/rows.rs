@@ -1,0 +1,181 @@
+//! Rows of a CSV file in, batches of samples out: what `read_samples` does for bytes.
+
+use std::{
+    io::{self, Read},
+    sync::Arc,
+    thread,
+};
+
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+use vn100_protocol::{Layout, Tally};
+
+use crate::{
+    csv::{CsvLayout, CsvReader, CsvTally, Kind, OddRow, Plan, Rows},
+    event::{Arrival, Batch, CsvReport, End, Event, Mark, MarkKind, OddRows},
+    read_samples::{Parser, ReadOptions, WAITING_BATCHES},
+};
+
+/// Starts a thread that reads a CSV file to its end, or until `stop`; tells as [`read_samples`](crate::read_samples) does.
+pub(crate) fn read_rows(
+    plan: Plan,
+    reader: impl Read + Send + 'static,
+    options: ReadOptions,
+    stop: CancellationToken,
+) -> io::Result<mpsc::Receiver<Event>> {
+    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
+    let work = move || {
+        let end = match plan.kind.clone() {
+            Kind::Values(layout) => read(plan, reader, &stop, &events, &mut Values::new(with_scales(layout), options)),
+            Kind::Sentences => read(plan, reader, &stop, &events, &mut Parser::new(options)),
+        };
+        if let Some(end) = end {
+            // a receiver that left has no use for the end
+            let _ = events.blocking_send(Event::End(end));
+        }
+    };
+    // ends with the file, with `stop`, or when the inbox is dropped
+    thread::Builder::new().name("csv-reader".into()).spawn(work)?;
+    Ok(inbox)
+}
+
+/// What rows become.
+trait Sink {
+    fn take(&mut self, rows: &Rows, tally: &CsvTally) -> Vec<Batch>;
+    fn finish(&mut self, csv: &CsvTally) -> Vec<Batch>;
+}
+
+/// How it ended; `None` when nobody listens any more.
+fn read(
+    plan: Plan,
+    reader: impl Read,
+    stop: &CancellationToken,
+    events: &mpsc::Sender<Event>,
+    sink: &mut impl Sink,
+) -> Option<End> {
+    let ignored_columns = plan.ignored_columns.clone();
+    let rounded = plan.rounded.iter().map(|rounded| rounded.channel.to_owned()).collect();
+    let mut csv = CsvReader::new(plan, reader);
+    let mut rows = Rows::default();
+    let send = |batches: Vec<Batch>| batches.into_iter().try_for_each(|batch| events.blocking_send(Event::Batch(batch)).ok());
+    let error = loop {
+        match csv.next_rows(&mut rows) {
+            Ok(more) if more && !stop.is_cancelled() => send(sink.take(&rows, &csv.tally()))?,
+            Ok(_) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    let tally = csv.tally();
+    send(sink.finish(&tally))?;
+    let odd = OddRow::ALL.into_iter().map(|kind| (kind, tally.odd(kind))).filter_map(|(kind, odd)| {
+        let first = odd.first.as_ref()?;
+        Some(OddRows { reason: kind.to_string(), count: odd.count, first_line: first.line, first_text: first.text.clone() })
+    });
+    let report = CsvReport {
+        lines: tally.lines,
+        rows: tally.rows,
+        skipped_lines: tally.skipped_lines,
+        odd: odd.collect(),
+        ignored_columns,
+        rounded,
+    };
+    Some(End { error, csv: Some(report) })
+}
+
+/// The layout with the factor of each channel's unit in it.
+fn with_scales(csv: CsvLayout) -> Layout {
+    let mut layout = csv.layout;
+    for (channel, scale) in layout.channels.to_mut().iter_mut().zip(csv.scale) {
+        channel.scale = scale;
+    }
+    layout
+}
+
+/// Numbers, already counts.
+struct Values {
+    layout: Arc<Layout>,
+    tally: Tally,
+    line_by_line: bool,
+    open: Batch,
+}
+
+impl Values {
+    fn new(layout: Layout, options: ReadOptions) -> Self {
+        let layout = Arc::new(layout);
+        let open = Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
+        Self { layout, tally: Tally::default(), line_by_line: options.line_by_line, open }
+    }
+
+    fn count_odd(&mut self, odd: OddRow) {
+        let bad = &mut self.tally.bad;
+        *match odd {
+            OddRow::Range => &mut bad.range,
+            OddRow::Length => &mut bad.too_long,
+            OddRow::Fields | OddRow::Number | OddRow::Decimals | OddRow::Stamp => &mut bad.grammar,
+        } += 1;
+        let before_row = self.open.row_count();
+        self.open.marks.push(Mark { before_row, kind: MarkKind::BadLine });
+    }
+
+    fn seal(&mut self) -> Batch {
+        let next = Batch { layout: Some(Arc::clone(&self.layout)), ..Batch::default() };
+        self.open.link.tally = self.tally;
+        std::mem::replace(&mut self.open, next)
+    }
+}
+
+impl Sink for Values {
+    fn take(&mut self, rows: &Rows, csv: &CsvTally) -> Vec<Batch> {
+        let mut sealed = Vec::new();
+        let mut odd = rows.odd.iter().peekable();
+        for (row, counts) in rows.counts.chunks_exact(self.layout.channels.len()).enumerate() {
+            while let Some((_, kind)) = odd.next_if(|(before_row, _)| *before_row <= row) {
+                self.count_odd(*kind);
+            }
+            if let Some(&at_ns) = rows.stamps_ns.get(row) {
+                let from_row = self.open.row_count();
+                self.open.arrivals.push(Arrival { from_row, at_ns });
+            }
+            self.open.counts.extend_from_slice(counts);
+            self.tally.samples += 1;
+            // a row of numbers carries no checksum
+            self.tally.unchecked_lines += 1;
+            if self.line_by_line {
+                sealed.push(self.seal());
+            }
+        }
+        odd.for_each(|(_, kind)| self.count_odd(*kind));
+        self.tally.good_line_bytes = csv.bytes;
+        sealed.push(self.seal());
+        sealed
+    }
+
+    fn finish(&mut self, csv: &CsvTally) -> Vec<Batch> {
+        self.tally.good_line_bytes = csv.bytes;
+        vec![self.seal()]
+    }
+}
+
+impl Sink for Parser {
+    fn take(&mut self, rows: &Rows, csv: &CsvTally) -> Vec<Batch> {
+        let mut from = 0;
+        for (row, &end) in rows.sentence_ends.iter().enumerate() {
+            self.push(&rows.sentences[from..end], rows.stamps_ns.get(row).copied());
+            from = end;
+        }
+        with_bytes_between(self.take_batches(), csv)
+    }
+
+    fn finish(&mut self, csv: &CsvTally) -> Vec<Batch> {
+        with_bytes_between(Parser::finish(self), csv)
+    }
+}
+
+/// Counts what stands beside the sentences, stamps and line ends, as skipped.
+fn with_bytes_between(mut batches: Vec<Batch>, csv: &CsvTally) -> Vec<Batch> {
+    for batch in &mut batches {
+        let tally = &mut batch.link.tally;
+        tally.skipped_bytes += csv.bytes.saturating_sub(tally.bytes());
+    }
+    batches
+}
