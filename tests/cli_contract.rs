@@ -204,7 +204,7 @@ fn several_files_come_in_the_order_given_and_the_worst_decides() {
 fn what_is_not_a_capture_is_said_with_what_was_looked_for_and_found() {
     let folder = tempfile::tempdir().unwrap();
     for (name, content, found) in
-        [("notes.txt", "shopping: bread, milk\n", "shopping: bread, milk"), ("empty", "", "the file is empty")]
+        [("notes.txt", "shopping: bread, milk\n", "shopping: bread, milk"), ("empty", "", "an empty file")]
     {
         let path = folder.path().join(name);
         fs::write(&path, content).unwrap();
@@ -299,7 +299,10 @@ fn another_message_is_named_with_its_cure() {
         with_stdin(vn100().args(["replay", "-"]), b"$VNYPR,-129.867,-000.355,-000.296*61\r\n".repeat(20).as_slice());
     assert_eq!(output.status.code(), Some(3));
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("VNYPR") && text.contains("--set-message VNYMR"), "{text}");
+    assert!(
+        text.contains("VNYPR") && text.contains("$VNWRG,06,14*59") && text.contains("--set-message VNYMR"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -187,3 +187,60 @@ fn each_published_frame_is_valid_or_not_as_listed() {
     }
     assert_eq!(seen, 243);
 }
+
+/// Samples, missing and gaps of a recording with stamps.
+fn placed(document: &Value) -> [u64; 3] {
+    ["samples", "missing", "gaps"].map(|field| document["timing"][field].as_u64().unwrap())
+}
+
+#[test]
+fn stamps_tell_the_rate_and_what_is_missing() {
+    for (name, rate_hz, lines, missing, within) in [
+        ("vn100-static-kiran-330s.csv", 40.0, 13_223, 0, 0),
+        ("vn100-static1hz-ramirez-run2-623s.csv", 1.0, 623, 0, 0),
+        ("vn100-donut-huang-155s.csv", 40.0, 6_206, 0, 0),
+        ("vn100-shake-iwale-153s.csv", 40.0, 6_127, 0, 0),
+        ("vn100-circles-qian-95s-GAPS.csv", 40.0, 3_671, 121, 2),
+        ("vn100-walk-circle-sazgar-CORRUPT.csv", 40.0, 3_875, 1_240, 2),
+        ("vn100-circles-rohx17-NOCHECKSUM.csv", 40.0, 3_991, 24, 0),
+    ] {
+        check(name, &[], |document, exit| {
+            let [samples, found, _] = placed(document);
+            assert_eq!((exit, samples), (0, lines), "{name}");
+            assert_eq!(
+                (&document["timing"]["rate_hz"], &document["timing"]["rate_from"]),
+                (&rate_hz.into(), &"arrival".into())
+            );
+            assert!(found.abs_diff(missing) <= within, "{name}: {found} missing");
+            assert!(warned(document, "unchecked-lines"), "{name}");
+        });
+    }
+    check("vn100-circles-rohx17-NOCHECKSUM.csv", &[], |document, _| {
+        assert_eq!(placed(document)[2], 1, "one gap of 622 ms")
+    });
+    check("vn100-donut-huang-155s.csv", &[], |document, _| assert!(warned(document, "bunched-arrival")));
+    check("wire/zero-parse__timing-run-2__t1-after.bin", &[], |document, _| {
+        assert_eq!(document["timing"]["missing_from"], "arrival");
+        assert_eq!(placed(document), [40, 0, 0]);
+    });
+}
+
+#[test]
+fn stamps_of_a_file_that_was_read_are_refused() {
+    check("vn100-hand-thumatti-BADSTAMPS.csv", &[], |document, exit| {
+        assert_eq!((exit, placed(document)), (0, [12_114, 0, 0]));
+        assert_eq!(document["timing"]["rate_from"], "assumed");
+        assert!(warned(document, "stamps-refused") && warned(document, "rate-assumed"));
+    });
+}
+
+#[test]
+fn parsed_fields_equal_the_sentences_beside_them() {
+    for name in ["vn100-static-kiran-330s", "vn100-donut-huang-155s", "vn100-shake-iwale-153s"] {
+        check(&format!("{name}.csv"), &[], |csv, _| {
+            check(&format!("{name}.vnymr"), &["--rate", "40"], |lines, _| {
+                assert_eq!(csv["channels"], lines["channels"], "{name}")
+            });
+        });
+    }
+}

@@ -18,7 +18,7 @@
 //!   (nearest rank) of the rates of the stretches so far is snapped to the nearest rate of the sensor within 5 %. If
 //!   there is none, the highest rate is taken whose period at least half the intervals have within 10 %. Lines are held
 //!   until then. After 16 stretches, or 1024 lines, or at the end, the percentile is kept as measured. Without a whole
-//!   stretch the mean rate stands for it.
+//!   stretch the mean rate stands for it. A rate known beforehand is used when this one agrees with it.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
 //!   record, lost lines counted. The length of a loss is counted with it.
 //! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It
@@ -28,69 +28,48 @@
 //!   if these always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a
 //!   whole line when the clocks drift past each other, and single lost lines cannot be told from that.
 //! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
-//! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them, or two stretches in a
-//!   row whose lines come too early at the same higher rate. Time starts anew there.
+//! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or lines that come too
+//!   early: from the first one that is by 0.1 periods they are held, until 12 lines and 0.1 s pass without another, or
+//!   two stretches in a row are at the same higher rate. That then begins where the lag behind the mean of both periods
+//!   is greatest. Time, and the fitted rate, start anew there.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 mod arrivals;
 mod envelope;
+mod placed;
 mod placer;
 mod reads;
+mod start;
 mod stretches;
 mod summary;
+mod suspicion;
+#[cfg(test)]
+mod tests;
 
+pub use placed::Placed;
 pub use summary::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 
 use arrivals::Intervals;
 use placer::{Placer, Verdict};
-use stretches::{SNAP_TOLERANCE, Stretches, percentile_90, snap, steady};
+use start::Start;
 
 /// Stamps may go back by so much: not every clock is smooth.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
-/// Most stretches, and lines, held at the start while no rate of the sensor is seen.
-const START_STRETCHES: usize = 16;
-const START_LINES: usize = 1024;
-
 /// Above the sensor's fastest rate by this factor, lines come from no sensor.
 const TOO_FAST: f64 = 1.25;
-
-/// A higher rate is another rate from this factor on.
-const FASTER: f64 = 1.1;
-
-/// Periods by which the lines of a stretch come too early at a higher rate, at least.
-const FASTER_EARLY_PERIODS: f64 = 2.0;
-
-/// Lines and losses in order, as their places become sure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Placed {
-    /// The next so many lines follow each other.
-    Lines(u64),
-    /// Lines are missing here.
-    Gap {
-        /// How many, at least 1.
-        missing: u64,
-    },
-    /// From here on lines come at another of the sensor's rates, and time is not connected with that before. A higher
-    /// rate is seen some 70 lines late.
-    RateChanged {
-        /// Rate before, in Hz.
-        from_hz: f64,
-        /// Rate from here on, in Hz.
-        to_hz: f64,
-    },
-}
 
 /// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a clock of its own.
 ///
 /// Every line pushed comes out once, in order, in a [`Placed::Lines`]. No stamp is an error: stamps that are no time
-/// base are refused, see [`Refusal`], and lines are placed without gaps from there on.
+/// base are refused, see [`Refusal`], and lines are placed without gaps from there on. Rate and refusal come out at
+/// their place among the lines: what is made of them does not depend on when they are polled.
 ///
 /// ```
 /// use std::time::Duration;
-/// use imu_noise::{Placed, Timebase};
+/// use imu_noise::{NominalRate, Placed, Timebase};
 ///
 /// let mut timebase = Timebase::new(&[10.0, 40.0, 100.0]);
 /// for line in (0..500).filter(|line| !(300..305).contains(line)) {
@@ -99,7 +78,8 @@ pub enum Placed {
 /// timebase.finish();
 ///
 /// let placed: Vec<_> = std::iter::from_fn(|| timebase.poll()).collect();
-/// assert_eq!(placed, [Placed::Lines(300), Placed::Gap { missing: 5 }, Placed::Lines(195)]);
+/// let rate = Placed::Rate(NominalRate::Snapped(40.0));
+/// assert_eq!(placed, [rate, Placed::Lines(300), Placed::Gap { missing: 5 }, Placed::Lines(195)]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Timebase {
@@ -110,11 +90,6 @@ pub struct Timebase {
     origin: Duration,
     last: Duration,
     lines: u64,
-    stretches: Stretches,
-    /// Higher rate at which the lines of the last stretch came too early.
-    faster_hz: Option<f64>,
-    /// Stretches in a row at no sensor's rate.
-    too_fast: usize,
     intervals: Intervals,
     placed: VecDeque<Placed>,
     missing: u64,
@@ -125,7 +100,7 @@ pub struct Timebase {
 #[derive(Clone, Debug)]
 enum State {
     /// It is held: the rate is not known.
-    Starting { held_s: Vec<f64>, stretch_rates_hz: Vec<f64> },
+    Starting(Start),
     /// It is judged by its lag.
     Placing(Box<Placer>),
     /// It follows the line before.
@@ -136,29 +111,33 @@ impl Timebase {
     /// A time base for a sensor that has these rates, in Hz, finite and positive.
     #[must_use]
     pub fn new(rates_hz: &'static [f64]) -> Self {
+        Self::with_start(rates_hz, None)
+    }
+
+    /// A time base for a sensor said to send at `known_hz`. Lines are held as by [`new`](Self::new), until the stamps
+    /// agree: when the rate measured is not within 5 % of it they are refused, see [`Refusal::OtherRate`]. Fewer than 32
+    /// lines agree when bunching of 0.1 s explains the difference; of any number it is enough that half the intervals
+    /// have the period within 10 %. A change of the rate later is told all the same. A rate that is not finite and
+    /// positive is ignored.
+    #[must_use]
+    pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
+        let usable = known_hz.is_finite() && known_hz > 0.0;
+        Self::with_start(rates_hz, usable.then_some(known_hz))
+    }
+
+    fn with_start(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         Self {
             rates_hz,
-            state: State::Starting { held_s: Vec::new(), stretch_rates_hz: Vec::new() },
+            state: State::Starting(Start::new(rates_hz, known_hz)),
             nominal: None,
             origin: Duration::ZERO,
             last: Duration::ZERO,
             lines: 0,
-            stretches: Stretches::default(),
-            faster_hz: None,
-            too_fast: 0,
             intervals: Intervals::new(),
             placed: VecDeque::new(),
             missing: 0,
             gaps: 0,
         }
-    }
-
-    /// A time base for a sensor known to send at `known_hz`, so that no line is held to find that out. A change of the
-    /// rate is seen all the same. A rate that is not finite and positive is ignored.
-    #[must_use]
-    pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
-        let usable = known_hz.is_finite() && known_hz > 0.0;
-        Self { nominal: usable.then_some(NominalRate::Known(known_hz)), ..Self::new(rates_hz) }
     }
 
     /// Adds the next line and its arrival since any origin. Lines of one read may share a stamp.
@@ -168,6 +147,7 @@ impl Timebase {
         } else {
             let back = self.last.saturating_sub(at);
             if back > BACKWARDS_TOLERANCE {
+                self.clear_suspicion();
                 self.refuse(Refusal::Backwards { line: self.lines, by: back });
             }
             let interval = at.saturating_sub(self.last);
@@ -177,22 +157,14 @@ impl Timebase {
         }
         self.lines += 1;
         let at_s = (self.last - self.origin).as_secs_f64();
-        let stretch_hz = self.stretches.push(at_s);
         match &mut self.state {
-            State::Starting { held_s, stretch_rates_hz } => {
-                held_s.push(at_s);
-                stretch_rates_hz.extend(stretch_hz);
-                let full = stretch_rates_hz.len() >= START_STRETCHES || held_s.len() >= START_LINES;
-                if full || stretch_hz.is_some() || self.nominal.is_some() {
-                    self.start(full);
-                }
+            State::Starting(start) => {
+                let decision = start.push(at_s);
+                self.start(decision);
             }
             State::Placing(placer) => {
                 placer.push(at_s);
                 self.judge();
-                if let Some(stretch_hz) = stretch_hz {
-                    self.watch_faster(stretch_hz, at_s);
-                }
             }
             State::Refused(_) => self.place(Placed::Lines(1)),
         }
@@ -206,13 +178,19 @@ impl Timebase {
     /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell. Lags in doubt are a loss when
     /// the last line is so late that bunching of 0.1 s would not explain it.
     pub fn finish(&mut self) {
-        self.start(true);
-        while let State::Placing(placer) = &mut self.state {
-            let Some(verdict) = placer.finish() else {
-                return;
-            };
+        if let State::Starting(start) = &mut self.state {
+            let decision = start.finish();
+            let of_no_rate = if decision.is_none() { start.take_held().len() } else { 0 };
+            self.start(decision);
+            self.place_lines(of_no_rate);
+        }
+        self.clear_suspicion();
+        while let State::Placing(placer) = &mut self.state
+            && let Some(verdict) = placer.finish()
+        {
             self.apply(verdict);
             self.judge();
+            self.clear_suspicion();
         }
     }
 
@@ -220,7 +198,7 @@ impl Timebase {
     #[must_use]
     pub fn summary(&self) -> TimebaseSummary {
         let (refusal, measured_hz) = match &self.state {
-            State::Starting { .. } => (None, None),
+            State::Starting(_) => (None, None),
             State::Placing(placer) => (None, placer.fitted_period_s().map(f64::recip)),
             State::Refused(refusal) => (Some(*refusal), None),
         };
@@ -239,45 +217,28 @@ impl Timebase {
         }
     }
 
-    /// Ends the start when the rate is clear, or at any rate when `full`.
-    fn start(&mut self, full: bool) {
-        let State::Starting { held_s, stretch_rates_hz } = &mut self.state else {
+    /// Ends the start when there is a decision.
+    fn start(&mut self, decision: Option<Result<NominalRate, Refusal>>) {
+        let State::Starting(start) = &mut self.state else {
             return;
         };
-        let nominal = self.nominal.or_else(|| nominal_rate(self.rates_hz, held_s, stretch_rates_hz, full));
-        let Some(nominal) = nominal else {
-            if full {
-                self.give_up();
+        match decision {
+            None => {}
+            Some(Err(refusal)) => self.refuse(refusal),
+            Some(Ok(nominal)) => {
+                let held_s = start.take_held();
+                self.place(Placed::Rate(nominal));
+                self.place_at(nominal, held_s);
             }
-            return;
-        };
-        let fastest_hz = fastest(self.rates_hz);
-        if let NominalRate::Measured(measured_hz) = nominal
-            && measured_hz > TOO_FAST * fastest_hz
-        {
-            return self.refuse(Refusal::TooFast { measured_hz, fastest_hz });
-        }
-        let held_s = std::mem::take(held_s);
-        let Some(&first_s) = held_s.first() else {
-            return;
-        };
-        self.place_at(nominal, first_s, held_s);
-    }
-
-    /// No rate can be had from the lines held.
-    fn give_up(&mut self) {
-        match self.lines {
-            0 => {}
-            1 => self.release_held(),
-            lines => self.refuse(Refusal::NoTimePasses { lines }),
         }
     }
 
-    /// Places lines at this rate, from one due at `due_s`.
-    fn place_at(&mut self, nominal: NominalRate, due_s: f64, held_s: impl IntoIterator<Item = f64>) {
-        // A fit counts the losses seen so far; following it would feed their errors back. A rate as measured is too
-        // coarse to do without.
-        let follow_fit = matches!(nominal, NominalRate::Measured(_));
+    /// Places lines at this rate, from the first of these on.
+    fn place_at(&mut self, nominal: NominalRate, held_s: Vec<f64>) {
+        // A fit counts the losses seen so far; following it would feed their errors back. A rate that is
+        // none of the sensor's is too coarse to do without.
+        let follow_fit = !self.rates_hz.contains(&nominal.hz());
+        let due_s = held_s.first().copied().unwrap_or_default();
         let mut placer = Placer::new(self.rates_hz, nominal.hz(), follow_fit, due_s);
         held_s.into_iter().for_each(|at_s| placer.push(at_s));
         self.nominal = Some(nominal);
@@ -296,7 +257,15 @@ impl Timebase {
     fn apply(&mut self, verdict: Verdict) {
         match verdict {
             Verdict::Placed(placed) => self.place(placed),
-            Verdict::Slower(to_hz) => self.change_rate(to_hz, None),
+            Verdict::Cleared(decisions) => decisions.into_iter().for_each(|placed| self.place(placed)),
+            Verdict::Slower(to_hz) => {
+                self.clear_suspicion();
+                self.change_rate(to_hz);
+            }
+            Verdict::Faster(to_hz) => self.change_rate(to_hz),
+            Verdict::TooFast(measured_hz) => {
+                self.refuse(Refusal::TooFast { measured_hz, fastest_hz: fastest(self.rates_hz) });
+            }
         }
     }
 
@@ -315,56 +284,40 @@ impl Timebase {
         self.placed.push_back(placed);
     }
 
-    /// Looks whether lines that came too early make a higher rate, or one that no sensor has.
-    fn watch_faster(&mut self, stretch_hz: f64, at_s: f64) {
-        let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
-            return;
-        };
-        let early = placer.take_early_periods() > FASTER_EARLY_PERIODS;
-        let fastest_hz = fastest(self.rates_hz);
-        self.too_fast = if early && stretch_hz > TOO_FAST * fastest_hz { self.too_fast + 1 } else { 0 };
-        if self.too_fast == START_STRETCHES {
-            return self.refuse(Refusal::TooFast { measured_hz: stretch_hz, fastest_hz });
-        }
-        let faster_hz =
-            snap(self.rates_hz, stretch_hz, SNAP_TOLERANCE).filter(|&hz| early && hz > FASTER * nominal.hz());
-        match faster_hz {
-            Some(to_hz) if self.faster_hz == faster_hz => self.change_rate(to_hz, Some(at_s)),
-            _ => self.faster_hz = faster_hz,
-        }
-    }
-
-    /// Starts anew with the lines held, or behind the one that came last at `last_s`.
-    fn change_rate(&mut self, to_hz: f64, last_s: Option<f64>) {
-        let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
-            return;
-        };
-        let from_hz = nominal.hz();
-        let held_s = placer.take_held();
-        let next_s = last_s.map_or(0.0, |last_s| last_s + to_hz.recip());
-        let due_s = held_s.front().copied().unwrap_or(next_s);
-        self.place(Placed::RateChanged { from_hz, to_hz });
-        self.faster_hz = None;
-        self.place_at(NominalRate::Snapped(to_hz), due_s, held_s);
-    }
-
-    fn refuse(&mut self, refusal: Refusal) {
-        if !matches!(self.state, State::Refused(_)) {
-            self.release_held();
-            self.state = State::Refused(refusal);
-        }
-    }
-
-    /// Places the lines held without gaps.
-    fn release_held(&mut self) {
-        let lines = match &mut self.state {
-            State::Starting { held_s, .. } => std::mem::take(held_s).len(),
-            State::Placing(placer) => placer.take_held().len(),
-            State::Refused(_) => 0,
-        };
+    fn place_lines(&mut self, lines: usize) {
         if lines > 0 {
             self.place(Placed::Lines(lines as u64));
         }
+    }
+
+    fn clear_suspicion(&mut self) {
+        if let State::Placing(placer) = &mut self.state {
+            let decisions = placer.clear_suspicion();
+            decisions.into_iter().for_each(|placed| self.place(placed));
+        }
+    }
+
+    /// Starts anew where the lines suspected, or else the lines held, begin to come at this rate.
+    fn change_rate(&mut self, to_hz: f64) {
+        let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
+            return;
+        };
+        let (before, after_s) = placer.split(to_hz);
+        before.into_iter().for_each(|placed| self.place(placed));
+        self.place(Placed::RateChanged { from_hz: nominal.hz(), to_hz });
+        self.place_at(NominalRate::Snapped(to_hz), after_s);
+    }
+
+    /// Places the lines that wait, and all that follow, without gaps.
+    fn refuse(&mut self, refusal: Refusal) {
+        let waiting = match &mut self.state {
+            State::Starting(start) => start.take_held().len(),
+            State::Placing(placer) => placer.waiting(),
+            State::Refused(_) => return,
+        };
+        self.state = State::Refused(refusal);
+        self.place(Placed::Refused(refusal));
+        self.place_lines(waiting);
     }
 }
 
@@ -372,15 +325,4 @@ impl Timebase {
 fn fastest(rates_hz: &[f64]) -> f64 {
     let fastest_hz = rates_hz.iter().copied().max_by(f64::total_cmp);
     fastest_hz.unwrap_or(f64::INFINITY)
-}
-
-/// The rate the lines held at the start stand for; as measured only when they are all there will be.
-fn nominal_rate(rates_hz: &[f64], held_s: &[f64], stretch_rates_hz: &[f64], full: bool) -> Option<NominalRate> {
-    let span_s = held_s.last()? - held_s.first()?;
-    let mean_hz = (full && span_s > 0.0).then(|| (held_s.len() - 1) as f64 / span_s);
-    let measured_hz = percentile_90(stretch_rates_hz).or(mean_hz)?;
-    snap(rates_hz, measured_hz, SNAP_TOLERANCE)
-        .or_else(|| steady(rates_hz, measured_hz, held_s))
-        .map(NominalRate::Snapped)
-        .or_else(|| full.then_some(NominalRate::Measured(measured_hz)))
 }

@@ -221,7 +221,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
         segments: timing.segments,
         gaps: timing.gaps,
         missing: timing.missing,
-        missing_from: match snapshot.missing_from() {
+        missing_from: match snapshot.timing.missing_from {
             MissingFrom::Arrival => "arrival",
             MissingFrom::BadLines => "bad-lines",
         },

@@ -45,7 +45,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         settings: args.settings(),
         columns: args.columns.clone(),
         ndjson: args.ndjson,
-        progress: Progress::new(args.files.iter().map(|file| fs::metadata(file).ok().map(|m| m.len()))),
+        progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if args.ndjson { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
         stop: stop_on_interrupt(),
@@ -63,11 +63,11 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         }
         if args.json {
             documents.push(Document::new(&replayed.origin, &replayed.snapshot));
-        } else if !args.ndjson {
+        } else if !args.ndjson && replayed.origin.kind.is_some() {
             job.progress.suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
         }
     }
-    job.progress.clear();
+    drop(job);
     if args.json {
         let document = if let [document] = &documents[..] {
             serde_json::to_string_pretty(document)
@@ -184,6 +184,11 @@ async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome
 
 fn open(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
     if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
+}
+
+/// The size of a regular file; nothing else knows how much it will bring.
+fn stored_bytes(path: &Path) -> Option<u64> {
+    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
 }
 
 /// The file's name without its folder: a document says the same wherever its capture lies.

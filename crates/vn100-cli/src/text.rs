@@ -50,25 +50,27 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         RateFrom::Arrival => "by the arrival of its lines",
         RateFrom::Assumed => "assumed",
     };
-    let judged = match snapshot.missing_from() {
+    let judged = match snapshot.timing.missing_from {
         MissingFrom::Arrival => "arrival times",
         MissingFrom::BadLines => "bad lines",
     };
     writeln!(
         out,
-        "{}: {} samples of {message} in {} s at {} Hz ({rate_from})",
+        "{}: {} of {message} in {} s at {} Hz ({rate_from})",
         printable(&origin.name),
-        timing.samples,
-        timing.duration_s(),
-        timing.rate_hz
+        counted(timing.samples, "sample"),
+        short(timing.duration_s()),
+        short(timing.rate_hz)
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     let bad = format!("  bad lines  {}", bad_lines(tally));
     writeln!(out, "{}", textwrap::fill(&bad, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     writeln!(
         out,
-        "  missing    {} samples in {} gaps, judged by {judged}; {} segments",
-        timing.missing, timing.gaps, timing.segments
+        "  missing    {} in {}, judged by {judged}; {}",
+        counted(timing.missing, "sample"),
+        counted(timing.gaps, "gap"),
+        counted(timing.segments, "segment")
     )?;
     if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(ppm), .. }) = snapshot.arrivals {
         writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
@@ -90,13 +92,20 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
 fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
     for odd in &csv.odd {
-        let text = format!("  odd rows   {} ({}), the first is line {}: {}", odd.count, odd.reason, odd.first_line, odd.first_text);
+        let text = format!(
+            "  odd rows   {} ({}), the first is line {}: {}",
+            odd.count, odd.reason, odd.first_line, odd.first_text
+        );
         writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }
     for (name, columns) in [("unused     ", &csv.ignored_columns), ("rounded    ", &csv.rounded)] {
         if !columns.is_empty() {
             let text = format!("  {name}columns {}", columns.join(", "));
-            writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+            writeln!(
+                out,
+                "{}",
+                textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             "))
+            )?;
         }
     }
     Ok(())
@@ -138,6 +147,17 @@ fn write_statistics(out: &mut String, channels: &[ChannelValues]) -> fmt::Result
     Ok(())
 }
 
+/// To six digits, without zeros behind: what rates and times need.
+fn short(value: f64) -> String {
+    let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
@@ -165,7 +185,7 @@ fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelVa
             let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
                 continue;
             };
-            write!(out, "{:>10}{:>10}{:>10}", first.tau_s, first.m, first.terms)?;
+            write!(out, "{:>10}{:>10}{:>10}", short(first.tau_s), first.m, first.terms)?;
             for channel in group {
                 let value = channel.deviations.get(octave).and_then(|point| point.deviation);
                 write!(out, "{:>14}", value.map_or("-".into(), |value| format!("{value:.4e}")))?;
@@ -184,5 +204,25 @@ fn sensor(quantity: Quantity) -> &'static str {
         Quantity::AngularRate => "angular rate",
         Quantity::Temperature => "temperature",
         Quantity::Pressure => "pressure",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.025, "0.025"),
+            (1.0 / 3.0, "0.333333"),
+            (60.0, "60"),
+            (60.150_375_9, "60.1504"),
+            (5e-6, "0.000005"),
+            (1e7, "10000000"),
+        ] {
+            assert_eq!(short(value), text);
+        }
     }
 }

@@ -22,7 +22,7 @@ use crate::{
     recognise::{Format, Recognised, recognise},
     rows::read_rows,
     source::ReaderSource,
-    timing::{self, ReadStamp},
+    timing::{Sidecar, read_timed},
 };
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
@@ -41,6 +41,7 @@ pub struct Capture {
 
 enum Input {
     Bytes(ReaderSource),
+    TimedBytes(Box<dyn Read + Send>, Sidecar),
     Rows(Plan, Box<dyn Read + Send>),
 }
 
@@ -59,8 +60,8 @@ impl Capture {
             return Err(OpenError::Directory { path: path.to_owned() });
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
-        let stamps = timing::beside(path)?;
-        Self::start(file, stored_bytes, stamps, columns, path)
+        let sidecar = Sidecar::beside(path).map_err(failed)?;
+        Self::start(file, stored_bytes, sidecar, columns, path)
     }
 
     /// Takes any reader: standard input, or bytes in memory.
@@ -81,6 +82,7 @@ impl Capture {
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
         match self.input {
             Input::Bytes(source) => Ok(read_samples(source, options, stop)),
+            Input::TimedBytes(reader, sidecar) => read_timed(reader, sidecar, options, stop),
             Input::Rows(plan, reader) => read_rows(plan, reader, options, stop),
         }
     }
@@ -88,7 +90,7 @@ impl Capture {
     fn start(
         reader: impl Read + Send + 'static,
         stored_bytes: Option<u64>,
-        stamps: Option<Vec<ReadStamp>>,
+        sidecar: Option<Sidecar>,
         columns: Option<&ColumnMap>,
         path: &Path,
     ) -> Result<Self, OpenError> {
@@ -100,16 +102,19 @@ impl Capture {
         let reader = Box::new(head.chain(reader));
         let (format, input) = match recognised {
             Recognised::Csv(plan) => (Format::Csv, Input::Rows(plan, reader)),
-            Recognised::Text | Recognised::Raw => {
-                let pieces = timing::reads(stamps.unwrap_or_default());
-                let source = ReaderSource::spawn(reader, pieces).map_err(failed)?;
-                let is_raw = matches!(recognised, Recognised::Raw);
-                (if is_raw { Format::Raw } else { Format::Text }, Input::Bytes(source))
-            }
+            Recognised::Text => (Format::Text, bytes(reader, sidecar).map_err(failed)?),
+            Recognised::Raw => (Format::Raw, bytes(reader, sidecar).map_err(failed)?),
             Recognised::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Recognised::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
         };
         Ok(Self { format, stored_bytes, stored_bytes_read, input })
+    }
+}
+
+fn bytes(reader: Box<dyn Read + Send>, sidecar: Option<Sidecar>) -> io::Result<Input> {
+    match sidecar {
+        Some(sidecar) => Ok(Input::TimedBytes(reader, sidecar)),
+        None => ReaderSource::spawn(reader).map(Input::Bytes),
     }
 }
 
@@ -129,18 +134,6 @@ pub enum OpenError {
     Directory {
         /// The folder.
         path: PathBuf,
-    },
-    /// The stamps beside a capture are not what they should be.
-    #[error(
-        "line {line} of {} is not a row \"nanoseconds,offset\" whose offset is at least that of the row before: mend it, or move the \
-         file away to read the capture without arrival times",
-        path.display()
-    )]
-    Timing {
-        /// The sidecar.
-        path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
     },
     /// A CSV file whose columns cannot be used.
     #[error("{}: {problem}", path.display())]

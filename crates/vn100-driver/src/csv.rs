@@ -22,9 +22,14 @@ mod tally;
 mod tests;
 
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use plan::{CsvLayout, Kind, Plan, recognise};
+pub(crate) use plan::{Kind, Plan, recognise};
 pub(crate) use reader::{CsvReader, Rows};
 pub(crate) use tally::{CsvTally, OddRow};
+#[cfg(test)]
+use {
+    plan::Rounded,
+    tally::{Evidence, OddRows},
+};
 
 /// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
@@ -37,7 +42,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 pub enum CsvError {
     /// Rows of numbers, none of them known by name.
     #[error(
-        "no column of this CSV file is known: looked for {}; found {}; name the columns with a map, as in gyro_x=wx:deg/s,t=time:s",
+        "no column of this CSV file is known: looked for {}; found {}; name the columns with a map (--columns), as in gyro_x=wx:deg/s,t=time:s",
         header::Places::LOOKED_FOR,
         found.join(", ")
     )]

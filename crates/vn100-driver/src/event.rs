@@ -6,7 +6,6 @@ use vn100_protocol::{Layout, PrintFormat, Tally};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every event is a batch, and there is one for each read")]
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
@@ -80,7 +79,7 @@ pub struct LinkCounts {
     pub tally: Tally,
     /// Lines of a measurement other than the one this stream began with; part of the good lines, not of the samples.
     pub foreign_samples: u64,
-    /// The first good sentence that is neither a measurement nor a reply.
+    /// The first good sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
 }
 

@@ -145,12 +145,12 @@ impl Stream {
         match item {
             Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format()),
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
-            Item::Bad(_) => self.mark(MarkKind::BadLine),
+            Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
             Item::Other(sentence) => {
                 self.other_message = self.other_message.or(Some(MessageName::new(sentence.header())))
             }
             // in the tally
-            Item::Reply(_) | Item::Packet(_) => {}
+            Item::Reply(_) | Item::Packet(_) | Item::Bad(_) => {}
         }
     }
 
@@ -159,6 +159,7 @@ impl Stream {
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
             self.foreign_samples += 1;
+            self.other_message = self.other_message.or(Some(MessageName::new(layout.message.as_bytes())));
             return;
         }
         if self.printed != Some(printed) {
@@ -171,6 +172,16 @@ impl Stream {
             self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
         }
         self.open.counts.extend_from_slice(counts);
+    }
+
+    /// Whether a bad line may have been one of this stream's measurements: by its name, as far as that is there, or by its length. A
+    /// damaged reply, or a `$` in some text, takes no sample's place.
+    fn may_be_sample(&self, raw: &[u8]) -> bool {
+        const LONG: usize = 60;
+        let message = self.layout.as_ref().map_or("VN", |layout| &layout.message).as_bytes();
+        let name = &raw[1..];
+        let common = name.len().min(message.len());
+        raw.len() >= LONG || common > 0 && name[..common] == message[..common]
     }
 
     fn mark(&mut self, kind: MarkKind) {

@@ -2,12 +2,28 @@
 
 use std::io::{self, Read};
 
-use vn100_protocol::{BadKind, Decoder, Item, Options};
+use vn100_protocol::{BadKind, Check, Decoder, Item, Options};
 
 use crate::csv::{self, ColumnMap, CsvError, Plan};
 
-/// How much of a capture is looked at before it is given up as unknown.
-const HEAD_BYTES: usize = 64 * 1024;
+/// How much of a file is searched for a first sentence: much may stand before it, such as the log of a boot.
+const HEAD_BYTES: usize = 1024 * 1024;
+
+/// Files that are known by their first bytes not to be captures, unless a sentence is found in them.
+const OTHERS: &[(&[u8], &str)] = &[
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"BZh", "bzip2 data, which is not unpacked"),
+    (b"\xfd7zXZ", "xz data, which is not unpacked"),
+    (b"\x7fELF", "a program"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"\x89MCAP", "an MCAP recording without sentences"),
+    (b"#ROSBAG", "a ROS bag without sentences"),
+    (b"\xff\xfe", "text in UTF-16, or nothing known"),
+    (b"\xfe\xff", "text in UTF-16, or nothing known"),
+];
 
 /// The form a capture has, after decompression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +85,14 @@ pub(crate) fn recognise(reader: &mut impl Read, columns: Option<&ColumnMap>) -> 
         decoder.push(more, note);
     }
     if columns.is_none() && !is_text(&head.bytes) {
-        return Ok((head, Recognised::Raw));
+        let other = OTHERS.iter().find(|(magic, _)| !sentence_seen && head.bytes.starts_with(magic));
+        let zeros = !sentence_seen && head.bytes.iter().all(|byte| *byte == 0);
+        let recognised = match other {
+            Some((_, name)) => Recognised::Unknown((*name).into()),
+            None if zeros => Recognised::Unknown("nothing but zero bytes".into()),
+            None => Recognised::Raw,
+        };
+        return Ok((head, recognised));
     }
     // a line that begins with a sentence is no row
     if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
@@ -102,11 +125,14 @@ impl Head {
     }
 }
 
-/// A whole sentence or packet, or a damaged sentence that still names a VectorNav message.
+/// A measurement or packet, a sentence that its checksum bears out, or one without that names a VectorNav message.
 fn is_evidence(item: &Item<'_>) -> bool {
     match item {
+        Item::Ymr(_) | Item::Imu(_) | Item::Packet(_) => true,
+        Item::Reply(sentence) | Item::Other(sentence) => {
+            sentence.check != Check::None || sentence.body.starts_with(b"VN")
+        }
         Item::Bad(bad) => bad.raw.starts_with(b"$VN") && bad.kind != BadKind::Truncated,
-        _ => true,
     }
 }
 
@@ -122,12 +148,13 @@ fn is_text(bytes: &[u8]) -> bool {
 
 fn describe(head: &[u8]) -> String {
     if head.is_empty() {
-        return "the file is empty".into();
+        return "an empty file".into();
     }
     let text = String::from_utf8_lossy(head);
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
     // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
     let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
     let ellipsis = if first.chars().count() > 60 { "…" } else { "" };
-    format!("{} bytes of text that begin with \"{shown}{ellipsis}\"", head.len())
+    let how_much = if head.len() < HEAD_BYTES { "" } else { ", in its first megabyte," };
+    format!("text that begins with \"{shown}{ellipsis}\" and{how_much} holds none of them")
 }

@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Layout, Tally};
 
 use crate::{
-    csv::{CsvLayout, CsvReader, CsvTally, Kind, OddRow, Plan, Rows},
+    csv::{CsvReader, CsvTally, Kind, OddRow, Plan, Rows},
     event::{Arrival, Batch, CsvReport, End, Event, Mark, MarkKind, OddRows},
     read_samples::{Parser, ReadOptions, WAITING_BATCHES},
 };
@@ -26,7 +26,7 @@ pub(crate) fn read_rows(
     let (events, inbox) = mpsc::channel(WAITING_BATCHES);
     let work = move || {
         let end = match plan.kind.clone() {
-            Kind::Values(layout) => read(plan, reader, &stop, &events, &mut Values::new(with_scales(layout), options)),
+            Kind::Values(layout) => read(plan, reader, &stop, &events, &mut Values::new(layout, options)),
             Kind::Sentences => read(plan, reader, &stop, &events, &mut Parser::new(options)),
         };
         if let Some(end) = end {
@@ -57,7 +57,8 @@ fn read(
     let rounded = plan.rounded.iter().map(|rounded| rounded.channel.to_owned()).collect();
     let mut csv = CsvReader::new(plan, reader);
     let mut rows = Rows::default();
-    let send = |batches: Vec<Batch>| batches.into_iter().try_for_each(|batch| events.blocking_send(Event::Batch(batch)).ok());
+    let send =
+        |batches: Vec<Batch>| batches.into_iter().try_for_each(|batch| events.blocking_send(Event::Batch(batch)).ok());
     let error = loop {
         match csv.next_rows(&mut rows) {
             Ok(more) if more && !stop.is_cancelled() => send(sink.take(&rows, &csv.tally()))?,
@@ -69,7 +70,12 @@ fn read(
     send(sink.finish(&tally))?;
     let odd = OddRow::ALL.into_iter().map(|kind| (kind, tally.odd(kind))).filter_map(|(kind, odd)| {
         let first = odd.first.as_ref()?;
-        Some(OddRows { reason: kind.to_string(), count: odd.count, first_line: first.line, first_text: first.text.clone() })
+        Some(OddRows {
+            reason: kind.to_string(),
+            count: odd.count,
+            first_line: first.line,
+            first_text: first.text.clone(),
+        })
     });
     let report = CsvReport {
         lines: tally.lines,
@@ -80,15 +86,6 @@ fn read(
         rounded,
     };
     Some(End { error, csv: Some(report) })
-}
-
-/// The layout with the factor of each channel's unit in it.
-fn with_scales(csv: CsvLayout) -> Layout {
-    let mut layout = csv.layout;
-    for (channel, scale) in layout.channels.to_mut().iter_mut().zip(csv.scale) {
-        channel.scale = scale;
-    }
-    layout
 }
 
 /// Numbers, already counts.
@@ -158,10 +155,8 @@ impl Sink for Values {
 
 impl Sink for Parser {
     fn take(&mut self, rows: &Rows, csv: &CsvTally) -> Vec<Batch> {
-        let mut from = 0;
-        for (row, &end) in rows.sentence_ends.iter().enumerate() {
-            self.push(&rows.sentences[from..end], rows.stamps_ns.get(row).copied());
-            from = end;
+        for (row, sentence) in rows.sentences().enumerate() {
+            self.push(sentence, rows.stamps_ns.get(row).copied());
         }
         with_bytes_between(self.take_batches(), csv)
     }

@@ -2,7 +2,7 @@
 
 use std::{
     future::Future,
-    io::{self, Read, Take},
+    io::{self, Read},
     thread,
 };
 
@@ -10,7 +10,7 @@ use bytes::{Bytes, BytesMut};
 use tokio::sync::mpsc;
 
 /// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small enough for the second-level cache.
-const READ_BYTES: usize = 256 * 1024;
+pub(crate) const READ_BYTES: usize = 256 * 1024;
 
 /// Chunks that may wait between the reading thread and the parser. When they are full the reading thread waits: a capture can.
 const WAITING_CHUNKS: usize = 2;
@@ -42,20 +42,13 @@ pub struct ReaderSource {
 }
 
 impl ReaderSource {
-    /// Starts reading `reader` to its end: in pieces that each bring so many bytes with one stamp, then what is left without one.
-    pub(crate) fn spawn(
-        mut reader: impl Read + Send + 'static,
-        pieces: impl Iterator<Item = (u64, Option<i64>)> + Send + 'static,
-    ) -> io::Result<Self> {
+    /// Starts reading `reader` to its end.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn spawn(reader: impl Read + Send + 'static) -> io::Result<Self> {
         let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
-        let read_all = move || {
-            for (bytes, at_ns) in pieces.chain([(u64::MAX, None)]) {
-                if read_piece(reader.by_ref().take(bytes), at_ns, &sender).is_err() {
-                    return;
-                }
-            }
-        };
-        thread::Builder::new().name("capture-reader".into()).spawn(read_all)?;
+        thread::Builder::new().name("capture-reader".into()).spawn(move || read_to_end(reader, &sender))?;
         Ok(Self { chunks })
     }
 }
@@ -66,30 +59,21 @@ impl Source for ReaderSource {
     }
 }
 
-/// There is nothing more to read, or nobody to read for.
-struct Ended;
-
-fn read_piece(
-    mut reader: Take<impl Read>,
-    at_ns: Option<i64>,
-    chunks: &mpsc::Sender<io::Result<Chunk>>,
-) -> Result<(), Ended> {
-    while reader.limit() > 0 {
-        let wanted = usize::try_from(reader.limit()).map_or(READ_BYTES, |limit| limit.min(READ_BYTES));
-        let mut buffer = BytesMut::zeroed(wanted);
+fn read_to_end(mut reader: impl Read, chunks: &mpsc::Sender<io::Result<Chunk>>) {
+    loop {
+        let mut buffer = BytesMut::zeroed(READ_BYTES);
         let chunk = match reader.read(&mut buffer) {
-            Ok(0) => return Err(Ended),
+            Ok(0) => return,
             Ok(n) => {
                 buffer.truncate(n);
-                Ok(Chunk { bytes: buffer.freeze(), at_ns })
+                Ok(Chunk { bytes: buffer.freeze(), at_ns: None })
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
             Err(error) => Err(error),
         };
         let failed = chunk.is_err();
         if chunks.blocking_send(chunk).is_err() || failed {
-            return Err(Ended);
+            return;
         }
     }
-    Ok(())
 }

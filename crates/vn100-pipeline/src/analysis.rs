@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imu_noise::{ChannelAccumulator, Unwrap};
+use imu_noise::{ChannelAccumulator, NominalRate, Unwrap};
 use vn100_driver::{Batch, LinkCounts, MarkKind};
 use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
 
@@ -10,7 +10,7 @@ use crate::{
     advice::{self, Findings},
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
-    snapshot::{ChannelSnapshot, RateChange, RateFrom, Snapshot, Timing},
+    snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
     waiting::{Ready, Waiting},
 };
 
@@ -26,6 +26,7 @@ pub struct Analysis {
     link: LinkCounts,
     /// Of a stream with arrival stamps.
     waiting: Option<Waiting>,
+    stamps_in_use: bool,
     rate_change: Option<RateChange>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
@@ -53,13 +54,23 @@ impl Analysis {
         let rate_from = if settings.rate_hz.is_some() { RateFrom::Option } else { RateFrom::Assumed };
         Self {
             settings,
-            timing: Timing { rate_hz, rate_from, samples: 0, left_out: 0, missing: 0, gaps: 0, segments: 0 },
+            timing: Timing {
+                rate_hz,
+                rate_from,
+                samples: 0,
+                left_out: 0,
+                missing: 0,
+                missing_from: MissingFrom::BadLines,
+                gaps: 0,
+                segments: 0,
+            },
             layout: None,
             channels: Vec::new(),
             column: Vec::new(),
             repeats: Repeats::new(),
             link: LinkCounts::default(),
             waiting: None,
+            stamps_in_use: false,
             rate_change: None,
             index: 0,
             bad_lines_pending: 0,
@@ -150,19 +161,20 @@ impl Analysis {
     }
 
     fn take_ready(&mut self, waiting: &mut Waiting) {
-        let summary = waiting.summary();
-        if let Some(nominal) = summary.nominal
-            && self.timing.rate_from == RateFrom::Assumed
-        {
-            self.timing.rate_hz = nominal.hz();
-            self.timing.rate_from = RateFrom::Arrival;
-        }
-        let refused = summary.refusal.is_some();
         while let Some(ready) = waiting.next() {
             match ready {
                 Ready::Rows(counts) => self.take_rows(counts),
+                Ready::Rate(nominal) => {
+                    self.timing.missing_from = MissingFrom::Arrival;
+                    self.timing.rate_hz = nominal.hz();
+                    if !matches!(nominal, NominalRate::Known(_)) {
+                        self.timing.rate_from = RateFrom::Arrival;
+                    }
+                    self.stamps_in_use = true;
+                }
+                Ready::Refused => self.stamps_in_use = false,
                 // the stamps know of lines lost whole, too, and would count this one twice
-                Ready::Mark(MarkKind::BadLine) if !refused => {}
+                Ready::Mark(MarkKind::BadLine) if self.stamps_in_use => {}
                 Ready::Mark(mark) => self.take_mark(mark),
                 Ready::Missing(missing) => self.take_gap(missing),
                 Ready::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
@@ -234,7 +246,9 @@ impl Analysis {
     }
 
     fn skip_samples(&self) -> u64 {
-        (self.settings.skip.as_secs_f64() * self.timing.rate_hz).ceil() as u64
+        // what a product of doubles adds to a whole number is no sample
+        const ROUNDING: f64 = 1e-6;
+        (self.settings.skip.as_secs_f64() * self.timing.rate_hz - ROUNDING).ceil() as u64
     }
 
     /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.

@@ -46,7 +46,8 @@ impl Repeats {
             return;
         }
         *word |= mask;
-        let mut slot = fingerprint as usize % SLOTS;
+        // the lowest bit is always set
+        let mut slot = (fingerprint >> 1) as usize % SLOTS;
         while self.table[slot] != 0 {
             if self.table[slot] == fingerprint {
                 self.repeated += 1;

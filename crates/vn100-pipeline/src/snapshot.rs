@@ -44,6 +44,8 @@ pub struct Timing {
     pub left_out: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
+    /// Which evidence they were counted by.
+    pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
     /// Runs of samples without a gap or a change of scale between them.
@@ -58,21 +60,10 @@ impl Timing {
     }
 }
 
-impl Snapshot {
-    /// Which evidence the missing samples were counted by.
-    #[must_use]
-    pub fn missing_from(&self) -> MissingFrom {
-        match self.arrivals {
-            Some(TimebaseSummary { refusal: None, .. }) => MissingFrom::Arrival,
-            _ => MissingFrom::BadLines,
-        }
-    }
-}
-
 /// The evidence for missing samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MissingFrom {
-    /// When the lines arrived: lines lost whole are counted too.
+    /// When the lines arrived: lines lost whole are counted too. Where the stamps were refused later, only up to there.
     Arrival,
     /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.
     BadLines,

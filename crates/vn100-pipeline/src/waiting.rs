@@ -2,11 +2,20 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_noise::{Placed, Timebase, TimebaseSummary};
+use imu_noise::{NominalRate, Placed, Timebase, TimebaseSummary};
 use vn100_driver::{Batch, MarkKind};
+use vn100_protocol::OUTPUT_RATES_HZ;
 
-/// Output rates of the sensor in hertz, as register 7 takes them.
-const RATES_HZ: &[f64] = &[1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
+/// The rates a sensor of this make can have.
+static RATES_HZ: [f64; OUTPUT_RATES_HZ.len()] = {
+    let mut rates = [0.0; OUTPUT_RATES_HZ.len()];
+    let mut index = 0;
+    while index < rates.len() {
+        rates[index] = OUTPUT_RATES_HZ[index] as f64;
+        index += 1;
+    }
+    rates
+};
 
 /// The rows of a stamped stream that are not placed yet, and the marks between them.
 #[derive(Debug)]
@@ -37,6 +46,10 @@ pub(crate) enum Ready<'a> {
     Mark(MarkKind),
     /// So many samples are missing here.
     Missing(u64),
+    /// The rate the rows that follow stand for; the stamps tell what is missing.
+    Rate(NominalRate),
+    /// From here on the stamps tell nothing.
+    Refused,
     /// From here on the rows come at another rate.
     RateChanged { from_hz: f64, to_hz: f64 },
 }
@@ -45,7 +58,7 @@ impl Waiting {
     /// For rows of `width` counts, of a stream whose rate may be known.
     pub(crate) fn new(width: usize, rate_hz: Option<f64>) -> Self {
         Self {
-            timebase: rate_hz.map_or_else(|| Timebase::new(RATES_HZ), |hz| Timebase::with_known_rate(RATES_HZ, hz)),
+            timebase: rate_hz.map_or_else(|| Timebase::new(&RATES_HZ), |hz| Timebase::with_known_rate(&RATES_HZ, hz)),
             width,
             counts: Vec::new(),
             given: 0,
@@ -84,13 +97,19 @@ impl Waiting {
             match self.timebase.poll()? {
                 Placed::Lines(lines) => self.placed = lines,
                 Placed::Gap { missing } => return Some(Ready::Missing(missing)),
+                Placed::Rate(nominal) => return Some(Ready::Rate(nominal)),
+                Placed::Refused(_) => return Some(Ready::Refused),
                 Placed::RateChanged { from_hz, to_hz } => return Some(Ready::RateChanged { from_hz, to_hz }),
             }
         }
-        if let Some((_, mark)) = self.marks.pop_front_if(|(row, _)| *row <= self.given_in_all) {
-            return Some(Ready::Mark(mark));
-        }
-        let to_mark = self.marks.front().map_or(u64::MAX, |(row, _)| row - self.given_in_all);
+        let to_mark = match self.marks.front() {
+            Some(&(row, mark)) if row <= self.given_in_all => {
+                self.marks.pop_front();
+                return Some(Ready::Mark(mark));
+            }
+            Some((row, _)) => row - self.given_in_all,
+            None => u64::MAX,
+        };
         let rows = self.placed.min(to_mark);
         let from = self.given;
         self.placed -= rows;

@@ -8,6 +8,8 @@ use std::fmt;
 pub enum WarningKind {
     /// Bytes arrive, and no sample is among them.
     NoValidLines,
+    /// Good lines of another message are left out.
+    OtherMessages,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
     /// Nothing in the recording tells the sample rate.
@@ -46,6 +48,7 @@ impl WarningKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::NoValidLines => "no-valid-lines",
+            Self::OtherMessages => "other-messages",
             Self::CompensatedStream => "compensated-stream",
             Self::RateAssumed => "rate-assumed",
             Self::RateChanged => "rate-changed",

@@ -58,43 +58,32 @@ impl Decimal {
     /// # Errors
     /// A [`DecimalError`] that names the first thing wrong with the field, reading from the left.
     pub fn parse(field: &[u8]) -> Result<Self, DecimalError> {
-        let (number, rest) = Self::parse_prefix(field)?;
-        match rest.first() {
-            None => Ok(number),
-            Some(&found) => Err(DecimalError::Unexpected { found }),
+        let (&sign, digits) = field.split_first().ok_or(DecimalError::Empty)?;
+        if !matches!(sign, b'+' | b'-') {
+            return Err(DecimalError::NoSign { found: sign });
         }
-    }
-
-    /// Reads the field at the head of `input`; it ends at a comma or with `input`. Returns what stands behind it, comma included.
-    #[inline(always)]
-    pub(crate) fn parse_prefix(input: &[u8]) -> Result<(Self, &[u8]), DecimalError> {
-        let Some(&sign) = input.first() else {
-            return Err(DecimalError::Empty);
+        let (whole, rest) = split_digits(digits);
+        let decimals = match rest {
+            [b'.', ..] if whole.is_empty() => return Err(DecimalError::NoWholeDigits),
+            [b'.', decimals @ ..] => decimals,
+            [] => return Err(DecimalError::NoPoint),
+            &[found, ..] => return Err(DecimalError::Unexpected { found }),
         };
-        // `-` lies two above `+`. One test for both: signs are random, and a branch that tells them apart is mispredicted half of the time
-        if sign.wrapping_sub(b'+') & !2 != 0 {
-            return Err(if sign == b',' { DecimalError::Empty } else { DecimalError::NoSign { found: sign } });
+        let (decimals, rest) = split_digits(decimals);
+        match rest {
+            [] if decimals.is_empty() => return Err(DecimalError::NoDecimals),
+            [] => {}
+            &[found, ..] => return Err(DecimalError::Unexpected { found }),
         }
+        let magnitude = whole
+            .iter()
+            .chain(decimals)
+            .try_fold(0_i32, |magnitude, digit| magnitude.checked_mul(10)?.checked_add(i32::from(digit - b'0')));
+        let (Some(magnitude), Ok(decimals)) = (magnitude, u8::try_from(decimals.len())) else {
+            return Err(DecimalError::Overflow);
+        };
         let negative = sign == b'-';
-        let (whole, point) = append_digits(0, input, 1);
-        match input.get(point) {
-            Some(b'.') if point > 1 => {}
-            Some(b'.') => return Err(DecimalError::NoWholeDigits),
-            None | Some(b',') => return Err(DecimalError::NoPoint),
-            Some(&found) => return Err(DecimalError::Unexpected { found }),
-        }
-        let (magnitude, end) = append_digits(whole, input, point + 1);
-        let decimals = u8::try_from(end - (point + 1)).map_err(|_| DecimalError::Overflow)?;
-        match input.get(end) {
-            None | Some(b',') if decimals > 0 => {}
-            None | Some(b',') => return Err(DecimalError::NoDecimals),
-            Some(&found) => return Err(DecimalError::Unexpected { found }),
-        }
-        // nine digits cannot overflow; more may, leading zeros or not
-        let magnitude =
-            if end <= "+123456789.".len() { magnitude.cast_signed() } else { checked_magnitude(&input[1..end])? };
-        let count = magnitude * (1 - 2 * i32::from(negative));
-        Ok((Self { count, negative_zero: negative && count == 0, decimals }, &input[end..]))
+        Ok(Self::from_count(if negative { -magnitude } else { magnitude }, negative, decimals))
     }
 
     /// The number `count` / 10^`decimals`; `negative_zero` is for a `count` of 0 alone.
@@ -141,23 +130,9 @@ impl Decimal {
     }
 }
 
-/// Appends the digits of `input` from `at` on to `magnitude`, modulo 2^32, and returns where they end.
-#[inline(always)]
-fn append_digits(mut magnitude: u32, input: &[u8], mut at: usize) -> (u32, usize) {
-    while let Some(byte @ b'0'..=b'9') = input.get(at) {
-        magnitude = magnitude.wrapping_mul(10).wrapping_add(u32::from(byte - b'0'));
-        at += 1;
-    }
-    (magnitude, at)
-}
-
-/// The number of all digits in `field`.
-#[cold]
-fn checked_magnitude(field: &[u8]) -> Result<i32, DecimalError> {
-    field.iter().filter(|byte| byte.is_ascii_digit()).try_fold(0_i32, |magnitude, byte| {
-        let digit = i32::from(byte - b'0');
-        magnitude.checked_mul(10).and_then(|tens| tens.checked_add(digit)).ok_or(DecimalError::Overflow)
-    })
+/// The digits at the head of `bytes`, and what stands behind them.
+fn split_digits(bytes: &[u8]) -> (&[u8], &[u8]) {
+    bytes.split_at(bytes.iter().take_while(|byte| byte.is_ascii_digit()).count())
 }
 
 #[cfg(test)]

@@ -275,8 +275,11 @@ fn hex(digit: u8) -> u8 {
 fn body_length(bytes: &[u8]) -> usize {
     // sixteen at a time without a branch: one vector register
     let (blocks, _) = bytes.as_chunks::<16>();
-    let clean =
-        16 * blocks.iter().take_while(|block| block.iter().fold(0, |wrong, &byte| wrong | u8::from(!is_body(byte))) == 0).count();
+    let clean = 16
+        * blocks
+            .iter()
+            .take_while(|block| block.iter().fold(0, |wrong, &byte| wrong | u8::from(!is_body(byte))) == 0)
+            .count();
     clean + bytes[clean..].iter().take_while(|&&byte| is_body(byte)).count()
 }
 

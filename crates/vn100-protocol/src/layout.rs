@@ -57,6 +57,9 @@ impl Channel {
     }
 }
 
+/// The rates in hertz at which the sensor sends a message, as register 7 takes them.
+pub const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
+
 /// `$VNYMR`: attitude, and the compensated magnetic field, acceleration and angular rate.
 pub static VNYMR: Layout =
     Layout { message: Cow::Borrowed("VNYMR"), compensated: true, channels: Cow::Borrowed(&YMR_CHANNELS) };
@@ -80,7 +83,7 @@ pub(crate) static YMR_CHANNELS: [Channel; 12] = [
     angular_rate("gyro_z"),
 ];
 
-static IMU_CHANNELS: [Channel; 11] = [
+pub(crate) static IMU_CHANNELS: [Channel; 11] = [
     magnetic_field("mag_x"),
     magnetic_field("mag_y"),
     magnetic_field("mag_z"),

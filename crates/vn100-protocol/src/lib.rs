@@ -75,7 +75,7 @@ pub use checksum::{Check, CheckDigits, crc16, xor8};
 pub use decimal::{Decimal, DecimalError};
 pub use decoder::{Decoder, Item};
 pub use framer::{Frame, Framer, MAX_BODY, Options, Step};
-pub use layout::{Channel, Layout, Quantity, VNIMU, VNYMR};
+pub use layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR};
 pub use message::{GrammarError, Imu, MessageError, RangeError, Suffix, Ymr};
 pub use packet::{MAX_PACKET, Packet};
 pub use print_format::PrintFormat;

@@ -1,8 +1,8 @@
 //! What the measuring messages have in common: numbers, an optional suffix, and the way back to bytes.
 
 mod imu;
+mod numbers;
 mod suffix;
-mod usual;
 mod ymr;
 
 use core::fmt;
@@ -96,7 +96,6 @@ struct Counts<const N: usize> {
 }
 
 /// Splits a sentence into the numbers of `layout` and a suffix.
-#[inline]
 fn parse_fields<const N: usize>(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
     let header: IResult<_, _> = tag(layout.message.as_bytes()).parse(sentence.body);
     let Ok((mut rest, _)) = header else {
@@ -104,27 +103,26 @@ fn parse_fields<const N: usize>(sentence: &Sentence<'_>, layout: &'static Layout
     };
     let mut numbers = [Decimal::from_count(0, false, 0); N];
     for (number, channel) in numbers.iter_mut().zip(&*layout.channels) {
-        let [b',', field @ ..] = rest else {
+        let [b',', fields @ ..] = rest else {
             return Err(field_count(N, sentence));
         };
-        (*number, rest) =
-            Decimal::parse_prefix(field).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
+        let end = fields.iter().position(|&byte| byte == b',').unwrap_or(fields.len());
+        *number =
+            Decimal::parse(&fields[..end]).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
+        rest = &fields[end..];
     }
     let suffix = match rest {
-        [] => Suffix::default(),
-        [b',', b'T' | b'S', ..] => Suffix::parse(rest).ok_or(GrammarError::Suffix)?,
+        [] | [b',', b'T' | b'S', ..] => Suffix::parse(rest).ok_or(GrammarError::Suffix)?,
         _ => return Err(field_count(N, sentence)),
     };
     Ok(Fields { numbers, suffix })
 }
 
-#[cold]
 fn field_count(expected: usize, sentence: &Sentence<'_>) -> GrammarError {
     GrammarError::FieldCount { expected, found: sentence.body.iter().filter(|&&byte| byte == b',').count() }
 }
 
 /// Brings printed numbers to the decimals of `layout`, which are no fewer, and judges their range.
-#[inline]
 fn scale<const N: usize>(numbers: &[Decimal; N], layout: &'static Layout) -> Result<Counts<N>, RangeError> {
     let mut scaled = Counts { counts: [0; N], negative_zeros: 0 };
     for (index, (number, channel)) in numbers.iter().zip(&*layout.channels).enumerate() {

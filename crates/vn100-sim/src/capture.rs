@@ -10,11 +10,7 @@ use crate::{generator::Generator, sentence::write_sentence};
 ///
 /// # Errors
 /// The first error of the writer; what was written until then stays.
-pub fn write_capture(
-    out: &mut impl Write,
-    generator: &mut Generator,
-    samples: u64,
-) -> io::Result<()> {
+pub fn write_capture(out: &mut impl Write, generator: &mut Generator, samples: u64) -> io::Result<()> {
     let mut line = Vec::new();
     for _ in 0..samples {
         line.clear();

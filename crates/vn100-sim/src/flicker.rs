@@ -103,10 +103,7 @@ mod tests {
             let mut m: f64 = 16.0;
             while m / rate_hz <= 1e5 {
                 let relative = relative_deviation(1.0 / rate_hz, m);
-                assert!(
-                    (relative - 1.0).abs() < 5e-3,
-                    "{rate_hz} Hz, m {m}: {relative}"
-                );
+                assert!((relative - 1.0).abs() < 5e-3, "{rate_hz} Hz, m {m}: {relative}");
                 m *= 2.0;
             }
         }
@@ -118,10 +115,7 @@ mod tests {
     fn shortest_tau_read_as_sampled_flicker_does() {
         for (m, avar) in [(1.0, LOG2_E), (2.0, 1.1542), (4.0, 1.05), (8.0, 1.0154)] {
             let relative = relative_deviation(0.025, m);
-            assert!(
-                (relative / avar.sqrt() - 1.0).abs() < 0.01,
-                "m {m}: {relative}"
-            );
+            assert!((relative / avar.sqrt() - 1.0).abs() < 0.01, "m {m}: {relative}");
         }
     }
 

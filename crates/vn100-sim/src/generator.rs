@@ -3,18 +3,16 @@
 use std::num::NonZeroU32;
 
 use thiserror::Error;
+use vn100_protocol::OUTPUT_RATES_HZ;
 
 use crate::{noise::ChannelStream, profile::Profile};
-
-/// The output rates the sensor has, Hz.
-pub const RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
 
 /// Yaw, pitch and roll come first.
 const ANGLES: usize = 3;
 
 /// The sensor has no such output rate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", RATES_HZ.map(|rate| rate.to_string()).join(", "))]
+#[error("the sensor has no output rate of {rate_hz} Hz: use one of {}", OUTPUT_RATES_HZ.map(|rate| rate.to_string()).join(", "))]
 pub struct UnsupportedRate {
     /// The rate asked for, Hz.
     pub rate_hz: u32,
@@ -30,10 +28,10 @@ impl Generator {
     /// Samples of `profile` at `rate_hz`. Equal arguments give equal rows.
     ///
     /// # Errors
-    /// [`UnsupportedRate`] unless the rate is one of [`RATES_HZ`].
+    /// [`UnsupportedRate`] unless the rate is one of [`OUTPUT_RATES_HZ`].
     pub fn new(profile: &Profile, rate_hz: u32, seed: u64) -> Result<Self, UnsupportedRate> {
         let rate = NonZeroU32::new(rate_hz)
-            .filter(|_| RATES_HZ.contains(&rate_hz))
+            .filter(|_| OUTPUT_RATES_HZ.contains(&rate_hz))
             .ok_or(UnsupportedRate { rate_hz })?;
         let mut number = 0;
         let channels = profile.channels.map(|channel| {
@@ -69,11 +67,7 @@ fn wrapped_deg(angle_deg: f64) -> f32 {
         turned
     };
     // the open end itself, or rounded to it
-    if wrapped as f32 == -180.0 {
-        180.0
-    } else {
-        wrapped as f32
-    }
+    if wrapped as f32 == -180.0 { 180.0 } else { wrapped as f32 }
 }
 
 #[cfg(test)]
@@ -83,17 +77,13 @@ mod tests {
 
     #[test]
     fn a_rate_the_sensor_lacks_is_told_the_rates_it_has() {
-        let error = |rate| {
-            Generator::new(&Profile::lab3(), rate, 1)
-                .unwrap_err()
-                .to_string()
-        };
+        let error = |rate| Generator::new(&Profile::lab3(), rate, 1).unwrap_err().to_string();
         assert_eq!(
             error(30),
             "the sensor has no output rate of 30 Hz: use one of 1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200"
         );
         assert!(error(0).contains("of 0 Hz"));
-        for rate in RATES_HZ {
+        for rate in OUTPUT_RATES_HZ {
             assert!(Generator::new(&Profile::lab3(), rate, 1).is_ok());
         }
     }
@@ -115,11 +105,7 @@ mod tests {
             assert_eq!(wrapped_deg(angle), wrapped, "{angle}");
         }
         // both lie nearer to the end than single precision can tell
-        for angle in [
-            (-180.0_f64).next_up(),
-            180.0_f64.next_up(),
-            (-180.0_f64).next_down(),
-        ] {
+        for angle in [(-180.0_f64).next_up(), 180.0_f64.next_up(), (-180.0_f64).next_down()] {
             assert_eq!(wrapped_deg(angle), 180.0);
         }
         assert!(wrapped_deg(-0.0).is_sign_negative());
@@ -129,10 +115,7 @@ mod tests {
     fn only_angles_wrap() {
         let mut profile = Profile::lab3();
         for channel in &mut profile.channels {
-            channel.noise = ChannelNoise {
-                mean: 190.0,
-                ..ChannelNoise::default()
-            };
+            channel.noise = ChannelNoise { mean: 190.0, ..ChannelNoise::default() };
         }
         let row = Generator::new(&profile, 40, 1).unwrap().next_row();
         assert_eq!(row[..3], [-170.0; 3]);
@@ -158,11 +141,7 @@ mod tests {
 
     #[test]
     fn seeds_and_channels_differ() {
-        let row = |seed| {
-            Generator::new(&Profile::lab3(), 40, seed)
-                .unwrap()
-                .next_row()
-        };
+        let row = |seed| Generator::new(&Profile::lab3(), 40, seed).unwrap().next_row();
         assert!(row(1).iter().zip(row(2)).all(|(one, other)| *one != other));
         let white = |value: f32, channel: usize| {
             let noise = Profile::lab3().channels[channel].noise;

@@ -68,13 +68,7 @@ impl ChannelStream {
     /// sample, past the window: averaging over some milliseconds changes a process only near the
     /// frequency 1/window, and there each of them lies far below the white noise.
     #[must_use]
-    pub fn new(
-        noise: &ChannelNoise,
-        window: Window,
-        rate_hz: NonZeroU32,
-        seed: u64,
-        channel: u32,
-    ) -> Self {
+    pub fn new(noise: &ChannelNoise, window: Window, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);
         let interval_s = 1.0 / f64::from(rate_hz.get());
         Self {
@@ -83,11 +77,7 @@ impl ChannelStream {
             index: 0,
             white: White::new(noise.white_density, window, rate_hz, rng(Component::White)),
             flicker: Flicker::new(noise.bias_instability, interval_s, rng(Component::Flicker)),
-            walk: RandomWalk {
-                step: noise.random_walk * interval_s.sqrt(),
-                level: 0.0,
-                rng: rng(Component::Walk),
-            },
+            walk: RandomWalk { step: noise.random_walk * interval_s.sqrt(), level: 0.0, rng: rng(Component::Walk) },
             line_phase_turns: rng(Component::LinePhase).random(),
         }
     }

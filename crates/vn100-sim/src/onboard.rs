@@ -33,16 +33,10 @@ pub enum Window {
 
 impl Window {
     /// Gyro and accelerometer as delivered: 4 samples at 800 Hz.
-    pub const IMU_DEFAULT: Self = Self::Boxcar {
-        refresh_hz: IMU_REFRESH_HZ,
-        samples: 4,
-    };
+    pub const IMU_DEFAULT: Self = Self::Boxcar { refresh_hz: IMU_REFRESH_HZ, samples: 4 };
 
     /// Magnetometer as delivered: no averaging, refreshed at 250 Hz.
-    pub const MAG_DEFAULT: Self = Self::Boxcar {
-        refresh_hz: MAG_REFRESH_HZ,
-        samples: 0,
-    };
+    pub const MAG_DEFAULT: Self = Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0 };
 }
 
 /// White noise behind the window, one value per output sample.
@@ -60,18 +54,10 @@ pub(crate) struct White {
 }
 
 impl White {
-    pub(crate) fn new(
-        density: f64,
-        window: Window,
-        rate_hz: NonZeroU32,
-        mut rng: ChaCha8Rng,
-    ) -> Self {
+    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, mut rng: ChaCha8Rng) -> Self {
         let (refresh_hz, samples) = match window {
             Window::None => (rate_hz.get(), 1),
-            Window::Boxcar {
-                refresh_hz,
-                samples,
-            } => (refresh_hz, samples.max(1)),
+            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples.max(1)),
         };
         let sigma = density * f64::from(refresh_hz).sqrt();
         Self {

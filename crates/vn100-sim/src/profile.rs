@@ -52,9 +52,7 @@ impl Profile {
         match name {
             "datasheet" => Ok(Self::datasheet()),
             "lab3" => Ok(Self::lab3()),
-            _ => Err(UnknownProfile {
-                name: name.to_owned(),
-            }),
+            _ => Err(UnknownProfile { name: name.to_owned() }),
         }
     }
 
@@ -69,7 +67,7 @@ impl Profile {
         let gyro = |mean| Channel {
             noise: ChannelNoise {
                 mean,
-                white_density: 0.0035_f64.to_radians(), // 0.0035 deg/s/√Hz
+                white_density: 0.0035_f64.to_radians(),  // 0.0035 deg/s/√Hz
                 bias_instability: rad_s_from_deg_h(6.0), // typical 5 to 7
                 ..ChannelNoise::default()
             },
@@ -85,20 +83,11 @@ impl Profile {
             window: Window::IMU_DEFAULT,
         };
         let mag = |mean| Channel {
-            noise: ChannelNoise {
-                mean,
-                white_density: 140e-6,
-                ..ChannelNoise::default()
-            },
+            noise: ChannelNoise { mean, white_density: 140e-6, ..ChannelNoise::default() },
             window: Window::MAG_DEFAULT,
         };
-        let angle = || Channel {
-            noise: ChannelNoise {
-                white_density: 5e-4,
-                ..ChannelNoise::default()
-            },
-            window: Window::None,
-        };
+        let angle =
+            || Channel { noise: ChannelNoise { white_density: 5e-4, ..ChannelNoise::default() }, window: Window::None };
         Self {
             name: "datasheet",
             channels: [
@@ -152,13 +141,7 @@ impl Profile {
             lab3_gyro_y(),
             white(-0.000009, 0.000638),
         ];
-        Self {
-            name: "lab3",
-            channels: noise.map(|noise| Channel {
-                noise,
-                window: Window::None,
-            }),
-        }
+        Self { name: "lab3", channels: noise.map(|noise| Channel { noise, window: Window::None }) }
     }
 }
 
@@ -171,10 +154,7 @@ fn lab3_gyro_y() -> ChannelNoise {
         mean: -0.000152,
         white_density,
         random_walk: rad_s_sqrt_s_from_deg_h_sqrt_h(0.8969),
-        line: Some(Line {
-            amplitude: (2.0 * line_variance).sqrt(),
-            frequency_hz: 18.4,
-        }),
+        line: Some(Line { amplitude: (2.0 * line_variance).sqrt(), frequency_hz: 18.4 }),
         ..ChannelNoise::default()
     }
 }
@@ -226,10 +206,7 @@ mod tests {
     use super::*;
 
     fn assert_close(found: f64, expected: f64, relative: f64) {
-        assert!(
-            (found / expected - 1.0).abs() < relative,
-            "{found}, expected {expected}"
-        );
+        assert!((found / expected - 1.0).abs() < relative, "{found}, expected {expected}");
     }
 
     #[test]
@@ -242,10 +219,7 @@ mod tests {
     #[test]
     fn an_unknown_name_is_told_the_known_ones() {
         let error = Profile::named("lab4").unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "no noise profile is called \"lab4\": use one of datasheet, lab3"
-        );
+        assert_eq!(error.to_string(), "no noise profile is called \"lab4\": use one of datasheet, lab3");
     }
 
     /// The factors as reference works print them.
@@ -271,8 +245,8 @@ mod tests {
     #[test]
     fn lab3_noise_adds_up_to_the_published_standard_deviations() {
         let published = [
-            0.051601, 0.006165, 0.004488, 0.001378, 0.002924, 0.003743, 0.011822, 0.011932,
-            0.020968, 0.000638, 0.000766, 0.000638,
+            0.051601, 0.006165, 0.004488, 0.001378, 0.002924, 0.003743, 0.011822, 0.011932, 0.020968, 0.000638,
+            0.000766, 0.000638,
         ];
         for (channel, published) in Profile::lab3().channels.iter().zip(published) {
             let noise = channel.noise;

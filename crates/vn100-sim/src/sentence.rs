@@ -49,9 +49,7 @@ mod tests {
     fn real_lines_come_back() {
         let mut line = Vec::new();
         for real in REAL {
-            let fields = real[7..real.len() - 5]
-                .split(',')
-                .map(|field| field.parse::<f32>().unwrap());
+            let fields = real[7..real.len() - 5].split(',').map(|field| field.parse::<f32>().unwrap());
             let row: Vec<f32> = fields.collect();
             line.clear();
             write_sentence(&mut line, &row.try_into().unwrap());
@@ -65,10 +63,7 @@ mod tests {
         write_sentence(&mut line, &[-0.0; 12]);
         let text = String::from_utf8(line).unwrap();
         assert!(text.starts_with("$VNYMR,-000.000,"), "{text}");
-        assert!(
-            text.contains(",-00.0000,") && text.contains(",-00.000,"),
-            "{text}"
-        );
+        assert!(text.contains(",-00.0000,") && text.contains(",-00.000,"), "{text}");
         assert!(text.contains(",-00.000000*"), "{text}");
     }
 

@@ -31,12 +31,7 @@ fn first_lines_are_pinned() {
         let mut generator = Generator::new(&profile, rate_hz, 1).unwrap();
         write_capture(&mut capture, &mut generator, 3).unwrap();
         let expected = lines.map(|line| format!("{line}\r\n")).concat();
-        assert_eq!(
-            String::from_utf8(capture).unwrap(),
-            expected,
-            "{}",
-            profile.name
-        );
+        assert_eq!(String::from_utf8(capture).unwrap(), expected, "{}", profile.name);
     }
 }
 
@@ -59,30 +54,19 @@ fn ten_minutes_of_lab3_have_the_published_means_and_deviations() {
     ];
     let n = 24_000;
     let mut generator = Generator::new(&Profile::lab3(), 40, 1).unwrap();
-    let rows: Vec<_> = (0..n)
-        .map(|_| generator.next_row().map(f64::from))
-        .collect();
+    let rows: Vec<_> = (0..n).map(|_| generator.next_row().map(f64::from)).collect();
     for (channel, (mean, deviation)) in published.into_iter().enumerate() {
         let values = rows.iter().map(|row| row[channel]);
         let found_mean = values.clone().sum::<f64>() / n as f64;
-        let found_variance = values
-            .map(|value| (value - found_mean).powi(2))
-            .sum::<f64>()
-            / n as f64;
+        let found_variance = values.map(|value| (value - found_mean).powi(2)).sum::<f64>() / n as f64;
         let noise = Profile::lab3().channels[channel].noise;
         // a walk's mean over T has the deviation K·sqrt(T/3); the flicker in its state at the start is 2.6 B
         let slow = noise.random_walk * 200.0_f64.sqrt() + 2.6 * noise.bias_instability;
         let tolerance = 4.5 * (deviation / (n as f64).sqrt() + slow);
-        assert!(
-            (found_mean - mean).abs() < tolerance,
-            "channel {channel}: mean {found_mean}"
-        );
+        assert!((found_mean - mean).abs() < tolerance, "channel {channel}: mean {found_mean}");
         // 2 % of the recipe, 4.5 sigma of the sample
         let relative = found_variance.sqrt() / deviation - 1.0;
-        assert!(
-            relative.abs() < 0.02 + 4.5 / (2.0 * n as f64).sqrt(),
-            "channel {channel}: {relative}"
-        );
+        assert!(relative.abs() < 0.02 + 4.5 / (2.0 * n as f64).sqrt(), "channel {channel}: {relative}");
     }
 }
 
@@ -112,8 +96,7 @@ fn five_hours_of_lab3_give_the_published_bias_readings() {
         let truth = Profile::lab3().channels[channel];
         let rate_hz = NonZeroU32::new(40).unwrap();
         let reading = |seed| {
-            let mut stream =
-                ChannelStream::new(&truth.noise, truth.window, rate_hz, seed, channel as u32);
+            let mut stream = ChannelStream::new(&truth.noise, truth.window, rate_hz, seed, channel as u32);
             let record: Vec<f64> = (0..5 * 3600 * 40).map(|_| stream.next_sample()).collect();
             bias_reading(&record)
         };

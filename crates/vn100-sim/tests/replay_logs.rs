@@ -11,9 +11,6 @@ fn captures_are_what_the_recipe_writes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../replay-logs");
     for recipe::Log { name, bytes } in recipe::logs().unwrap() {
         let shipped = fs::read(folder.join(name)).unwrap();
-        assert!(
-            shipped == bytes,
-            "{name} differs: run the example replay_logs, or undo the change"
-        );
+        assert!(shipped == bytes, "{name} differs: run the example replay_logs, or undo the change");
     }
 }

@@ -4,7 +4,7 @@ use hdrhistogram::Histogram;
 
 use super::Arrivals;
 
-/// Longest interval told apart, one hour; longer ones count as one hour.
+/// Longest interval told apart, one hour; longer ones count as one hour in the percentiles.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
 /// Lines closer than this part of a period came together.
@@ -13,35 +13,43 @@ pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 /// Statistics of the times between consecutive lines, in microseconds as the host stamped them.
 #[derive(Clone, Debug)]
 pub(super) struct Intervals {
-    histogram: Histogram<u64>,
+    /// Three digits; always there, as the bounds are valid.
+    histogram: Option<Histogram<u64>>,
+    least_us: u64,
+    most_us: u64,
 }
 
 impl Intervals {
-    #[expect(clippy::expect_used, reason = "the bounds are constant and valid")]
     pub(super) fn new() -> Self {
-        let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).expect("valid bounds");
-        Self { histogram }
+        let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).ok();
+        Self { histogram, least_us: u64::MAX, most_us: 0 }
     }
 
     /// Adds the time between a line and the one before.
     pub(super) fn push(&mut self, interval_us: u64) {
-        self.histogram.saturating_record(interval_us);
+        if let Some(histogram) = &mut self.histogram {
+            histogram.saturating_record(interval_us);
+        }
+        self.least_us = self.least_us.min(interval_us);
+        self.most_us = self.most_us.max(interval_us);
     }
 
     /// What the intervals say, for lines this far apart; nothing without an interval.
     pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
-        let intervals = &self.histogram;
-        if intervals.is_empty() {
-            return None;
-        }
+        let intervals = self.histogram.as_ref().filter(|histogram| !histogram.is_empty())?;
+        // The middle of a bucket, unless it lies outside of all that was seen.
+        let percentile_us = |quantile: f64| {
+            let middle_us = intervals.median_equivalent(intervals.value_at_quantile(quantile));
+            middle_us.clamp(self.least_us, self.most_us)
+        };
         let together_us = (TOGETHER_PERIODS * period_s * 1e6) as u64;
         let together = intervals.count_between(0, together_us) as f64;
         let share_together = together / intervals.len() as f64;
         let lines = (intervals.len() + 1) as f64;
         Some(Arrivals {
-            p50_us: intervals.value_at_quantile(0.5),
-            p99_us: intervals.value_at_quantile(0.99),
-            max_us: intervals.max(),
+            p50_us: percentile_us(0.5),
+            p99_us: percentile_us(0.99),
+            max_us: self.most_us,
             share_together,
             lines_together: lines / (lines - together),
         })

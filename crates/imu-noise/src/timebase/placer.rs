@@ -6,6 +6,7 @@ use super::Placed;
 use super::envelope::Envelope;
 use super::reads::Reads;
 use super::stretches::snap;
+use super::suspicion::{Outcome, Suspicion};
 
 /// A lag of fewer periods is no loss. Above the 0.76 by which a host was seen to shift its phase, below the 0.88 that
 /// were left of a period at the end of a real pause; within that only streams that lose every fourth line depend on it.
@@ -30,6 +31,10 @@ const BLOCK_LINES: u64 = 16;
 /// Periods by which lines come too early that show that all lines before were late. A jump of the phase is one.
 const EARLY_PERIODS: f64 = 4.0;
 
+/// Periods by which a line comes too early that make a higher rate suspected: half of what each line of the next one of
+/// the sensor's rates does.
+const SUSPECT_PERIODS: f64 = 0.1;
+
 /// How near a lower rate must be to one of the sensor's: a reader that loses lines evenly can come within 5 %.
 const CHANGE_TOLERANCE: f64 = 0.01;
 
@@ -37,12 +42,18 @@ const CHANGE_TOLERANCE: f64 = 0.01;
 const SLOWER_LINES: usize = 32;
 
 /// What the lines say that were judged last.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// They, or losses before them, have their place.
     Placed(Placed),
+    /// So do those that were suspected to come at a higher rate.
+    Cleared(Vec<Placed>),
     /// They come evenly at this lower rate, in Hz.
     Slower(f64),
+    /// Those suspected come at this higher rate, in Hz.
+    Faster(f64),
+    /// They come at this rate in Hz, which no sensor has.
+    TooFast(f64),
 }
 
 /// Lags that are a loss if they stand.
@@ -80,8 +91,8 @@ pub(super) struct Placer {
     /// Due times follow the fitted rate, not the nominal one.
     follow_fit: bool,
     reads: Reads,
-    /// By how much lines came before they were due, since the caller last asked.
-    early_s: f64,
+    /// Lines that have a place unless the rate is higher.
+    suspicion: Option<Box<Suspicion>>,
 }
 
 impl Placer {
@@ -103,7 +114,7 @@ impl Placer {
             envelope: Envelope::new(period_s),
             follow_fit,
             reads: Reads::new(period_s),
-            early_s: 0.0,
+            suspicion: None,
         }
     }
 
@@ -113,8 +124,27 @@ impl Placer {
         self.held.push_back(at_s);
     }
 
-    /// The next verdict; none while the lines held are in doubt.
+    /// The next verdict; none while the lines held are in doubt, or suspected.
     pub(super) fn judge(&mut self) -> Option<Verdict> {
+        loop {
+            let decision = match self.judge_lag()? {
+                Verdict::Placed(decision) => decision,
+                change => return Some(change),
+            };
+            let Some(suspicion) = &mut self.suspicion else {
+                return Some(Verdict::Placed(decision));
+            };
+            match suspicion.keep(decision) {
+                Outcome::Open => {}
+                Outcome::Cleared => return Some(Verdict::Cleared(self.clear_suspicion())),
+                Outcome::Faster(to_hz) => return Some(Verdict::Faster(to_hz)),
+                Outcome::TooFast(measured_hz) => return Some(Verdict::TooFast(measured_hz)),
+            }
+        }
+    }
+
+    /// The verdict on the next lines by their lag alone.
+    fn judge_lag(&mut self) -> Option<Verdict> {
         while let Some(&at_s) = self.held.get(self.judged) {
             let lag_s = at_s - self.due_s;
             if lag_s < self.doubt_s() {
@@ -145,14 +175,27 @@ impl Placer {
         std::mem::take(&mut self.held)
     }
 
+    /// The decisions on the lines suspected hold.
+    pub(super) fn clear_suspicion(&mut self) -> Vec<Placed> {
+        self.suspicion.take().map_or_else(Vec::new, |suspicion| suspicion.into_decisions())
+    }
+
+    /// The decisions on the lines before the rate changed to `to_hz`, a higher one, and the stamps of those after.
+    pub(super) fn split(&mut self, to_hz: f64) -> (Vec<Placed>, Vec<f64>) {
+        let (before, mut after_s) =
+            self.suspicion.take().map_or_else(Default::default, |suspicion| suspicion.split(to_hz));
+        after_s.extend(self.take_held());
+        (before, after_s)
+    }
+
+    /// Lines held or suspected.
+    pub(super) fn waiting(&self) -> usize {
+        self.held.len() + self.suspicion.as_ref().map_or(0, |suspicion| suspicion.lines())
+    }
+
     /// Period of the fitted rate, once some blocks of lines are in.
     pub(super) const fn fitted_period_s(&self) -> Option<f64> {
         self.envelope.fitted_period_s()
-    }
-
-    /// Periods by which lines came before they were due, since last asked.
-    pub(super) const fn take_early_periods(&mut self) -> f64 {
-        std::mem::replace(&mut self.early_s, 0.0) / self.period_s
     }
 
     /// Lag from which a line is in doubt.
@@ -164,32 +207,51 @@ impl Placer {
     /// The line at `judged` has its place, and so have those held before it.
     fn settle(&mut self, at_s: f64, lag_s: f64) -> Verdict {
         self.doubt = None;
+        let lines = self.judged + 1;
         self.due_s += self.period_s;
         if lag_s < -self.overcount_s {
             let early_s = -self.overcount_s - lag_s;
+            self.suspect(at_s, early_s, lines);
             self.due_s -= early_s;
-            self.early_s += early_s;
             self.block_least_s = -self.overcount_s;
         } else {
             self.block_least_s = self.block_least_s.min(lag_s);
         }
-        let lines = self.judged + 1;
         self.judged = 0;
-        if lines == 1 {
+        if let Some(suspicion) = &mut self.suspicion {
+            let all_late = suspicion.early_s() > EARLY_PERIODS * self.period_s;
+            let window_s = self.reads.window_s();
+            self.held.drain(..lines).for_each(|at_s| suspicion.push(at_s, window_s));
+            if all_late {
+                self.envelope.restart();
+            }
+        } else if lines == 1 {
             self.held.pop_front();
         } else {
             self.held.drain(..lines);
         }
         self.index += lines as u64;
-        if self.early_s > EARLY_PERIODS * self.period_s {
-            self.envelope.restart();
-        }
         self.fit(at_s);
         self.block_lines += lines as u64;
         if self.block_lines >= BLOCK_LINES && at_s - self.block_start_s >= self.reads.window_s() {
             self.end_block(at_s);
         }
         Verdict::Placed(Placed::Lines(lines as u64))
+    }
+
+    /// The line to be settled, with those in doubt before it, is the earliest by `early_s`; it was due a period ago.
+    fn suspect(&mut self, at_s: f64, early_s: f64, lines: usize) {
+        let suspicious = early_s > SUSPECT_PERIODS * self.period_s;
+        if suspicious && self.suspicion.is_none() {
+            let before_s = self.due_s - (lines + 1) as f64 * self.period_s;
+            self.suspicion = Some(Box::new(Suspicion::new(self.rates_hz, self.period_s, before_s)));
+        }
+        if let Some(suspicion) = &mut self.suspicion {
+            suspicion.add_early(early_s);
+            if suspicious {
+                suspicion.note_early(at_s);
+            }
+        }
     }
 
     /// After a block without a loss the due time follows its least lag; a loss counted too much stays owed.

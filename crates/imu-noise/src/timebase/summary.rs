@@ -6,7 +6,7 @@ use std::time::Duration;
 /// Rate the lines stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NominalRate {
-    /// Given beforehand, in Hz.
+    /// Given beforehand, in Hz, and not contradicted by the stamps.
     Known(f64),
     /// One of the sensor's rates, in Hz: the nearest to the measured one, and within 5 % of it.
     Snapped(f64),
@@ -41,6 +41,13 @@ pub enum Refusal {
         /// The sensor's fastest rate in Hz.
         fastest_hz: f64,
     },
+    /// Lines came at another rate than the one known beforehand from the start.
+    OtherRate {
+        /// Rate known beforehand, in Hz.
+        known_hz: f64,
+        /// Rate by the stamps, in Hz.
+        measured_hz: f64,
+    },
     /// All lines have the same stamp.
     NoTimePasses {
         /// How many lines.
@@ -59,6 +66,10 @@ impl fmt::Display for Refusal {
                 f,
                 "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz; were they stamped when a file was read? Give the rate"
             ),
+            Self::OtherRate { known_hz, measured_hz } => write!(
+                f,
+                "lines come at {measured_hz:.4} Hz by their stamps, not at {known_hz} Hz as given: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen; give no rate if the stamps are right"
+            ),
             Self::NoTimePasses { lines } => {
                 write!(f, "stamps are no time base: all {lines} lines have the same; give the rate")
             }
@@ -66,29 +77,30 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// How lines arrive.
+/// How lines arrive, over the whole stream: a change of the rate does not begin it anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrivals {
-    /// Median time between lines in microseconds, to three digits as the two below.
+    /// Median time between lines in microseconds, to three digits as the next one: the middle of its class.
     pub p50_us: u64,
     /// 99th percentile of the time between lines in microseconds.
     pub p99_us: u64,
-    /// Longest time between lines in microseconds; an hour at most.
+    /// Longest time between lines in microseconds, exactly.
     pub max_us: u64,
-    /// Part of the lines, 0 to 1, that came within 0.2 periods of the one before.
+    /// Part of the lines, 0 to 1, that came within 0.2 periods of the one before, by the nominal rate now.
     pub share_together: f64,
     /// Mean number of lines that came together; 1 when each came alone.
     pub lines_together: f64,
 }
 
-/// What the stamps say about the stream.
+/// What the stamps say about the stream. After a change of the rate `nominal`, `measured_hz` and `offset_ppm` are those
+/// of the part since the last one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimebaseSummary {
     /// Lines pushed.
     pub lines: u64,
-    /// Rate the lines stand for, the last one if it changed; absent until it is known and after a refusal.
+    /// Rate the lines stand for, the last one if it changed; absent until it is sure and after a refusal.
     pub nominal: Option<NominalRate>,
-    /// Rate of the line fitted under the arrivals in Hz; absent for fewer than about 130 lines.
+    /// Rate of the line fitted under the arrivals in Hz; absent for fewer than about 130 lines since the rate changed.
     pub measured_hz: Option<f64>,
     /// Fitted against nominal rate in parts per million, positive when the sensor is fast.
     pub offset_ppm: Option<f64>,

@@ -6,11 +6,11 @@ use vn100_protocol::{Channel, Layout, Quantity, VNIMU, VNYMR};
 use super::{
     CsvError,
     channel::{KNOWN, known},
-    column_map::ColumnMap,
+    column_map::{ColumnMap, MappedChannel},
     fields::{Fields, is_comment_or_blank},
     header::{Header, Places},
     number::{LastDigit, Number},
-    plan::{Column, CsvLayout, Kind, Plan, Rounded, Scale},
+    plan::{Column, Kind, Plan, Rounded, Scale},
     stamp::StampUnit,
     survey::{self, Prior, Survey},
     tally::shown,
@@ -74,14 +74,8 @@ impl Candidate<'_> {
         }
         places.channels.sort_by_key(|&(_, channel)| channel);
         let channels = || places.channels.iter().map(|&(_, index)| known(index));
-        let kind = if sentences {
-            Kind::Sentences
-        } else {
-            Kind::Values(CsvLayout {
-                layout: self.named_layout(channels().cloned().collect()),
-                scale: vec![1.0; places.channels.len()],
-            })
-        };
+        let kind =
+            if sentences { Kind::Sentences } else { Kind::Values(self.named_layout(channels().cloned().collect())) };
         let priors = channels()
             .map(|channel| Prior { decimals: channel.decimals, limit: Some(channel.value(channel.limit_counts)) });
         self.survey(Reading {
@@ -102,7 +96,8 @@ impl Candidate<'_> {
         places.channels.sort_by_key(|&(_, channel)| channel);
         let mut mapped: Vec<_> = map.channels.iter().collect();
         mapped.sort_by_key(|mapped| mapped.index);
-        let channels: Vec<Channel> = mapped.iter().map(|mapped| known(mapped.index).clone()).collect();
+        let channel = |mapped: &&MappedChannel| Channel { scale: mapped.unit.scale, ..known(mapped.index).clone() };
+        let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let layout = Layout {
             message: "CSV".into(),
             // angles come out of an attitude filter
@@ -115,7 +110,7 @@ impl Candidate<'_> {
             limit: None,
         });
         self.survey(Reading {
-            kind: Kind::Values(CsvLayout { layout, scale: mapped.iter().map(|mapped| mapped.unit.scale).collect() }),
+            kind: Kind::Values(layout),
             priors: priors.collect(),
             zeros_hundredths: mapped.iter().map(|mapped| mapped.unit.zero_hundredths).collect(),
             stamp_unit: map.stamp.as_ref().map(|&(_, unit)| unit),
@@ -187,7 +182,7 @@ impl Candidate<'_> {
             }
             scales.push(Scale::new(resolution, prior.limit, reading.zeros_hundredths[slot]));
         }
-        if let Kind::Values(CsvLayout { layout, .. }) = &mut kind {
+        if let Kind::Values(layout) = &mut kind {
             for (channel, scale) in layout.channels.to_mut().iter_mut().zip(&scales) {
                 channel.decimals = scale.resolution.decimals;
                 channel.limit_counts = scale.limit_counts;

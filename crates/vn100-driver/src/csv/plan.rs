@@ -28,21 +28,11 @@ pub(crate) struct Plan {
 /// What the rows of a CSV file are.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
-    /// Numbers, one per channel.
-    Values(CsvLayout),
+    /// Numbers, one per channel. The layout is named after the message when it has exactly the channels of one, `CSV` otherwise; its
+    /// decimals are the file's, and its scales lead from the file's units to the channels' own.
+    Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,
-}
-
-/// The channels of a file of numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CsvLayout {
-    /// Named after the message when it has exactly the channels of one, `CSV` otherwise. `unit` is the channel's own; a count is in
-    /// units of the last of `decimals` in the file's unit.
-    pub(crate) layout: Layout,
-    /// For each channel how many of its own unit make one of the file's: `channel.value(count) * scale` is in `channel.unit`. All 1
-    /// without a column map.
-    pub(crate) scale: Vec<f64>,
 }
 
 /// A channel that is printed with more digits than are kept.
@@ -117,6 +107,7 @@ impl Scale {
     }
 }
 
+#[cfg(test)]
 impl Plan {
     /// Whether the rows have stamps.
     pub(crate) fn is_stamped(&self) -> bool {

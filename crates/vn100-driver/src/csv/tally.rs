@@ -72,6 +72,7 @@ impl CsvTally {
     }
 
     /// The odd rows of all kinds.
+    #[cfg(test)]
     pub(crate) fn odd_rows(&self) -> u64 {
         self.odd.iter().map(|odd| odd.count).sum()
     }

@@ -37,7 +37,7 @@ fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<Plan>, CsvEr
     recognise(text.as_ref(), map.as_ref())
 }
 
-fn layout(plan: &Plan) -> &CsvLayout {
+fn layout(plan: &Plan) -> &vn100_protocol::Layout {
     match &plan.kind {
         Kind::Values(layout) => layout,
         Kind::Sentences => panic!("sentences"),
@@ -96,7 +96,7 @@ fn the_parsed_captures_equal_their_sentences() {
         }
         let bytes = std::fs::read(&path).unwrap();
         let plan = recognise(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
-        assert_eq!(layout(&plan).layout, VNYMR, "{}", path.display());
+        assert_eq!(*layout(&plan), VNYMR, "{}", path.display());
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
         let expected = samples(&sentences, Options { accept_unchecked: true });

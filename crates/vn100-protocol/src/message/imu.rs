@@ -2,8 +2,13 @@
 
 use core::fmt::{self, Write};
 
-use super::{Counts, GrammarError, MessageError, Suffix, parse_fields, scale, write_sentence};
-use crate::{checksum::Check, decimal::Decimal, layout::VNIMU, sentence::Sentence};
+use super::{Counts, GrammarError, MessageError, Suffix, numbers::Numbers, parse_fields, scale, write_sentence};
+use crate::{
+    checksum::Check,
+    decimal::Decimal,
+    layout::{IMU_CHANNELS, VNIMU},
+    sentence::Sentence,
+};
 
 /// One `$VNIMU` line.
 ///
@@ -32,6 +37,27 @@ impl Imu {
     /// [`MessageError::Grammar`] unless it is a `VNIMU` with eleven numbers of the known decimals and at most a suffix behind them;
     /// [`MessageError::Range`] for a value beyond its channel's limit.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
+        Self::read(sentence).map_or_else(|| Self::judge(sentence), Ok)
+    }
+
+    /// Reads a line that is as all are.
+    #[inline]
+    fn read(sentence: &Sentence<'_>) -> Option<Self> {
+        let mut numbers = Numbers::behind("VNIMU", sentence.body)?;
+        for first in [0, 3, 6] {
+            numbers.three(first, &IMU_CHANNELS, IMU_CHANNELS[first].decimals)?;
+        }
+        for index in [9, 10] {
+            numbers.one(index, &IMU_CHANNELS[index], IMU_CHANNELS[index].decimals)?;
+        }
+        let suffix = Suffix::parse(numbers.rest())?;
+        let Numbers { counts, negative_zeros, .. } = numbers;
+        Some(Self { counts, negative_zeros, check: sentence.check, suffix })
+    }
+
+    /// Reads any line, and says what is wrong with it.
+    #[cold]
+    fn judge(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
         let fields = parse_fields(sentence, &VNIMU)?;
         for (number, channel) in fields.numbers.iter().zip(&*VNIMU.channels) {
             if number.decimals() != channel.decimals {
@@ -113,5 +139,29 @@ impl Imu {
 
     fn value(&self, index: usize) -> f64 {
         VNIMU.channels[index].value(self.counts[index])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentence(body: &[u8]) -> Sentence<'_> {
+        Sentence { body, raw: body, check: Check::Xor8, offset: 0 }
+    }
+
+    #[test]
+    fn every_change_of_one_byte_is_read_as_judged() {
+        let body = b"VNIMU,-0.0350,+00.4222,-000.6643,-00.015,+00.019,+109.948,-00.000000,-08.008442,-0.044656,+20.7,+084.322,T5";
+        assert!(Imu::read(&sentence(body)).is_some());
+        for at in 0..body.len() {
+            for byte in 0..=u8::MAX {
+                let mut changed = body.to_vec();
+                changed[at] = byte;
+                if let Some(imu) = Imu::read(&sentence(&changed)) {
+                    assert_eq!(Imu::judge(&sentence(&changed)), Ok(imu), "{}", String::from_utf8_lossy(&changed));
+                }
+            }
+        }
     }
 }

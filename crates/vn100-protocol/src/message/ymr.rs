@@ -2,8 +2,16 @@
 
 use core::fmt::{self, Write};
 
-use super::{Counts, GrammarError, MessageError, RangeError, Suffix, parse_fields, scale, write_sentence};
-use crate::{checksum::Check, decimal::Decimal, layout::VNYMR, print_format::PrintFormat, sentence::Sentence};
+use super::{
+    Counts, GrammarError, MessageError, RangeError, Suffix, numbers::Numbers, parse_fields, scale, write_sentence,
+};
+use crate::{
+    checksum::Check,
+    decimal::Decimal,
+    layout::{VNYMR, YMR_CHANNELS},
+    print_format::PrintFormat,
+    sentence::Sentence,
+};
 
 /// One `$VNYMR` line.
 ///
@@ -31,35 +39,32 @@ impl Ymr {
     /// [`MessageError::Grammar`] unless it is a `VNYMR` with twelve numbers in one of the two print formats and at most a suffix behind
     /// them; [`MessageError::Range`] for a value beyond its channel's limit.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
-        if let Some(ymr) = Self::quick(sentence) {
-            return Ok(ymr);
-        }
+        Self::read(sentence, PrintFormat::Current)
+            .or_else(|| Self::read(sentence, PrintFormat::Old))
+            .map_or_else(|| Self::judge(sentence), Ok)
+    }
+
+    /// Reads a line that is as `print_format` has it.
+    #[inline(always)]
+    fn read(sentence: &Sentence<'_>, print_format: PrintFormat) -> Option<Self> {
+        let mut numbers = Numbers::behind("VNYMR", sentence.body)?;
+        let forms = print_format.ymr_forms();
+        numbers.three(0, &YMR_CHANNELS, forms[0].decimals)?;
+        numbers.three(3, &YMR_CHANNELS, forms[3].decimals)?;
+        numbers.three(6, &YMR_CHANNELS, forms[6].decimals)?;
+        numbers.three(9, &YMR_CHANNELS, forms[9].decimals)?;
+        let suffix = Suffix::parse(numbers.rest())?;
+        let Numbers { counts, negative_zeros, .. } = numbers;
+        Some(Self { counts, negative_zeros, print_format, check: sentence.check, suffix })
+    }
+
+    /// Reads any line, and says what is wrong with it.
+    #[cold]
+    fn judge(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
         let fields = parse_fields(sentence, &VNYMR)?;
         let print_format = print_format(&fields.numbers)?;
         let Counts { counts, negative_zeros } = scale(&fields.numbers, &VNYMR)?;
         Ok(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: fields.suffix })
-    }
-
-    #[inline]
-    fn quick(sentence: &Sentence<'_>) -> Option<Self> {
-        sentence.body.strip_prefix(b"VNYMR")?;
-        Self::quick_as(sentence, PrintFormat::Current, [3, 4, 3, 6])
-            .or_else(|| Self::quick_as(sentence, PrintFormat::Old, [2, 4, 3, 4]))
-    }
-
-    #[inline(always)]
-    fn quick_as(sentence: &Sentence<'_>, print_format: PrintFormat, printed: [u32; 4]) -> Option<Self> {
-        let mut numbers = super::usual::Numbers { body: sentence.body, at: 5 };
-        let [a, b, c] = numbers.three(printed[0], 3, 180_000)?;
-        let [d, e, f] = numbers.three(printed[1], 4, 100_000)?;
-        let [g, h, i] = numbers.three(printed[2], 3, 200_000)?;
-        let [j, k, l] = numbers.three(printed[3], 6, 40_000_000)?;
-        if numbers.at != sentence.body.len() {return None;}
-        let all = [a, b, c, d, e, f, g, h, i, j, k, l];
-        let counts = all.map(|number| number.0);
-        let mut negative_zeros = 0;
-        for index in 0..12 { negative_zeros |= u16::from(all[index].1) << index; }
-        Some(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: Suffix::default() })
     }
 
     /// A line of the current print format with these counts, in the units of [`counts`](Self::counts).
@@ -186,4 +191,72 @@ fn print_format(numbers: &[Decimal; 12]) -> Result<PrintFormat, GrammarError> {
         }
     }
     Ok(format)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*, sample::select};
+
+    use super::*;
+
+    const BODIES: [&str; 4] = [
+        "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
+        "VNYMR,-5.469,+04.972,-180.000,-0.5551,+10.0000,+000.9048,+108.971,-2.145,-200.000,+0.000040,-40.000000,-0.000000,T01,S00FF",
+        "VNYMR,-085.46,+074.97,+063.75,-0.5551,+0.4403,-0.0000,+08.971,-02.145,-01.093,+00.0000,-40.0000,-00.0003",
+        "VNYMR,-5.46,-000.00,+180.00,-00.5551,+10.0000,+000.9048,+108.971,-2.145,-0.000,+0.0000,-40.0000,-0.0003,S0000",
+    ];
+
+    fn sentence(body: &[u8]) -> Sentence<'_> {
+        Sentence { body, raw: body, check: Check::Crc16, offset: 0 }
+    }
+
+    fn read(body: &[u8]) -> Option<Ymr> {
+        let line = sentence(body);
+        Ymr::read(&line, PrintFormat::Current).or_else(|| Ymr::read(&line, PrintFormat::Old))
+    }
+
+    fn assert_read_as_judged(body: &[u8]) {
+        if let Some(ymr) = read(body) {
+            assert_eq!(Ymr::judge(&sentence(body)), Ok(ymr), "{}", String::from_utf8_lossy(body));
+        }
+    }
+
+    #[test]
+    fn good_lines_of_any_width_are_read_at_once() {
+        for body in BODIES {
+            assert!(read(body.as_bytes()).is_some(), "{body}");
+            assert_read_as_judged(body.as_bytes());
+        }
+    }
+
+    #[test]
+    fn every_change_of_one_byte_is_read_as_judged() {
+        for body in BODIES {
+            for at in 0..body.len() {
+                for byte in 0..=u8::MAX {
+                    let mut changed = body.as_bytes().to_vec();
+                    changed[at] = byte;
+                    assert_read_as_judged(&changed);
+                }
+                assert_read_as_judged(&body.as_bytes()[..at]);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn changes_of_many_bytes_are_read_as_judged(
+            body in select(&BODIES[..]),
+            changes in vec((6_usize..100, prop_oneof![Just(None), select(&b"+-,.0123456789"[..]).prop_map(Some)]), 1..4),
+        ) {
+            let mut body = body.as_bytes().to_vec();
+            for (at, byte) in changes {
+                match byte {
+                    Some(byte) => body.insert(at, byte),
+                    None => _ = body.remove(at),
+                }
+            }
+            assert_read_as_judged(&body);
+        }
+    }
 }

@@ -132,12 +132,7 @@ fn nan_field(line: &mut Vec<u8>) {
 
 /// 400 printable bytes, no line end. Bad: too long, once; the search goes on behind its `$`.
 fn long_line_without_end(line: &mut Vec<u8>) {
-    *line = b"$VNYMR,"
-        .iter()
-        .chain(b"+000.000,".iter().cycle())
-        .take(400)
-        .copied()
-        .collect();
+    *line = b"$VNYMR,".iter().chain(b"+000.000,".iter().cycle()).take(400).copied().collect();
 }
 
 /// Bytes of another baud rate before a line, nothing lost. Good; the eight bytes are skipped.
@@ -198,10 +193,5 @@ fn replace_field(line: &mut Vec<u8>, index: usize, text: Option<&str>) {
     }
     let body = fields.join(&b',');
     let check = body.iter().fold(0, |xor, byte| xor ^ byte);
-    *line = [
-        b"$",
-        body.as_slice(),
-        format!("*{check:02X}\r\n").as_bytes(),
-    ]
-    .concat();
+    *line = [b"$", body.as_slice(), format!("*{check:02X}\r\n").as_bytes()].concat();
 }

@@ -12,16 +12,7 @@ use vn100_sim::{Generator, Profile, UnsupportedRate, sentence::write_sentence};
 const RATE_HZ: u32 = 40;
 
 /// Runs of damaged lines in `gaps.vnymr`: first line (from 1), number of lines.
-const GAPS: [(usize, usize); 8] = [
-    (200, 1),
-    (333, 1),
-    (600, 3),
-    (777, 1),
-    (1000, 40),
-    (1500, 3),
-    (1900, 1),
-    (2200, 1),
-];
+const GAPS: [(usize, usize); 8] = [(200, 1), (333, 1), (600, 3), (777, 1), (1000, 40), (1500, 3), (1900, 1), (2200, 1)];
 
 /// Packets sent with each line of `binary-between.bin`: 200 Hz beside 40 Hz.
 const PACKETS_PER_LINE: u64 = 5;
@@ -35,9 +26,7 @@ fn has_text(packet: u64) -> bool {
 const BROKEN_PACKETS: [u64; 2] = [502, 1501];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args_os()
-        .nth(1)
-        .ok_or("usage: replay_logs FOLDER")?;
+    let folder = std::env::args_os().nth(1).ok_or("usage: replay_logs FOLDER")?;
     for Log { name, bytes } in logs()? {
         fs::write(PathBuf::from(&folder).join(name), bytes)?;
     }
@@ -53,22 +42,10 @@ pub(crate) struct Log {
 /// All captures.
 pub(crate) fn logs() -> Result<[Log; 4], UnsupportedRate> {
     Ok([
-        Log {
-            name: "clean-minute.vnymr",
-            bytes: lines(1, 60)?.concat(),
-        },
-        Log {
-            name: "corrupted.vnymr",
-            bytes: corruption::corrupted(lines(2, 20)?),
-        },
-        Log {
-            name: "gaps.vnymr",
-            bytes: gaps(lines(3, 60)?),
-        },
-        Log {
-            name: "binary-between.bin",
-            bytes: binary_between(4, 10)?,
-        },
+        Log { name: "clean-minute.vnymr", bytes: lines(1, 60)?.concat() },
+        Log { name: "corrupted.vnymr", bytes: corruption::corrupted(lines(2, 20)?) },
+        Log { name: "gaps.vnymr", bytes: gaps(lines(3, 60)?) },
+        Log { name: "binary-between.bin", bytes: binary_between(4, 10)? },
     ])
 }
 

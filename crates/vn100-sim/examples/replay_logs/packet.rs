@@ -45,13 +45,12 @@ pub(crate) fn break_crc(packet: &mut [u8]) {
 /// CRC-16/XMODEM: polynomial 0x1021, start 0.
 pub(crate) fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, &byte| {
-        (0..8).fold(crc ^ (u16::from(byte) << 8), |crc, _| {
-            if crc & 0x8000 == 0 {
-                crc << 1
-            } else {
-                (crc << 1) ^ 0x1021
-            }
-        })
+        (0..8).fold(
+            crc ^ (u16::from(byte) << 8),
+            |crc, _| {
+                if crc & 0x8000 == 0 { crc << 1 } else { (crc << 1) ^ 0x1021 }
+            },
+        )
     })
 }
 
@@ -63,10 +62,5 @@ fn push<const N: usize>(packet: &mut Vec<u8>, values: &[f32; N]) {
 fn quaternion(yaw_deg: f32, pitch_deg: f32, roll_deg: f32) -> [f32; 4] {
     let half = |angle_deg: f32| (angle_deg.to_radians() / 2.0).sin_cos();
     let ((sy, cy), (sp, cp), (sr, cr)) = (half(yaw_deg), half(pitch_deg), half(roll_deg));
-    [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
+    [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]
 }

@@ -13,13 +13,7 @@ use super::*;
 const SIGMAS: f64 = 4.5;
 
 fn stream(noise: &ChannelNoise, rate_hz: u32, seed: u64) -> ChannelStream {
-    ChannelStream::new(
-        noise,
-        Window::None,
-        NonZeroU32::new(rate_hz).unwrap(),
-        seed,
-        0,
-    )
+    ChannelStream::new(noise, Window::None, NonZeroU32::new(rate_hz).unwrap(), seed, 0)
 }
 
 fn samples(noise: &ChannelNoise, rate_hz: u32, seed: u64, n: usize) -> Vec<f64> {
@@ -34,8 +28,7 @@ fn avar(values: &[f64], m: usize) -> f64 {
         *sum += value;
         Some(*sum)
     }));
-    let squares =
-        (0..=values.len() - 2 * m).map(|i| (sums[i + 2 * m] - 2.0 * sums[i + m] + sums[i]).powi(2));
+    let squares = (0..=values.len() - 2 * m).map(|i| (sums[i + 2 * m] - 2.0 * sums[i + m] + sums[i]).powi(2));
     squares.sum::<f64>() / ((values.len() - 2 * m + 1) as f64 * 2.0 * (m * m) as f64)
 }
 
@@ -48,38 +41,24 @@ fn assert_within(found: f64, expected: f64, edf: f64, what: &str) {
     // a chi-square of edf degrees of freedom varies by sqrt(2/edf) of itself
     let tolerance = SIGMAS * (2.0 / edf).sqrt();
     let relative = found / expected - 1.0;
-    assert!(
-        relative.abs() < tolerance,
-        "{what}: {relative} of the truth, allowed {tolerance}"
-    );
+    assert!(relative.abs() < tolerance, "{what}: {relative} of the truth, allowed {tolerance}");
 }
 
 #[test]
 fn white_reads_n_over_sqrt_tau() {
-    let noise = ChannelNoise {
-        white_density: 2e-3,
-        ..ChannelNoise::default()
-    };
+    let noise = ChannelNoise { white_density: 2e-3, ..ChannelNoise::default() };
     let n = 1 << 18;
     let record = samples(&noise, 40, 1, n);
     for m in [1, 4, 64, 1024] {
         let tau_s = m as f64 / 40.0;
         // edf of white noise is at least n/m times 2/3 (NIST SP 1065, 5.4.1)
-        assert_within(
-            avar(&record, m),
-            4e-6 / tau_s,
-            n as f64 / m as f64 / 1.5,
-            &format!("m {m}"),
-        );
+        assert_within(avar(&record, m), 4e-6 / tau_s, n as f64 / m as f64 / 1.5, &format!("m {m}"));
     }
 }
 
 #[test]
 fn walk_reads_k_sqrt_tau_over_3() {
-    let noise = ChannelNoise {
-        random_walk: 1e-3,
-        ..ChannelNoise::default()
-    };
+    let noise = ChannelNoise { random_walk: 1e-3, ..ChannelNoise::default() };
     let n = 1 << 14;
     let records: Vec<_> = (0..32).map(|seed| samples(&noise, 40, seed, n)).collect();
     assert_eq!(records[0][0], 0.0);
@@ -88,21 +67,13 @@ fn walk_reads_k_sqrt_tau_over_3() {
         // sampled: K²τ/3 · (1 + 1/2m²)
         let expected = 1e-6 * factor / 40.0 / 3.0 * (1.0 + 0.5 / (factor * factor));
         // disjoint pairs of blocks are nearly independent
-        assert_within(
-            mean_avar(&records, m),
-            expected,
-            32.0 * n as f64 / factor / 2.0,
-            &format!("m {m}"),
-        );
+        assert_within(mean_avar(&records, m), expected, 32.0 * n as f64 / factor / 2.0, &format!("m {m}"));
     }
 }
 
 #[test]
 fn flicker_is_flat_from_a_minute_to_a_day() {
-    let noise = ChannelNoise {
-        bias_instability: 3.0,
-        ..ChannelNoise::default()
-    };
+    let noise = ChannelNoise { bias_instability: 3.0, ..ChannelNoise::default() };
     let n = 1 << 20;
     let seeds = 8;
     let records: Vec<_> = (0..seeds).map(|seed| samples(&noise, 1, seed, n)).collect();
@@ -110,22 +81,13 @@ fn flicker_is_flat_from_a_minute_to_a_day() {
         let (n, m_) = (n as f64, m as f64);
         // edf of flicker, overlapping (Howe, Allan and Barnes, 1981)
         let edf = seeds as f64 * 5.0 * n * n / (4.0 * m_ * (n + 3.0 * m_));
-        assert_within(
-            mean_avar(&records, m),
-            9.0 * 2.0 * LN_2 / PI,
-            edf,
-            &format!("m {m}"),
-        );
+        assert_within(mean_avar(&records, m), 9.0 * 2.0 * LN_2 / PI, edf, &format!("m {m}"));
     }
 }
 
 #[test]
 fn ramp_reads_r_tau_over_sqrt_2() {
-    let noise = ChannelNoise {
-        mean: 5.0,
-        ramp: 1e-3,
-        ..ChannelNoise::default()
-    };
+    let noise = ChannelNoise { mean: 5.0, ramp: 1e-3, ..ChannelNoise::default() };
     let record = samples(&noise, 40, 1, 4096);
     assert_eq!(record[0], 5.0);
     for m in [1, 16, 256] {
@@ -137,14 +99,8 @@ fn ramp_reads_r_tau_over_sqrt_2() {
 
 #[test]
 fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
-    let line = Line {
-        amplitude: 0.5,
-        frequency_hz: 3.7,
-    };
-    let noise = ChannelNoise {
-        line: Some(line),
-        ..ChannelNoise::default()
-    };
+    let line = Line { amplitude: 0.5, frequency_hz: 3.7 };
+    let noise = ChannelNoise { line: Some(line), ..ChannelNoise::default() };
     let record = samples(&noise, 40, 1, 1 << 16);
     for m in [1, 2, 3, 7, 20] {
         let (f, m_) = (PI * line.frequency_hz / 40.0, m as f64);
@@ -160,33 +116,12 @@ fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
 fn components_do_not_disturb_each_other() {
     let nothing = ChannelNoise::default();
     let parts = [
-        ChannelNoise {
-            mean: 3.0,
-            ..nothing
-        },
-        ChannelNoise {
-            white_density: 0.1,
-            ..nothing
-        },
-        ChannelNoise {
-            bias_instability: 0.2,
-            ..nothing
-        },
-        ChannelNoise {
-            random_walk: 0.3,
-            ..nothing
-        },
-        ChannelNoise {
-            ramp: -0.4,
-            ..nothing
-        },
-        ChannelNoise {
-            line: Some(Line {
-                amplitude: 0.5,
-                frequency_hz: 1.3,
-            }),
-            ..nothing
-        },
+        ChannelNoise { mean: 3.0, ..nothing },
+        ChannelNoise { white_density: 0.1, ..nothing },
+        ChannelNoise { bias_instability: 0.2, ..nothing },
+        ChannelNoise { random_walk: 0.3, ..nothing },
+        ChannelNoise { ramp: -0.4, ..nothing },
+        ChannelNoise { line: Some(Line { amplitude: 0.5, frequency_hz: 1.3 }), ..nothing },
     ];
     let all = ChannelNoise {
         mean: 3.0,
@@ -207,12 +142,7 @@ fn components_do_not_disturb_each_other() {
 fn every_component_of_every_channel_has_its_own_stream() {
     let mut seen = HashSet::new();
     for channel in 0..12 {
-        for component in [
-            Component::White,
-            Component::Flicker,
-            Component::Walk,
-            Component::LinePhase,
-        ] {
+        for component in [Component::White, Component::Flicker, Component::Walk, Component::LinePhase] {
             assert!(seen.insert(random_stream(1, channel, component).next_u64()));
         }
     }

@@ -13,8 +13,7 @@ fn white(window: Window, rate_hz: u32, samples: usize) -> Vec<f64> {
 }
 
 fn autocorrelation(values: &[f64], lag: usize) -> f64 {
-    let products =
-        |lag: usize| -> f64 { values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum() };
+    let products = |lag: usize| -> f64 { values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum() };
     products(lag) / products(0)
 }
 
@@ -22,35 +21,20 @@ fn autocorrelation(values: &[f64], lag: usize) -> f64 {
 /// deviation of it: the squares of n independent differences vary by sqrt(2/n), their root by half.
 fn apparent_density(values: &[f64], rate_hz: f64) -> (f64, f64) {
     let m = 64;
-    let means: Vec<f64> = values
-        .chunks_exact(m)
-        .map(|block| block.iter().sum::<f64>() / m as f64)
-        .collect();
+    let means: Vec<f64> = values.chunks_exact(m).map(|block| block.iter().sum::<f64>() / m as f64).collect();
     let pairs = means.chunks_exact(2);
     let n = pairs.len() as f64;
-    let avar = pairs
-        .map(|pair| (pair[1] - pair[0]).powi(2) / 2.0)
-        .sum::<f64>()
-        / n;
+    let avar = pairs.map(|pair| (pair[1] - pair[0]).powi(2) / 2.0).sum::<f64>() / n;
     ((avar * m as f64 / rate_hz).sqrt(), (2.0 / n).sqrt() / 2.0)
 }
 
 #[test]
 fn boxcar_correlates_neighbours() {
     let n = 400_000;
-    for (rate_hz, samples, expected) in [
-        (800, 4, [0.75, 0.5, 0.25, 0.0, 0.0]),
-        (200, 4, [0.0; 5]),
-        (200, 20, [0.8, 0.6, 0.4, 0.2, 0.0]),
-    ] {
-        let values = white(
-            Window::Boxcar {
-                refresh_hz: 800,
-                samples,
-            },
-            rate_hz,
-            n,
-        );
+    for (rate_hz, samples, expected) in
+        [(800, 4, [0.75, 0.5, 0.25, 0.0, 0.0]), (200, 4, [0.0; 5]), (200, 20, [0.8, 0.6, 0.4, 0.2, 0.0])]
+    {
+        let values = white(Window::Boxcar { refresh_hz: 800, samples }, rate_hz, n);
         // Bartlett: far from lag 0 the variance is (1 + 2 sum of squared correlations)/n, nearer less
         let squares: f64 = expected.iter().map(|r: &f64| r * r).sum();
         let tolerance = SIGMAS * ((1.0 + 2.0 * squares) / n as f64).sqrt();
@@ -68,14 +52,7 @@ fn density_rises_by_aliasing() {
         (200, Window::IMU_DEFAULT, 1.0),
         (100, Window::IMU_DEFAULT, 2.0_f64.sqrt()),
         (40, Window::IMU_DEFAULT, 5.0_f64.sqrt()),
-        (
-            40,
-            Window::Boxcar {
-                refresh_hz: 800,
-                samples: 20,
-            },
-            1.0,
-        ),
+        (40, Window::Boxcar { refresh_hz: 800, samples: 20 }, 1.0),
         (40, Window::None, 1.0),
         (40, Window::MAG_DEFAULT, 6.25_f64.sqrt()),
         (200, Window::MAG_DEFAULT, 1.25_f64.sqrt()),
@@ -83,10 +60,7 @@ fn density_rises_by_aliasing() {
         let values = white(window, rate_hz, 800_000);
         let (density, deviation) = apparent_density(&values, f64::from(rate_hz));
         let relative = density / factor - 1.0;
-        assert!(
-            relative.abs() < SIGMAS * deviation,
-            "{rate_hz} Hz {window:?}: {density}"
-        );
+        assert!(relative.abs() < SIGMAS * deviation, "{rate_hz} Hz {window:?}: {density}");
     }
 }
 
@@ -100,13 +74,6 @@ fn output_faster_than_the_refresh_repeats() {
 
 #[test]
 fn a_window_of_zero_is_a_window_of_one() {
-    let one = white(
-        Window::Boxcar {
-            refresh_hz: 250,
-            samples: 1,
-        },
-        40,
-        100,
-    );
+    let one = white(Window::Boxcar { refresh_hz: 250, samples: 1 }, 40, 100);
     assert_eq!(white(Window::MAG_DEFAULT, 40, 100), one);
 }

@@ -6,7 +6,8 @@ use super::*;
 fn numbers_keep_the_files_unit_and_decimals() {
     let text = "time,ax,wy,wx\n1000,0.99987,-0.0125,12.5\n1025,1.00012,0.0375,-12.5\n";
     let plan = plan(text, Some("gyro_x=wx:deg/s,gyro_y=wy:deg/h,accel_x=2:mg,t=time:us")).unwrap().unwrap();
-    let CsvLayout { layout, scale } = layout(&plan).clone();
+    let layout = layout(&plan).clone();
+    let scale: Vec<_> = layout.channels.iter().map(|channel| channel.scale).collect();
     assert_eq!((&*layout.message, layout.compensated), ("CSV", false));
     let channels: Vec<_> =
         layout.channels.iter().map(|channel| (&*channel.name, &*channel.unit, channel.decimals)).collect();
@@ -35,14 +36,14 @@ fn a_file_without_names_is_read_from_its_first_line() {
 fn kelvin_become_degrees_exactly() {
     let text = "T,w\n300.5,1\n273.15,2\n0,3\n";
     let plan = plan(text, Some("gyro_x=w:rad/s,temperature=T:K")).unwrap().unwrap();
-    assert_eq!(layout(&plan).layout.channels[1].decimals, 2);
+    assert_eq!(layout(&plan).channels[1].decimals, 2);
     assert_eq!(read(plan, text.as_bytes()).counts, [1, 2735, 2, 0, 3, -27_315]);
 }
 
 #[test]
 fn an_attitude_makes_a_recording_compensated() {
     let plan = plan("h,w\n1,2\n", Some("yaw=h:rad,gyro_z=w:rad/s")).unwrap().unwrap();
-    assert!(layout(&plan).layout.compensated);
+    assert!(layout(&plan).compensated);
 }
 
 #[test]

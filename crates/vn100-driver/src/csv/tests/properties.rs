@@ -99,7 +99,7 @@ proptest! {
         }
         let plan = plan(&text, Some("gyro_x=gyro_x:deg/s")).unwrap().unwrap();
         prop_assume!(counts.iter().any(|&count| count != 0));
-        prop_assert_eq!(usize::from(layout(&plan).layout.channels[0].decimals), decimals);
+        prop_assert_eq!(usize::from(layout(&plan).channels[0].decimals), decimals);
         prop_assert_eq!(read(plan, text.as_bytes()).counts, counts);
     }
 }

@@ -23,7 +23,7 @@ fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
     let plan = plan(&text, None).unwrap().unwrap();
     assert_eq!(plan.rounded.len(), 12);
     assert_eq!(plan.rounded[9], Rounded { channel: "gyro_x", printed_decimals: 23, kept_decimals: 7 });
-    let channels = layout(&plan).layout.channels.clone();
+    let channels = layout(&plan).channels.clone();
     let whole = read(plan, text.as_bytes());
     for (slot, channel) in channels.iter().enumerate() {
         let expected = VNYMR.channels[slot].value(COUNTS[slot]);
@@ -35,9 +35,9 @@ fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
 fn columns_come_in_any_order_and_the_others_are_named() {
     let text = "GYR_Z;note; Acc_X ;\"t\";gyr_x\n0.000003;\"a;b\";\" +01.000\" ;0.1;+00.000001\n";
     let plan = plan(text, None).unwrap().unwrap();
-    let names: Vec<_> = layout(&plan).layout.channels.iter().map(|channel| channel.name.clone()).collect();
+    let names: Vec<_> = layout(&plan).channels.iter().map(|channel| channel.name.clone()).collect();
     assert_eq!(names, ["accel_x", "gyro_x", "gyro_z"]);
-    assert_eq!(layout(&plan).layout.message, "CSV");
+    assert_eq!(layout(&plan).message, "CSV");
     assert_eq!(plan.ignored_columns, ["note"]);
     assert!(plan.is_stamped());
     assert_eq!(read(plan, text.as_bytes()).counts, [1000, 1, 3]);
@@ -67,7 +67,7 @@ fn line_ends_marks_and_separators_are_the_files_own() {
 #[test]
 fn uncompensated_is_what_says_so() {
     let row = "+00.0443,+00.2479,-00.3381,-00.222,-00.035,-09.851,-00.005406,-00.000484,+00.000833,+24.5,+101.325";
-    let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap()).layout.clone();
+    let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap()).clone();
     let unsaid = read_layout(format!("{IMU_HEADER}\n{row}\n"));
     assert_eq!((&*unsaid.message, unsaid.compensated), ("CSV", true));
     assert_eq!(unsaid.channels, VNIMU.channels);
@@ -79,7 +79,7 @@ fn uncompensated_is_what_says_so() {
 fn more_decimals_than_the_sensor_prints_are_kept() {
     let text = "gyro_x,gyro_y\n0.12345678,0.000001\n0.1234567,0.000002\n";
     let plan = plan(text, None).unwrap().unwrap();
-    let channels = &layout(&plan).layout.channels;
+    let channels = &layout(&plan).channels;
     assert_eq!((channels[0].decimals, channels[0].limit_counts), (8, i32::MAX));
     assert_eq!((channels[1].decimals, channels[1].limit_counts), (6, 40_000_000));
     assert_eq!(read(plan, text.as_bytes()).counts, [12_345_678, 1, 12_345_670, 2]);

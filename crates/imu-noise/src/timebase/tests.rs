@@ -1,0 +1,286 @@
+//! Rate, change of the rate and refusal: what is told, and where.
+
+use std::time::Duration;
+
+use proptest::prelude::*;
+
+use super::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
+
+const RATES_HZ: [f64; 11] = [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
+
+/// So many stamps in seconds at this rate, the first one a period after the last one of `before`.
+fn then(mut before: Vec<f64>, rate_hz: f64, lines: u32) -> Vec<f64> {
+    let last_s = before.last().copied().unwrap_or(1.0);
+    before.extend((1..=lines).map(|line| last_s + f64::from(line) / rate_hz));
+    before
+}
+
+fn steady(rate_hz: f64, lines: u32) -> Vec<f64> {
+    then(Vec::new(), rate_hz, lines)
+}
+
+/// As a host sees them that reads at multiples of `read_s`.
+fn bunched(stamps_s: &[f64], read_s: f64) -> Vec<f64> {
+    stamps_s.iter().map(|stamp_s| (stamp_s / read_s).ceil() * read_s).collect()
+}
+
+/// All that comes out when it is asked for after each of these numbers of lines, in turn, and at the end; neighbouring
+/// lines are merged.
+fn polled(mut timebase: Timebase, stamps_s: &[f64], polls: &[usize]) -> (Vec<Placed>, TimebaseSummary) {
+    let mut sequence: Vec<Placed> = Vec::new();
+    let mut take = |timebase: &mut Timebase| {
+        while let Some(placed) = timebase.poll() {
+            match (placed, sequence.last_mut()) {
+                (Placed::Lines(more), Some(Placed::Lines(lines))) => *lines += more,
+                _ => sequence.push(placed),
+            }
+        }
+    };
+    let (mut polls, mut rest) = (polls.iter().cycle(), stamps_s);
+    while !rest.is_empty() {
+        let lines = polls.next().map_or(rest.len(), |&lines| lines.min(rest.len()));
+        let (now, later) = rest.split_at(lines);
+        now.iter().for_each(|&stamp_s| timebase.push(Duration::from_secs_f64(stamp_s)));
+        take(&mut timebase);
+        rest = later;
+    }
+    timebase.finish();
+    take(&mut timebase);
+    (sequence, timebase.summary())
+}
+
+fn place(stamps_s: &[f64]) -> (Vec<Placed>, TimebaseSummary) {
+    polled(Timebase::new(&RATES_HZ), stamps_s, &[1])
+}
+
+fn place_known(known_hz: f64, stamps_s: &[f64]) -> (Vec<Placed>, TimebaseSummary) {
+    polled(Timebase::with_known_rate(&RATES_HZ, known_hz), stamps_s, &[1])
+}
+
+fn snapped(rate_hz: f64) -> Placed {
+    Placed::Rate(NominalRate::Snapped(rate_hz))
+}
+
+fn known(rate_hz: f64) -> Placed {
+    Placed::Rate(NominalRate::Known(rate_hz))
+}
+
+#[test]
+fn lines_are_held_until_the_rate_is_sure() {
+    for mut timebase in [Timebase::new(&RATES_HZ), Timebase::with_known_rate(&RATES_HZ, 40.0)] {
+        let mut stamps_s = steady(40.0, 100).into_iter();
+        let held = stamps_s.by_ref().take_while(|&stamp_s| {
+            timebase.push(Duration::from_secs_f64(stamp_s));
+            timebase.poll().is_none()
+        });
+        assert_eq!(held.count(), 32);
+    }
+}
+
+#[test]
+fn few_lines_have_their_mean_rate() {
+    let (sequence, summary) = place(&[]);
+    assert_eq!((sequence, summary.nominal, summary.arrivals), (vec![], None, None));
+    let (sequence, summary) = place(&[7.0]);
+    assert_eq!((sequence, summary.nominal, summary.refusal), (vec![Placed::Lines(1)], None, None));
+    assert_eq!(place(&[7.0, 7.025, 7.05]).0, [snapped(40.0), Placed::Lines(3)]);
+}
+
+#[test]
+fn few_lines_agree_with_a_known_rate_that_bunching_explains() {
+    for stamps_s in [&[7.0][..], &[7.0; 4], &[7.0, 7.05, 7.05, 7.1], &[7.0, 7.025, 7.05, 9.0]] {
+        let (sequence, _) = place_known(40.0, stamps_s);
+        assert_eq!(
+            sequence[..2],
+            [known(40.0), Placed::Lines(stamps_s.len().min(if stamps_s.last() == Some(&9.0) { 3 } else { 4 }) as u64)]
+        );
+    }
+    let (sequence, _) = place_known(200.0, &steady(40.0, 20));
+    assert!(matches!(sequence[..], [Placed::Refused(Refusal::OtherRate { .. }), Placed::Lines(20)]), "{sequence:?}");
+}
+
+#[test]
+fn a_known_rate_that_the_stamps_contradict_is_refused() {
+    for known_hz in [1.0, 20.0, 50.0, 200.0] {
+        for stamps_s in [steady(40.0, 3000), bunched(&steady(40.0, 3000), 0.05)] {
+            let (sequence, summary) = place_known(known_hz, &stamps_s);
+            let refusal = Refusal::OtherRate { known_hz, measured_hz: 40.0 };
+            assert_eq!(sequence, [Placed::Refused(refusal), Placed::Lines(3000)]);
+            assert_eq!((summary.refusal, summary.nominal, summary.gaps), (Some(refusal), None, 0));
+            let told = refusal.to_string();
+            assert!(told.contains("40.0000 Hz") && told.contains(&format!("{known_hz} Hz")), "{told}");
+        }
+    }
+}
+
+#[test]
+fn a_known_rate_within_5_percent_is_used() {
+    for known_hz in [38.2, 39.0, 40.0, 41.0, 41.9] {
+        for stamps_s in [steady(40.0, 20_000), bunched(&steady(40.0, 20_000), 0.05)] {
+            assert_eq!(place_known(known_hz, &stamps_s).0, [known(known_hz), Placed::Lines(20_000)]);
+        }
+    }
+    assert_eq!(place_known(f64::NAN, &steady(40.0, 100)).0, [snapped(40.0), Placed::Lines(100)]);
+}
+
+#[test]
+fn lost_lines_do_not_contradict_a_known_rate() {
+    for lost in 1..60 {
+        let mut stamps_s = steady(40.0, 2000);
+        stamps_s.drain(10..10 + lost);
+        let expected =
+            [known(40.0), Placed::Lines(10), Placed::Gap { missing: lost as u64 }, Placed::Lines(1990 - lost as u64)];
+        assert_eq!(place_known(40.0, &stamps_s).0, expected);
+        let (sequence, _) = place_known(40.0, &bunched(&stamps_s, 0.0437));
+        assert_eq!(sequence[0], known(40.0), "{lost} lost");
+    }
+}
+
+#[test]
+fn a_rate_change_is_told_where_it_is() {
+    let pairs = [
+        (40.0, 200.0, 3),
+        (200.0, 40.0, 3),
+        (40.0, 50.0, 3),
+        (50.0, 40.0, 12),
+        (200.0, 100.0, 3),
+        (100.0, 200.0, 3),
+        (1.0, 40.0, 3),
+        (40.0, 1.0, 3),
+    ];
+    for (from_hz, to_hz, late) in pairs {
+        let (sequence, summary) = place(&then(steady(from_hz, 600), to_hz, 1800));
+        let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(after)] = sequence[..] else {
+            panic!("{from_hz} to {to_hz} Hz: {sequence:?}")
+        };
+        assert_eq!(change, Placed::RateChanged { from_hz, to_hz });
+        assert!((599..=600 + late).contains(&before), "{from_hz} to {to_hz} Hz: after {before} lines");
+        assert_eq!(before + after, 2400);
+        assert_eq!(summary.nominal, Some(NominalRate::Snapped(to_hz)));
+        assert!((summary.measured_hz.unwrap() / to_hz - 1.0).abs() < 1e-6, "{summary:?}");
+        assert!(summary.offset_ppm.unwrap().abs() < 1.0, "{summary:?}");
+    }
+}
+
+#[test]
+fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
+    for read_s in [0.004, 0.016, 0.033, 0.05] {
+        for extra in 0..20 {
+            let stamps_s = then(then(steady(40.0, 580), 40.0, extra), 200.0, 1800);
+            let (sequence, _) = place(&bunched(&stamps_s, read_s));
+            let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(_)] = sequence[..] else {
+                panic!("{read_s} s: {sequence:?}")
+            };
+            assert_eq!(change, Placed::RateChanged { from_hz: 40.0, to_hz: 200.0 });
+            // A read of 50 ms brings ten lines.
+            let changed = u64::from(580 + extra);
+            assert!((changed - 3..=changed + 12).contains(&before), "{read_s} s: after {before} of {changed} lines");
+        }
+    }
+}
+
+#[test]
+fn lines_before_a_change_keep_their_losses() {
+    let mut stamps_s = then(steady(40.0, 1000), 200.0, 1000);
+    stamps_s.drain(1500..1507);
+    stamps_s.drain(980..983);
+    let (sequence, summary) = place(&stamps_s);
+    let [_, Placed::Lines(980), Placed::Gap { missing: 3 }, Placed::Lines(_), change, Placed::Lines(_), gap, _] =
+        sequence[..]
+    else {
+        panic!("{sequence:?}")
+    };
+    assert_eq!((change, gap), (Placed::RateChanged { from_hz: 40.0, to_hz: 200.0 }, Placed::Gap { missing: 7 }));
+    assert_eq!((summary.missing, summary.gaps), (10, 2));
+}
+
+#[test]
+fn a_phase_that_was_late_is_held_and_released() {
+    // All lines up to 500 are 15 ms late.
+    let late = steady(40.0, 1000).into_iter().enumerate();
+    let stamps_s: Vec<_> = late.map(|(line, stamp_s)| if line < 500 { stamp_s + 0.015 } else { stamp_s }).collect();
+    let mut timebase = Timebase::new(&RATES_HZ);
+    let mut push = |line: usize| {
+        timebase.push(Duration::from_secs_f64(stamps_s[line]));
+        std::iter::from_fn(|| timebase.poll()).last()
+    };
+    (0..499).for_each(|line| drop(push(line)));
+    assert_eq!(push(499), Some(Placed::Lines(1)));
+    assert_eq!((500..512).find_map(&mut push), None);
+    assert_eq!(push(512), Some(Placed::Lines(13)));
+}
+
+#[test]
+fn stamps_that_are_no_time_base_are_refused() {
+    let unpaced: Vec<_> = (0..12_000).map(|line| f64::from(line) * 44e-6).collect();
+    for (sequence, _) in [place(&unpaced), place_known(40.0, &unpaced)] {
+        let [Placed::Refused(Refusal::TooFast { .. }), Placed::Lines(12_000)] = sequence[..] else {
+            panic!("{sequence:?}")
+        };
+    }
+    for (sequence, summary) in [place(&[3.0; 2000]), place_known(40.0, &[3.0; 2000])] {
+        let refusal = Refusal::NoTimePasses { lines: 1024 };
+        assert_eq!(sequence, [Placed::Refused(refusal), Placed::Lines(2000)]);
+        assert_eq!(summary.refusal, Some(refusal));
+    }
+}
+
+#[test]
+fn a_refusal_is_told_at_its_place() {
+    let back = [then(vec![2.0], 40.0, 99), steady(40.0, 100)].concat();
+    let (sequence, _) = place(&back);
+    let [_, Placed::Lines(100), Placed::Refused(Refusal::Backwards { line: 100, by }), Placed::Lines(100)] =
+        sequence[..]
+    else {
+        panic!("{sequence:?}")
+    };
+    assert!((by.as_secs_f64() - 3.45).abs() < 1e-6, "{by:?}");
+
+    let (sequence, _) = place(&then(steady(40.0, 600), 4000.0, 1800));
+    let [_, Placed::Lines(before), Placed::Refused(Refusal::TooFast { .. }), Placed::Lines(_)] = sequence[..] else {
+        panic!("{sequence:?}")
+    };
+    assert!((600..=603).contains(&before), "{before}");
+}
+
+#[test]
+fn even_intervals_are_exact_and_the_longest_always_is() {
+    for interval_us in [5000, 24_990, 25_000, 25_007, 1_000_003] {
+        let mut timebase = Timebase::with_known_rate(&RATES_HZ, 1e6 / interval_us as f64);
+        (0..100).for_each(|line| timebase.push(Duration::from_micros(interval_us * line)));
+        let Some(Arrivals { p50_us, p99_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
+        assert_eq!([p50_us, p99_us, max_us], [interval_us; 3]);
+        timebase.push(Duration::from_secs(7201));
+        let Some(Arrivals { p50_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
+        assert!(p50_us.abs_diff(interval_us) <= interval_us / 2000, "{p50_us} of {interval_us}");
+        assert_eq!(max_us, 7_201_000_000 - 99 * interval_us);
+    }
+}
+
+proptest! {
+    /// A stream with a loss, a change of the rate, and a stamp that goes back, polled in any rhythm.
+    #[test]
+    fn when_it_is_polled_changes_nothing(
+        rates_hz in prop::sample::subsequence(RATES_HZ[3..].to_vec(), 2).prop_shuffle(),
+        known in prop::option::of(prop::sample::select(RATES_HZ.to_vec())),
+        lines in prop::array::uniform3(1_u32..400),
+        lost in 0_usize..20,
+        read_s in prop::sample::select(vec![1e-6, 0.016, 0.05]),
+        goes_back: bool,
+        polls in prop::collection::vec(1_usize..200, 1..20),
+    ) {
+        let mut stamps_s = then(then(steady(rates_hz[0], lines[0]), rates_hz[1], lines[1]), rates_hz[1], lines[2]);
+        stamps_s.drain(1..1 + lost.min(stamps_s.len() - 1));
+        let mut stamps_s = bunched(&stamps_s, read_s);
+        if goes_back {
+            let all = stamps_s.len();
+            stamps_s[all / 2..].iter_mut().for_each(|stamp_s| *stamp_s -= 0.9);
+        }
+        let timebase = known.map_or_else(|| Timebase::new(&RATES_HZ), |hz| Timebase::with_known_rate(&RATES_HZ, hz));
+        let each = polled(timebase.clone(), &stamps_s, &[1]);
+        prop_assert_eq!(&polled(timebase.clone(), &stamps_s, &polls), &each);
+        prop_assert_eq!(&polled(timebase, &stamps_s, &[]), &each);
+        let placed: u64 = each.0.iter().map(|placed| if let Placed::Lines(lines) = placed { *lines } else { 0 }).sum();
+        prop_assert_eq!(placed, stamps_s.len() as u64);
+    }
+}

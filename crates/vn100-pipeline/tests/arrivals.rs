@@ -1,0 +1,162 @@
+//! Streams with arrival times: losses, refusals and changes of rate reach the result at their place, however the stream was cut.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{sync::Arc, time::Duration};
+
+use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use proptest::prelude::*;
+use vn100_driver::{
+    Arrival, Batch, LinkCounts, Mark, MarkKind,
+    protocol::{Layout, VNYMR},
+};
+use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
+
+/// A good line that arrives then, or a bad one.
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    At(i64),
+    Bad,
+}
+use Line::{At, Bad};
+
+const SECOND_NS: f64 = 1e9;
+
+/// Lines at a steady rate from a time in nanoseconds on.
+fn steady(rate_hz: f64, from_ns: i64, count: usize) -> Vec<Line> {
+    (0..count).map(|index| At(from_ns + (SECOND_NS / rate_hz * index as f64) as i64)).collect()
+}
+
+fn without(lines: &[Line], lost: impl Fn(usize) -> bool) -> Vec<Line> {
+    lines.iter().enumerate().filter(|(index, _)| !lost(*index)).map(|(_, line)| *line).collect()
+}
+
+/// The count of every channel is the number of the line, so that what was kept can be told.
+fn analysed(lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
+    let layout: Arc<Layout> = Arc::new(VNYMR.clone());
+    let width = layout.channels.len();
+    let empty = || Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
+    let mut analysis = Analysis::new(settings);
+    let mut batch = empty();
+    for (number, line) in (0_i32..).zip(lines) {
+        let row = batch.row_count();
+        match *line {
+            At(at_ns) => {
+                batch.arrivals.push(Arrival { from_row: row, at_ns });
+                batch.counts.extend(std::iter::repeat_n(number, width));
+            }
+            Bad => batch.marks.push(Mark { before_row: row, kind: MarkKind::BadLine }),
+        }
+        if batch.row_count() == rows {
+            analysis.absorb(&std::mem::replace(&mut batch, empty()));
+        }
+    }
+    let mut link = LinkCounts::default();
+    link.tally.samples = lines.iter().filter(|line| matches!(line, At(_))).count() as u64;
+    batch.link = link;
+    analysis.absorb(&batch);
+    analysis.finish();
+    analysis.snapshot()
+}
+
+fn warned(snapshot: &Snapshot, kind: WarningKind) -> bool {
+    snapshot.warnings.iter().any(|warning| warning.kind == kind)
+}
+
+#[test]
+fn lines_lost_whole_are_gaps_at_their_place() {
+    let lines = without(&steady(40.0, 0, 1000), |index| index == 300 || (600..610).contains(&index));
+    let snapshot = analysed(&lines, 64, Settings::default());
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.gaps, timing.segments), (989, 11, 2, 3));
+    assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Arrival));
+    assert_eq!(snapshot.timing.missing_from, MissingFrom::Arrival);
+
+    let mut expected = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
+    let counts: Vec<i32> = (0..989).collect();
+    expected.push(&counts[..300]);
+    expected.gap(Some(1));
+    expected.push(&counts[300..599]);
+    expected.gap(Some(10));
+    expected.push(&counts[599..]);
+    let octaves: Vec<_> = expected.octaves().sums().collect();
+    assert_eq!(snapshot.channels[9].octaves, octaves);
+}
+
+#[test]
+fn a_bad_line_is_not_counted_beside_its_arrival() {
+    let mut lines = without(&steady(40.0, 0, 400), |index| index == 200);
+    lines.insert(200, Bad);
+    let snapshot = analysed(&lines, 50, Settings::default());
+    assert_eq!((snapshot.timing.missing, snapshot.timing.gaps), (1, 1));
+}
+
+#[test]
+fn refused_stamps_leave_the_bad_lines_as_evidence() {
+    // a file read at full speed
+    let mut lines: Vec<_> = (0..500).map(|index| At(index * 40_000)).collect();
+    lines.insert(250, Bad);
+    let snapshot = analysed(&lines, 50, Settings::default());
+    assert!(warned(&snapshot, WarningKind::StampsRefused) && warned(&snapshot, WarningKind::RateAssumed));
+    assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
+    assert_eq!((snapshot.timing.samples, snapshot.timing.missing), (500, 1));
+    assert_eq!(snapshot.timing.rate_from, RateFrom::Assumed);
+}
+
+#[test]
+fn a_rate_the_stamps_contradict_is_kept_and_costs_nothing() {
+    for rate_hz in [20.0, 50.0, 200.0] {
+        let settings = Settings { rate_hz: Some(rate_hz), ..Settings::default() };
+        let snapshot = analysed(&steady(40.0, 0, 600), 64, settings);
+        assert_eq!((snapshot.timing.samples, snapshot.timing.missing), (600, 0), "{rate_hz} Hz");
+        assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (rate_hz, RateFrom::Option));
+        assert!(warned(&snapshot, WarningKind::StampsRefused), "{rate_hz} Hz");
+    }
+}
+
+#[test]
+fn what_comes_at_another_rate_is_left_out() {
+    let mut lines = steady(40.0, 0, 600);
+    lines.extend(steady(200.0, 15_000_000_000, 1800));
+    let snapshot = analysed(&lines, 64, Settings::default());
+    assert!(warned(&snapshot, WarningKind::RateChanged));
+    let timing = snapshot.timing;
+    assert_eq!((timing.rate_hz, timing.missing), (40.0, 0));
+    assert!((590..=603).contains(&timing.samples), "{} samples", timing.samples);
+    assert_eq!(timing.samples + timing.left_out, 2400);
+
+    let settings = Settings { skip: Duration::from_secs(16), ..Settings::default() };
+    let snapshot = analysed(&lines, 64, settings);
+    assert_eq!(snapshot.timing.rate_hz, 200.0, "the first part skipped, the second is the record");
+    assert!((1590..=1605).contains(&snapshot.timing.samples), "{} samples", snapshot.timing.samples);
+}
+
+/// Steady, bunched, lossy, refused or changing streams.
+fn stream() -> impl Strategy<Value = Vec<Line>> {
+    let lost = prop::collection::vec(0..700_usize, 0..4);
+    (prop_oneof![Just(40.0), Just(200.0)], lost, 0..3_u8).prop_map(|(rate_hz, lost, kind)| {
+        let mut lines = without(&steady(rate_hz, 0, 700), |index| lost.contains(&index));
+        match kind {
+            0 => lines.insert(350, At(0)),
+            1 => lines.extend(steady(rate_hz / 2.0, (700.0 / rate_hz * SECOND_NS) as i64, 400)),
+            _ => lines.insert(120, Bad),
+        }
+        lines
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_batches_give_the_same_results(lines in stream(), rows in 1..200_usize, skip_s in 0..3_u64) {
+        let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
+        let whole = analysed(&lines, usize::MAX, settings);
+        let cut = analysed(&lines, rows, settings);
+        prop_assert_eq!(whole.timing, cut.timing);
+        prop_assert_eq!(&whole.warnings, &cut.warnings);
+        prop_assert_eq!(whole.timing.samples + whole.timing.left_out, whole.link.samples());
+        for (a, b) in whole.channels.iter().zip(&cut.channels) {
+            prop_assert_eq!(&a.octaves, &b.octaves);
+            prop_assert_eq!(&a.moments, &b.moments);
+        }
+    }
+}

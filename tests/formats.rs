@@ -1,0 +1,142 @@
+//! Recordings with times, and recordings in other forms: the result is that of the lines they were made from.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+use support::{channel, replay, replay_log, vn100, warned};
+
+const CLEAN: &str = "clean-minute.vnymr";
+
+/// The clean minute with an arrival time for each line, as a raw capture with its sidecar; lines for which `lost` holds are taken out.
+fn stamped(folder: &Path, rate_hz: f64, lost: impl Fn(usize) -> bool) -> PathBuf {
+    let path = folder.join("stamped.bin");
+    let bytes = fs::read(replay_log(CLEAN)).unwrap();
+    let (mut kept, mut timing) = (Vec::new(), String::from("t_ns,offset\n"));
+    for (index, line) in bytes.chunks(122).enumerate().filter(|(index, _)| !lost(*index)) {
+        // the port brings a line in two reads
+        let at_ns = (1e9 / rate_hz * index as f64) as u64;
+        timing += &format!("{},{}\n{},{}\n", at_ns, kept.len(), at_ns + 5_000_000, kept.len() + 62);
+        kept.extend_from_slice(line);
+    }
+    fs::write(&path, kept).unwrap();
+    fs::write(folder.join("stamped.bin.timing"), timing).unwrap();
+    path
+}
+
+#[test]
+fn lines_lost_whole_are_found_by_the_times_of_their_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = stamped(folder.path(), 40.0, |_| false);
+    let (document, exit) = replay(&whole, &[]);
+    assert_eq!(exit, 0);
+    assert_eq!(document["timing"]["rate_from"], "arrival");
+    assert_eq!(document["timing"]["missing_from"], "arrival");
+    assert_eq!((&document["timing"]["rate_hz"], &document["timing"]["missing"]), (&40.0.into(), &0.into()));
+    assert!(!warned(&document, "rate-assumed"));
+
+    let lossy = stamped(folder.path(), 40.0, |index| index == 500 || (1000..1007).contains(&index));
+    let (document, _) = replay(&lossy, &[]);
+    let timing = &document["timing"];
+    assert_eq!((&timing["samples"], &timing["missing"], &timing["gaps"]), (&2392.into(), &8.into(), &2.into()));
+    assert_eq!(channel(&document, "gyro_x")["allan"]["points"][0]["terms"], 2392 - 3);
+    assert_eq!(timing["duration_s"], 60.0);
+}
+
+#[test]
+fn a_rate_that_the_stamps_contradict_costs_no_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = stamped(folder.path(), 40.0, |_| false);
+    for rate in ["20", "50", "200"] {
+        let (document, exit) = replay(&capture, &["--rate", rate]);
+        assert_eq!((exit, &document["timing"]["samples"]), (0, &2400.into()), "--rate {rate}");
+        assert_eq!(document["timing"]["rate_hz"], rate.parse::<f64>().unwrap());
+        assert_eq!(document["timing"]["missing"], 0);
+        assert!(warned(&document, "stamps-refused"), "--rate {rate}");
+    }
+    let (document, _) = replay(&capture, &["--rate", "40"]);
+    assert!(!warned(&document, "stamps-refused"));
+    assert_eq!(document["timing"]["rate_from"], "option");
+}
+
+/// The clean minute as a laboratory's script stores it: a stamp, and the twelve fields.
+fn as_csv(rows: usize) -> String {
+    let text = String::from_utf8(fs::read(replay_log(CLEAN)).unwrap()).unwrap();
+    let header = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n".to_owned();
+    text.lines().take(rows).enumerate().fold(header, |csv, (index, line)| {
+        let fields = line.strip_prefix("$VNYMR,").unwrap().split('*').next().unwrap();
+        csv + &format!("{:.6},{fields}\n", 1_761_939_167.0 + 0.025 * index as f64)
+    })
+}
+
+#[test]
+fn parsed_fields_read_as_the_lines_they_came_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("minute.csv");
+    fs::write(&path, as_csv(2400)).unwrap();
+    let (csv, exit) = replay(&path, &[]);
+    let (lines, _) = replay(&replay_log(CLEAN), &[]);
+    assert_eq!(exit, 0);
+    assert_eq!(csv["source"]["kind"], "csv");
+    assert_eq!(csv["channels"], lines["channels"]);
+    assert_eq!(csv["link"]["bytes"], fs::metadata(&path).unwrap().len());
+    assert_eq!(csv["timing"]["rate_from"], "arrival");
+    assert!(warned(&csv, "unchecked-lines"));
+    assert_eq!(csv["source"]["csv"]["rows"], 2400);
+    assert_eq!(lines["source"]["csv"], Value::Null);
+}
+
+#[test]
+fn odd_rows_are_counted_with_their_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    let text = as_csv(300).replace("\n1761939168.000000,", "\n\n# a word\n1761939168.000000,x");
+    fs::write(&path, text).unwrap();
+    let (document, _) = replay(&path, &[]);
+    let csv = &document["source"]["csv"];
+    assert_eq!((&csv["lines"], &csv["rows"], &csv["skipped_lines"]), (&303.into(), &299.into(), &3.into()));
+    assert_eq!((&csv["odd"][0]["reason"], &csv["odd"][0]["count"]), (&"number".into(), &1.into()));
+    assert_eq!(csv["odd"][0]["first_line"], 44);
+    assert_eq!((&document["timing"]["samples"], &document["timing"]["missing"]), (&299.into(), &1.into()));
+}
+
+#[test]
+fn sentences_in_a_column_keep_their_checksum_and_their_stamp() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("raw.csv");
+    let text = String::from_utf8(fs::read(replay_log(CLEAN)).unwrap()).unwrap();
+    let rows = text.lines().enumerate().filter(|(index, _)| *index != 700);
+    let csv = rows.fold("bag_t,raw_data\n".to_owned(), |csv, (index, line)| {
+        let damaged = if index == 900 { line.replace("*", "0*") } else { line.into() };
+        csv + &format!("{},\"{damaged}\"\n", 1_761_939_167_000_000_000_u64 + 25_000_000 * index as u64)
+    });
+    fs::write(&path, csv).unwrap();
+    let (document, _) = replay(&path, &[]);
+    assert_eq!(document["link"]["bad_frames"]["checksum"], 1);
+    assert!(!warned(&document, "unchecked-lines"));
+    let timing = &document["timing"];
+    assert_eq!((&timing["samples"], &timing["missing"], &timing["gaps"]), (&2398.into(), &2.into(), &2.into()));
+}
+
+#[test]
+fn any_sensor_is_read_by_a_map_of_its_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.csv");
+    let rows = (0..500).map(|i| format!("{},{:.3},{:.4}\n", 10 * i, f64::from(i % 7), 1.0 + 0.0001 * f64::from(i % 5)));
+    fs::write(&path, "ms,wx,az\n".to_owned() + &rows.collect::<String>()).unwrap();
+    let (document, exit) = replay(&path, &["--columns", "t=ms:ms,gyro_x=wx:deg/s,accel_z=az:g"]);
+    assert_eq!(exit, 0);
+    assert_eq!(document["timing"]["rate_hz"], 100.0);
+    let gyro_x = &channel(&document, "gyro_x")["statistics"];
+    assert_eq!(gyro_x["max"].as_f64().unwrap(), 6.0_f64.to_radians());
+    let accel_z = &channel(&document, "accel_z")["statistics"];
+    assert!((accel_z["min"].as_f64().unwrap() - 9.80665).abs() < 1e-12);
+    let wrong = vn100().arg("replay").arg(&path).args(["--columns", "gyro_x=wx:furlong"]).output().unwrap();
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8(wrong.stderr).unwrap().contains("deg/s"));
+}
