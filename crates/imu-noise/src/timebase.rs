@@ -54,6 +54,7 @@ pub use summary::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 use arrivals::Intervals;
 use placer::{Placer, Verdict};
 use start::Start;
+use stretches::{SNAP_TOLERANCE, snap};
 
 /// Stamps may go back by so much: not every clock is smooth.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
@@ -115,7 +116,8 @@ impl Timebase {
     }
 
     /// A time base for a sensor said to send at `known_hz`. Lines are held as by [`new`](Self::new), until the stamps
-    /// agree: when the rate measured is not within 5 % of it they are refused, see [`Refusal::OtherRate`]. Fewer than 32
+    /// agree: when the rate measured over four stretches or more is not within 5 % of it they are refused, see
+    /// [`Refusal::OtherRate`]. Fewer than 32
     /// lines agree when bunching of 0.1 s explains the difference; of any number it is enough that half the intervals
     /// have the period within 10 %. A change of the rate later is told all the same. A rate that is not finite and
     /// positive is ignored.
@@ -235,11 +237,13 @@ impl Timebase {
 
     /// Places lines at this rate, from the first of these on.
     fn place_at(&mut self, nominal: NominalRate, held_s: Vec<f64>) {
-        // A fit counts the losses seen so far; following it would feed their errors back. A rate that is
-        // none of the sensor's is too coarse to do without.
-        let follow_fit = !self.rates_hz.contains(&nominal.hz());
+        // A rate said to be near one of the sensor's is that one as far as the stamps go.
+        let sensor_hz = snap(self.rates_hz, nominal.hz(), SNAP_TOLERANCE);
+        // A fit counts the losses seen so far; following it would feed their errors back. A rate that is none of the
+        // sensor's is too coarse to do without.
+        let follow_fit = sensor_hz.is_none();
         let due_s = held_s.first().copied().unwrap_or_default();
-        let mut placer = Placer::new(self.rates_hz, nominal.hz(), follow_fit, due_s);
+        let mut placer = Placer::new(self.rates_hz, sensor_hz.unwrap_or(nominal.hz()), follow_fit, due_s);
         held_s.into_iter().for_each(|at_s| placer.push(at_s));
         self.nominal = Some(nominal);
         self.state = State::Placing(Box::new(placer));

@@ -7,6 +7,9 @@ use super::{NominalRate, Refusal, TOO_FAST, fastest};
 const START_STRETCHES: usize = 16;
 const START_LINES: usize = 1024;
 
+/// Stretches that contradict a known rate, at least: lines lost in a bunch make one or two look like a lower rate.
+const CONTRADICTING_STRETCHES: usize = 4;
+
 /// Time by which bunching may bend a record too short for a stretch.
 const BUNCHING_S: f64 = 0.1;
 
@@ -66,8 +69,7 @@ impl Start {
             .or_else(|| steady(self.rates_hz, measured_hz, &self.held_s));
         let fastest_hz = fastest(self.rates_hz);
         match (sensor_hz, self.known_hz) {
-            // Lost lines may look like a lower rate: one that contradicts is believed at once only if lines are even.
-            (Some(other_hz), Some(known_hz)) if full || steady(&[other_hz], 0.0, &self.held_s).is_some() => {
+            (Some(other_hz), Some(known_hz)) if full || self.stretch_rates_hz.len() >= CONTRADICTING_STRETCHES => {
                 Some(Err(Refusal::OtherRate { known_hz, measured_hz: other_hz }))
             }
             (Some(sensor_hz), None) => Some(Ok(NominalRate::Snapped(sensor_hz))),
