@@ -3,7 +3,11 @@
 
 mod support;
 
-use std::{fs, io::Write, process::Stdio};
+use std::{
+    fs,
+    io::{BufRead, BufReader, Write},
+    process::{Command, Stdio},
+};
 
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
@@ -325,6 +329,30 @@ fn a_closed_pipe_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
     assert_eq!(output.status.code(), Some(0));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_like_the_end_of_the_data() {
+    for signal in ["-INT", "-TERM"] {
+        let mut command = vn100();
+        let mut child =
+            command.args(["replay", "-", "--ndjson"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..80 * 122]).unwrap();
+        let mut output = BufReader::new(child.stdout.take().unwrap()).lines();
+        // it lives and waits for more
+        let second =
+            |line: Option<std::io::Result<String>>| -> Value { serde_json::from_str(&line.unwrap().unwrap()).unwrap() };
+        assert_eq!(second(output.next())["timing"]["samples"], 40);
+        assert_eq!(second(output.next())["timing"]["samples"], 80);
+        assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());
+        let last = second(output.next());
+        assert_eq!(last["timing"]["samples"], 80);
+        assert!(last["source"]["error"].as_str().unwrap().contains("interrupted"));
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{signal}");
+        drop(stdin);
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -31,7 +31,8 @@
 //! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or lines that come too
 //!   early: from the first one that is by 0.1 periods they are held, until 12 lines and 0.1 s pass without another, or
 //!   two stretches in a row are at the same higher rate. That then begins where the lag behind the mean of both periods
-//!   is greatest. Time, and the fitted rate, start anew there.
+//!   is greatest. Time, and the fitted rate, start anew there. Bunched lines are not even: a lower rate of theirs
+//!   is taken for losses.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -117,10 +118,9 @@ impl Timebase {
 
     /// A time base for a sensor said to send at `known_hz`. Lines are held as by [`new`](Self::new), until the stamps
     /// agree: when the rate measured over four stretches or more is not within 5 % of it they are refused, see
-    /// [`Refusal::OtherRate`]. Fewer than 32
-    /// lines agree when bunching of 0.1 s explains the difference; of any number it is enough that half the intervals
-    /// have the period within 10 %. A change of the rate later is told all the same. A rate that is not finite and
-    /// positive is ignored.
+    /// [`Refusal::OtherRate`]. Fewer than 32 lines agree when bunching of 0.1 s explains the difference; of any number it
+    /// is enough that half the intervals have the period within 10 %. A change of the rate later is told all the same. A
+    /// rate that is not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
         let usable = known_hz.is_finite() && known_hz > 0.0;

@@ -3,6 +3,7 @@
 mod args;
 mod document;
 mod exit;
+mod interrupt;
 mod progress;
 mod replay;
 mod sim;

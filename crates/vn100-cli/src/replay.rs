@@ -23,6 +23,7 @@ use crate::{
     args::ReplayArgs,
     document::{Document, Origin},
     exit::{Exit, report},
+    interrupt::stop_on_interrupt,
     progress::Progress,
     text,
 };
@@ -48,7 +49,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if args.ndjson { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
-        stop: stop_on_interrupt(),
+        stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
     });
     let files: Vec<JoinHandle<Result<Replayed>>> =
         args.files.iter().map(|file| task::spawn(replay_one(file.clone(), Arc::clone(&job)))).collect();
@@ -203,21 +204,6 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
         Format::Raw => "raw",
         Format::Csv => "csv",
     }
-}
-
-/// The first Ctrl-C ends the data, the second the program.
-fn stop_on_interrupt() -> CancellationToken {
-    let stop = CancellationToken::new();
-    let token = stop.clone();
-    task::spawn(async move {
-        if tokio::signal::ctrl_c().await.is_ok() {
-            token.cancel();
-        }
-        if tokio::signal::ctrl_c().await.is_ok() {
-            std::process::exit(130);
-        }
-    });
-    stop
 }
 
 fn print_line(document: &Document) -> Result<()> {

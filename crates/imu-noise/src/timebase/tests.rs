@@ -179,6 +179,18 @@ fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
 }
 
 #[test]
+fn lines_suspected_before_the_change_keep_their_rate() {
+    // The first 600 lines are 15 ms late; six lines after the last of these the rate changes.
+    let stamps_s = then(steady(40.0, 606), 200.0, 1000).into_iter().enumerate();
+    let stamps_s: Vec<_> = stamps_s.map(|(line, stamp_s)| if line < 600 { stamp_s + 0.015 } else { stamp_s }).collect();
+    let (sequence, _) = place(&stamps_s);
+    let [_, Placed::Lines(before), Placed::RateChanged { .. }, Placed::Lines(_)] = sequence[..] else {
+        panic!("{sequence:?}")
+    };
+    assert!((605..=607).contains(&before), "after {before} lines");
+}
+
+#[test]
 fn lines_before_a_change_keep_their_losses() {
     let mut stamps_s = then(steady(40.0, 1000), 200.0, 1000);
     stamps_s.drain(1500..1507);
