@@ -76,7 +76,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
     }
     if let Some(Arrivals { p50_us, p99_us, max_us, .. }) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
-        writeln!(out, "  intervals  {p50_us} us in the middle, {p99_us} us at 99 %, {max_us} us at most")?;
+        writeln!(out, "  intervals  {p50_us} us median, {p99_us} us 99th percentile, {max_us} us longest")?;
     }
     writeln!(
         out,
