@@ -103,8 +103,8 @@ impl Parser {
             self.waiting.extend_from_slice(bytes);
             self.decode_line_by_line(false);
         } else {
-            // no line that anybody prints is shorter than half the usual one
-            self.stream.open.counts.reserve(bytes.len() / 60 * VNYMR.channels.len());
+            // the shortest line of a measurement, of old firmware, has 109 bytes
+            self.stream.open.counts.reserve(bytes.len() / 100 * VNYMR.channels.len());
             self.decoder.push(bytes, |item| self.stream.put(item));
         }
     }
