@@ -40,7 +40,7 @@ pub struct Decoder {
     carried: usize,
 }
 
-/// Room for what waits (less than `MAX_PACKET` bytes) and behind it for as much as can be needed to judge its last byte.
+/// Room for the longest packet with the longest sentence begun in its last byte, after which nothing needs more bytes.
 const CARRY: usize = 2 * MAX_PACKET;
 
 /// One thing in a stream.
@@ -69,7 +69,7 @@ impl Decoder {
 
     /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it completes, in the order of the stream.
     ///
-    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most 522 bytes.
+    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most about 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
         let Some(mut rest) = self.finish_carried(bytes, &mut sink) else {
             return;

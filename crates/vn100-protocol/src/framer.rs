@@ -6,7 +6,7 @@
 //! The search after a false start goes on one byte behind it. For a false `$` this is the same as going on behind all that was taken for
 //! its sentence, since neither `$` nor 0xFA can be in there; a false 0xFA costs that byte alone.
 
-use memchr::memchr2;
+use memchr::{memchr_iter, memchr2};
 
 use crate::{
     bad_line::{BadKind, BadLine},
@@ -29,7 +29,7 @@ pub struct Options {
 /// Finds the sentences and packets of a byte stream.
 ///
 /// The caller owns the bytes: it drops those consumed, and offers the others again with more behind them. At most
-/// [`MAX_PACKET`](crate::MAX_PACKET)` - 1` bytes are ever left waiting. What is found, and where, depends on the stream alone and not on
+/// [`MAX_PACKET`](crate::MAX_PACKET) and [`MAX_BODY`] bytes and a few are ever left waiting. What is found, and where, depends on the stream alone and not on
 /// how it is cut into inputs.
 #[derive(Debug, Clone)]
 pub struct Framer {
@@ -98,8 +98,11 @@ impl Framer {
             self.skip(skipped);
             at += skipped;
             let candidate = &input[at..];
-            let found =
-                if candidate[0] == b'$' { self.sentence(candidate, end_of_input) } else { self.packet(candidate) };
+            let found = if candidate[0] == b'$' {
+                self.sentence(candidate, end_of_input)
+            } else {
+                self.packet(candidate, end_of_input)
+            };
             match found {
                 Found::Frame(length, frame) => {
                     return Step { consumed: at + length, item: Some(frame) };
@@ -176,11 +179,16 @@ impl Framer {
         Found::Frame(length, frame)
     }
 
-    fn packet<'a>(&mut self, input: &'a [u8]) -> Found<'a> {
-        match packet::judge(input) {
-            Candidate::Incomplete => Found::Incomplete,
-            Candidate::No => Found::Nothing,
-            Candidate::Packet(length) => {
+    fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
+        let length = match packet::judge(input) {
+            Candidate::Incomplete => return Found::Incomplete,
+            Candidate::No => return Found::Nothing,
+            Candidate::Packet(length) => length,
+        };
+        match is_completed_by_sentence(input, length, end_of_input) {
+            None => Found::Incomplete,
+            Some(true) => Found::Nothing,
+            Some(false) => {
                 let packet = Packet { raw: &input[..length], offset: self.offset };
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
@@ -226,6 +234,19 @@ fn judge(input: &[u8], end_of_input: bool) -> Start {
         None if end_of_input => without_digits(BadKind::Truncated),
         None => Start::Incomplete,
     }
+}
+
+/// Whether a packet of `length` bytes was cut short, and is whole only with the beginning of a good sentence behind it: a CRC is right by
+/// chance once in 256 times where one byte is borrowed. `None` when more bytes must tell.
+fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> Option<bool> {
+    for at in memchr_iter(b'$', &input[..length]) {
+        match judge(&input[at..], end_of_input) {
+            Start::Incomplete => return None,
+            Start::Ends { length: sentence, verdict: Ok(_), .. } if at + sentence > length => return Some(true),
+            Start::Ends { .. } => {}
+        }
+    }
+    Some(false)
 }
 
 /// Judges a sentence by its `body` and the bytes behind its `*`.

@@ -277,3 +277,20 @@ fn a_finished_decoder_begins_a_sentence_of_its_own() {
     decoder.push(b"1*72\r\n$VNRRG,01*72\r\n", |_| good += 1);
     assert_eq!((good, decoder.tally().replies, decoder.tally().bytes()), (1, 1, 28));
 }
+
+#[test]
+fn a_cut_packet_does_not_borrow_the_start_of_the_line_behind_it() {
+    // a packet whose last byte is a `$`: cut before it, the line behind would complete it
+    let packet = (0..).map(|time| packet(time, [0.0; 3])).find(|packet| packet.ends_with(b"$")).unwrap();
+    let line = b"$VNYPR,-129.867,-000.355,-000.296*61\r\n";
+    let cut = [&packet[..packet.len() - 1], line].concat();
+    let whole = [&packet[..], line].concat();
+    for (bytes, packets) in [(&cut, 0), (&whole, 1)] {
+        for size in [1, 7, bytes.len()] {
+            let mut decoder = Decoder::new(Options::default());
+            bytes.chunks(size).for_each(|piece| decoder.push(piece, |_| {}));
+            decoder.finish(|_| {});
+            assert_eq!((decoder.tally().other, decoder.tally().packets), (1, packets), "pieces of {size}");
+        }
+    }
+}
