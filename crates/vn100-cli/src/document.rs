@@ -236,14 +236,14 @@ fn timing(snapshot: &Snapshot) -> Timing {
 fn link(snapshot: &Snapshot) -> Link {
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     Link {
-        bytes: tally.bytes(),
+        bytes: link.bytes(),
         frames: tally.good_lines(),
         replies: tally.replies,
         other_messages: link.other_messages(),
         binary_packets: tally.packets,
-        skipped_bytes: tally.skipped_bytes,
-        overrun_bytes: 0,
-        reconnects: 0,
+        skipped_bytes: link.skipped_bytes(),
+        overrun_bytes: link.overrun_bytes,
+        reconnects: link.connects.saturating_sub(1),
         bad_frames: BadFrames {
             checksum: tally.bad.checksum,
             unchecked: tally.bad.unchecked,

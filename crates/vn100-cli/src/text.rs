@@ -86,7 +86,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         link.other_messages(),
         timing.left_out
     )?;
-    writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", tally.bytes(), tally.skipped_bytes, tally.packets)
+    writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
 }
 
 fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {

@@ -4,11 +4,16 @@ use std::{fmt, io, sync::Arc};
 
 use vn100_protocol::{Layout, PrintFormat, Tally};
 
+use crate::source::LinkEvent;
+
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
+    /// Something befell the link to a live sensor, or the one that a recording was made of. What it changes in the counts, the batch
+    /// before it tells.
+    Link(LinkEvent),
     /// The stream is over; nothing follows.
     End(End),
 }
@@ -79,6 +84,12 @@ pub struct LinkCounts {
     pub tally: Tally,
     /// Lines of a measurement other than the one this stream began with; part of the good lines, not of the samples.
     pub foreign_samples: u64,
+    /// Bytes that came while the speed of the line was looked for; not in the tally.
+    pub probed_bytes: u64,
+    /// Bytes known to be lost between the port and this program.
+    pub overrun_bytes: u64,
+    /// How often the link came up; 0 for a capture that has no link.
+    pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
 }
@@ -88,6 +99,18 @@ impl LinkCounts {
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.tally.samples - self.foreign_samples
+    }
+
+    /// Bytes that came in.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.tally.bytes() + self.probed_bytes
+    }
+
+    /// Bytes in which no line was, or none was looked for.
+    #[must_use]
+    pub fn skipped_bytes(&self) -> u64 {
+        self.tally.skipped_bytes + self.probed_bytes
     }
 
     /// Good sentences that are neither samples of this stream nor replies.

@@ -24,7 +24,6 @@
 
 mod capture;
 mod codec;
-// until a capture is read through it
 mod csv;
 mod event;
 mod read_samples;
@@ -39,5 +38,5 @@ pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
-pub use source::{Chunk, ReaderSource, Source};
+pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};
 pub use vn100_protocol as protocol;

@@ -8,7 +8,7 @@ use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, 
 
 use crate::{
     event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
-    source::Source,
+    source::{Input, LinkEvent, LinkEventKind, Source},
 };
 
 /// How a stream is read.
@@ -44,23 +44,29 @@ pub fn read_samples(source: impl Source, options: ReadOptions, stop: Cancellatio
 async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sender<Event>, stop: CancellationToken) {
     let mut parser = Parser::new(options);
     let error = loop {
-        let chunk = tokio::select! {
+        let input = tokio::select! {
             // checked first: a source that always has data must not outrun the request to stop
             biased;
             () = stop.cancelled() => break None,
-            chunk = source.next_chunk() => chunk,
+            input = source.next_input() => input,
         };
-        match chunk {
-            Ok(Some(chunk)) => {
+        let link_event = match input {
+            Ok(Some(Input::Chunk(chunk))) => {
                 parser.push(&chunk.bytes, chunk.at_ns);
-                for batch in parser.take_batches() {
-                    if events.send(Event::Batch(batch)).await.is_err() {
-                        return;
-                    }
-                }
+                None
+            }
+            Ok(Some(Input::Link(event))) => {
+                parser.take_link_event(&event);
+                Some(event)
             }
             Ok(None) => break None,
             Err(error) => break Some(error),
+        };
+        let batches = parser.take_batches().into_iter().map(Event::Batch);
+        for event in batches.chain(link_event.map(Event::Link)) {
+            if events.send(event).await.is_err() {
+                return;
+            }
         }
     };
     for batch in parser.finish() {
@@ -84,8 +90,8 @@ struct Stream {
     layout: Option<Arc<Layout>>,
     at_ns: Option<i64>,
     printed: Option<PrintFormat>,
-    foreign_samples: u64,
-    other_message: Option<MessageName>,
+    /// The counts but for the tally, which is the decoder's.
+    link: LinkCounts,
     open: Batch,
     sealed: Vec<Batch>,
 }
@@ -109,14 +115,30 @@ impl Parser {
         }
     }
 
+    /// Takes what befell the link. A line that was under way when it went down is cut off.
+    pub(crate) fn take_link_event(&mut self, event: &LinkEvent) {
+        let link = &mut self.stream.link;
+        match &event.kind {
+            LinkEventKind::Up { .. } => link.connects += 1,
+            LinkEventKind::Down { .. } => self.cut(),
+            LinkEventKind::Probed { bytes } => link.probed_bytes += bytes,
+            LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
+        }
+    }
+
     /// Ends the stream. Gives the batches that were not taken.
     pub(crate) fn finish(&mut self) -> Vec<Batch> {
+        self.cut();
+        self.take_batches()
+    }
+
+    /// Decides on the bytes held back: nothing follows them.
+    fn cut(&mut self) {
         if self.line_by_line {
             self.decode_line_by_line(true);
         } else {
             self.decoder.finish(|item| self.stream.put(item));
         }
-        self.take_batches()
     }
 
     fn decode_line_by_line(&mut self, end: bool) {
@@ -147,7 +169,7 @@ impl Stream {
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
             Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
             Item::Other(sentence) => {
-                self.other_message = self.other_message.or(Some(MessageName::new(sentence.header())))
+                self.link.other_message = self.link.other_message.or(Some(MessageName::new(sentence.header())))
             }
             // in the tally
             Item::Reply(_) | Item::Packet(_) | Item::Bad(_) => {}
@@ -158,8 +180,8 @@ impl Stream {
     fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat) {
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
-            self.foreign_samples += 1;
-            self.other_message = self.other_message.or(Some(MessageName::new(layout.message.as_bytes())));
+            self.link.foreign_samples += 1;
+            self.link.other_message = self.link.other_message.or(Some(MessageName::new(layout.message.as_bytes())));
             return;
         }
         if self.printed != Some(printed) {
@@ -196,7 +218,7 @@ impl Stream {
     fn seal(&mut self, tally: Tally) {
         let mut batch = std::mem::take(&mut self.open);
         batch.layout = self.layout.clone();
-        batch.link = LinkCounts { tally, foreign_samples: self.foreign_samples, other_message: self.other_message };
+        batch.link = LinkCounts { tally, ..self.link };
         self.sealed.push(batch);
     }
 }

@@ -25,13 +25,64 @@ pub struct Chunk {
     pub at_ns: Option<i64>,
 }
 
-/// Anything that delivers chunks: a capture, a port, an emulated sensor, a script in a test.
+/// What a source delivers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Input {
+    /// What a read brought.
+    Chunk(Chunk),
+    /// Something befell the link, at this place among the bytes.
+    Link(LinkEvent),
+}
+
+impl From<Chunk> for Input {
+    fn from(chunk: Chunk) -> Self {
+        Self::Chunk(chunk)
+    }
+}
+
+/// What befell the link to a live sensor, or the one that a recording was made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinkEvent {
+    /// When, in nanoseconds from the origin of the [`Chunk`]s' times.
+    pub at_ns: i64,
+    /// What.
+    pub kind: LinkEventKind,
+}
+
+/// What a [`LinkEvent`] is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LinkEventKind {
+    /// The sensor can be heard; samples follow, of a new segment.
+    Up {
+        /// The port by its name, such as `/dev/ttyUSB0`.
+        port: String,
+        /// Speed of the line in baud; `None` where the link has none, as over TCP.
+        baud: Option<u32>,
+    },
+    /// The sensor is not heard any more; a line that was under way is cut off.
+    Down {
+        /// What happened, in words.
+        cause: String,
+    },
+    /// Bytes that came while the speed of the line was looked for. No line is searched in them.
+    Probed {
+        /// How many.
+        bytes: u64,
+    },
+    /// Bytes were lost between the port and this program, because it did not take them in time.
+    Overrun {
+        /// How many.
+        bytes: u64,
+    },
+}
+
+/// Anything that delivers bytes: a capture, a port, an emulated sensor, a script in a test.
 pub trait Source: Send + 'static {
-    /// The next chunk, or `None` at the end of the data. Dropping the future loses nothing.
+    /// What comes next, or `None` at the end of the data. Dropping the future loses nothing.
     ///
     /// # Errors
     /// The error of the read that failed; the stream has then ended.
-    fn next_chunk(&mut self) -> impl Future<Output = io::Result<Option<Chunk>>> + Send;
+    fn next_input(&mut self) -> impl Future<Output = io::Result<Option<Input>>> + Send;
 }
 
 /// A blocking reader on a thread of its own, as fast as its bytes are taken.
@@ -54,8 +105,8 @@ impl ReaderSource {
 }
 
 impl Source for ReaderSource {
-    async fn next_chunk(&mut self) -> io::Result<Option<Chunk>> {
-        self.chunks.recv().await.transpose()
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        Ok(self.chunks.recv().await.transpose()?.map(Input::Chunk))
     }
 }
 

@@ -6,7 +6,10 @@ use std::io;
 use bytes::Bytes;
 use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Arrival, Chunk, Event, LinkCounts, MarkKind, ReadOptions, Source, protocol::VNIMU, read_samples};
+use vn100_driver::{
+    Arrival, Chunk, Event, Input, LinkCounts, LinkEvent, LinkEventKind, MarkKind, ReadOptions, Source, protocol::VNIMU,
+    read_samples,
+};
 
 const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 const YMR_OLD: &str =
@@ -17,26 +20,37 @@ const YPR: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 const REPLY: &str = "$VNRRG,01,VN-100S-CR*35\r\n";
 const DAMAGED: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*64\r\n";
 
-/// Hands out chunks as told, and ends as told.
+/// Hands out inputs as told, and ends as told.
 struct Script {
-    chunks: std::vec::IntoIter<Vec<u8>>,
+    inputs: std::vec::IntoIter<Input>,
     error: Option<io::Error>,
 }
 
 impl Script {
     fn new(bytes: &[u8], piece: usize) -> Self {
-        let chunks: Vec<_> = bytes.chunks(piece).map(<[u8]>::to_vec).collect();
-        Self { chunks: chunks.into_iter(), error: None }
+        Self::of(bytes.chunks(piece).map(chunk).collect())
+    }
+
+    fn of(inputs: Vec<Input>) -> Self {
+        Self { inputs: inputs.into_iter(), error: None }
     }
 }
 
 impl Source for Script {
-    async fn next_chunk(&mut self) -> io::Result<Option<Chunk>> {
-        match self.chunks.next() {
-            Some(bytes) => Ok(Some(Chunk { bytes: Bytes::from(bytes), at_ns: Some(7_000_000) })),
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        match self.inputs.next() {
+            Some(input) => Ok(Some(input)),
             None => self.error.take().map_or(Ok(None), Err),
         }
     }
+}
+
+fn chunk(bytes: &[u8]) -> Input {
+    Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(7_000_000) })
+}
+
+fn link(kind: LinkEventKind) -> Input {
+    Input::Link(LinkEvent { at_ns: 7_000_000, kind })
 }
 
 /// Everything a stream told, with the borders of its batches taken out.
@@ -46,6 +60,8 @@ struct Told {
     /// Marks by the number of the row they stand before.
     marks: Vec<(usize, MarkKind)>,
     link: LinkCounts,
+    /// What befell the link, by the number of the row it stands before.
+    link_events: Vec<(usize, LinkEventKind)>,
     error: Option<String>,
 }
 
@@ -59,6 +75,7 @@ async fn told(source: Script, options: ReadOptions) -> Told {
                 told.rows.extend(batch.rows().map(<[i32]>::to_vec));
                 told.link = batch.link;
             }
+            Event::Link(event) => told.link_events.push((told.rows.len(), event.kind)),
             Event::End(end) => told.error = end.error.map(|error| error.to_string()),
         }
     }
@@ -109,6 +126,35 @@ fn an_error_ends_the_stream_and_keeps_what_came_before() {
     assert_eq!(told.rows.len(), 1);
     assert_eq!(told.link.tally.bad.truncated, 1);
     assert_eq!(told.error.as_deref(), Some("unplugged"));
+}
+
+#[test]
+fn a_link_that_goes_down_cuts_the_line_under_way() {
+    let up = || LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) };
+    let down = || LinkEventKind::Down { cause: "unplugged".into() };
+    let (head, tail) = YMR.as_bytes().split_at(50);
+    let inputs = vec![
+        link(LinkEventKind::Probed { bytes: 31 }),
+        link(up()),
+        chunk(YMR.as_bytes()),
+        chunk(head),
+        link(down()),
+        link(up()),
+        // the rest of another line: never joined to the head of the one before
+        chunk(tail),
+        link(LinkEventKind::Overrun { bytes: 62 }),
+        chunk(YMR.as_bytes()),
+    ];
+    for line_by_line in [false, true] {
+        let options = ReadOptions { line_by_line, ..ReadOptions::default() };
+        let told = block_on(told(Script::of(inputs.clone()), options));
+        assert_eq!(told.rows.len(), 2);
+        let places: Vec<_> = told.link_events.iter().map(|(row, _)| *row).collect();
+        assert_eq!(places, [0, 0, 1, 1, 1]);
+        assert_eq!((told.link.connects, told.link.probed_bytes, told.link.overrun_bytes), (2, 31, 62));
+        assert_eq!(told.link.tally.bad.truncated, 1);
+        assert_eq!(told.link.tally.bytes(), 3 * YMR.len() as u64);
+    }
 }
 
 #[test]

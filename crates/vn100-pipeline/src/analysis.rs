@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use imu_noise::{ChannelAccumulator, NominalRate, Unwrap};
-use vn100_driver::{Batch, LinkCounts, MarkKind};
+use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind};
 use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
 
 use crate::{
@@ -100,10 +100,22 @@ impl Analysis {
             }
             self.take_rows(&batch.counts[row * width..]);
         } else {
-            let mut waiting = self.waiting.take().unwrap_or_else(|| Waiting::new(width, self.settings.rate_hz));
+            let mut waiting = self.waiting.take().unwrap_or_else(|| Waiting::new(width, self.known_rate_hz()));
             waiting.take_in(batch);
             self.take_ready(&mut waiting);
             self.waiting = Some(waiting);
+        }
+    }
+
+    /// Takes what befell the link. Nobody knows what went by while it was down: no window spans that, and arrival times start anew.
+    pub fn take_link_event(&mut self, event: &LinkEvent) {
+        if matches!(event.kind, LinkEventKind::Down { .. }) {
+            self.finish();
+            self.waiting = None;
+            self.bad_lines_pending = 0;
+            if self.timing.samples > 0 {
+                self.break_segment(None);
+            }
         }
     }
 
@@ -234,7 +246,7 @@ impl Analysis {
         if self.timing.samples > 0 && self.rate_change.is_none() {
             self.timing.missing += missing;
             self.timing.gaps += 1;
-            self.break_segment(missing);
+            self.break_segment(Some(missing));
         }
     }
 
@@ -264,16 +276,22 @@ impl Analysis {
         if before.is_some() {
             self.print_changes += 1;
             if self.timing.samples > 0 {
-                self.break_segment(0);
+                self.break_segment(Some(0));
             }
         }
     }
 
-    fn break_segment(&mut self, missing: u64) {
+    /// `missing` is `None` where nobody knows.
+    fn break_segment(&mut self, missing: Option<u64>) {
         self.timing.segments += 1;
         for channel in &mut self.channels {
-            channel.accumulator.gap(Some(missing));
+            channel.accumulator.gap(missing);
         }
+    }
+
+    /// The rate that the next stamps must agree with: a deviation knows one sample interval.
+    fn known_rate_hz(&self) -> Option<f64> {
+        (self.timing.rate_from != RateFrom::Assumed).then_some(self.timing.rate_hz)
     }
 }
 

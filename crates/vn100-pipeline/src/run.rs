@@ -108,6 +108,10 @@ async fn analyse(
                         let _ = queue.send(Arc::new(analysis.snapshot())).await;
                     }
                 }
+                Some(Event::Link(event)) => {
+                    analysis.take_link_event(&event);
+                    changed = true;
+                }
                 Some(Event::End(end)) => break end,
                 // the reading task died: what it delivered stands
                 None => {

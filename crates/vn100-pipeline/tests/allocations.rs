@@ -5,7 +5,7 @@ use std::io;
 
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Chunk, ReadOptions, Source, read_samples};
+use vn100_driver::{Chunk, Input, ReadOptions, Source, read_samples};
 use vn100_pipeline::{Settings, start};
 
 /// The same chunk of whole lines, so often.
@@ -15,12 +15,12 @@ struct Again {
 }
 
 impl Source for Again {
-    async fn next_chunk(&mut self) -> io::Result<Option<Chunk>> {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
         self.left = match self.left.checked_sub(1) {
             None => return Ok(None),
             Some(left) => left,
         };
-        Ok(Some(Chunk { bytes: self.bytes.clone(), at_ns: None }))
+        Ok(Some(Input::Chunk(Chunk { bytes: self.bytes.clone(), at_ns: None })))
     }
 }
 
