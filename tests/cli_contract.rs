@@ -271,6 +271,19 @@ fn skip_leaves_out_and_counts() {
 }
 
 #[test]
+fn duration_ends_the_same_however_the_bytes_arrive() {
+    let log = replay_log(CLEAN);
+    let (mut from_file, exit) = replay(&log, &["--duration", "20s"]);
+    assert_eq!((&from_file["timing"]["samples"], &from_file["link"]["frames"], exit), (&800.into(), &800.into(), 0));
+    let options = ["replay", "-", "--json", "--duration", "20s"];
+    let mut from_stdin = document(&with_stdin(vn100().args(options), &fs::read(&log).unwrap()));
+    from_file["source"] = Value::Null;
+    from_stdin["source"] = Value::Null;
+    assert_eq!(from_file, from_stdin);
+    assert_eq!(replay(&log, &["--duration", "1h"]).0["timing"]["samples"], 2400);
+}
+
+#[test]
 fn the_rate_scales_tau_and_nothing_else() {
     let (assumed, _) = replay(&replay_log(CLEAN), &[]);
     assert!(warned(&assumed, "rate-assumed"));

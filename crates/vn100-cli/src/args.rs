@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Parser, Subcommand, ValueEnum};
-use vn100_driver::ColumnMap;
+use vn100_driver::{ColumnMap, ReadOptions};
 use vn100_pipeline::Settings;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -33,6 +33,18 @@ pub(crate) struct ReplayArgs {
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+
+    /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
+    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
+    #[arg(long, value_name = "MAP")]
+    pub(crate) columns: Option<ColumnMap>,
+}
+
+/// What is measured and how it is told, the same for every command that measures.
+#[derive(Debug, clap::Args)]
+pub(crate) struct MeasureArgs {
     /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<f64>,
@@ -49,10 +61,9 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "0s")]
     pub(crate) skip: Duration,
 
-    /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
-    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
-    #[arg(long, value_name = "MAP")]
-    pub(crate) columns: Option<ColumnMap>,
+    /// Stop after this much data time, counted from the first sample, for example 1h
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    pub(crate) duration: Option<Duration>,
 
     /// Take lines that carry no checksum
     #[arg(long)]
@@ -67,14 +78,21 @@ pub(crate) struct ReplayArgs {
     pub(crate) ndjson: bool,
 }
 
-impl ReplayArgs {
+impl MeasureArgs {
     pub(crate) fn settings(&self) -> Settings {
         Settings {
             rate_hz: self.rate,
             estimator: self.estimator.into(),
             deviation: self.deviation.into(),
             skip: self.skip,
+            duration: self.duration,
         }
+    }
+
+    /// A result that ends, or is told, between two reads must be the same however the bytes were read.
+    pub(crate) fn read_options(&self) -> ReadOptions {
+        let line_by_line = self.ndjson || self.duration.is_some();
+        ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line }
     }
 }
 

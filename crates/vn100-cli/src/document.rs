@@ -1,5 +1,7 @@
 //! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
 
+use std::collections::BTreeMap;
+
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
@@ -37,11 +39,35 @@ struct Source {
     name: String,
     message: Option<String>,
     compensated: Option<bool>,
-    device: Option<Value>,
+    device: Option<Device>,
     recorded: Option<Value>,
     meta: Option<Value>,
     error: Option<String>,
     csv: Option<Csv>,
+}
+
+/// The sensor, as far as it was asked within the stream.
+#[derive(Debug, Serialize)]
+struct Device {
+    model: Option<String>,
+    hardware_revision: Option<String>,
+    serial_number: Option<String>,
+    firmware: Option<String>,
+    /// Every register it told, by number, as printed.
+    registers: BTreeMap<u8, String>,
+}
+
+impl Device {
+    fn new(registers: &BTreeMap<u8, String>) -> Option<Self> {
+        let register = |number| registers.get(&number).cloned();
+        (!registers.is_empty()).then(|| Self {
+            model: register(1),
+            hardware_revision: register(2),
+            serial_number: register(3),
+            firmware: register(4),
+            registers: registers.clone(),
+        })
+    }
 }
 
 /// The lines of a CSV file: `lines = rows + skipped_lines + all odd`.
@@ -179,7 +205,7 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
         name: origin.name.clone(),
         message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
         compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
-        device: None,
+        device: Device::new(&snapshot.registers),
         recorded: None,
         meta: None,
         error: origin.error.clone(),
@@ -210,6 +236,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
         rate_hz: timing.rate_hz,
         rate_from: match timing.rate_from {
             RateFrom::Option => "option",
+            RateFrom::Device => "device",
             RateFrom::Arrival => "arrival",
             RateFrom::Assumed => "assumed",
         },

@@ -42,13 +42,17 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
 
 async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
     let job = Arc::new(Job {
-        read: ReadOptions { accept_unchecked: args.accept_unchecked, line_by_line: args.ndjson },
-        settings: args.settings(),
+        read: args.measure.read_options(),
+        settings: args.measure.settings(),
         columns: args.columns.clone(),
-        ndjson: args.ndjson,
+        ndjson: args.measure.ndjson,
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
         // documents of several files must not mingle line by line
-        turns: Semaphore::new(if args.ndjson { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
+        turns: Semaphore::new(if args.measure.ndjson {
+            1
+        } else {
+            thread::available_parallelism().map_or(1, Into::into)
+        }),
         stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
     });
     let files: Vec<JoinHandle<Result<Replayed>>> =
@@ -62,14 +66,14 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         if let Some(error) = &replayed.origin.error {
             job.progress.suspend(|| report(error));
         }
-        if args.json {
+        if args.measure.json {
             documents.push(Document::new(&replayed.origin, &replayed.snapshot));
-        } else if !args.ndjson && replayed.origin.kind.is_some() {
+        } else if !args.measure.ndjson && replayed.origin.kind.is_some() {
             job.progress.suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
         }
     }
     drop(job);
-    if args.json {
+    if args.measure.json {
         let document = if let [document] = &documents[..] {
             serde_json::to_string_pretty(document)
         } else {

@@ -47,6 +47,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
     let rate_from = match timing.rate_from {
         RateFrom::Option => "as asked",
+        RateFrom::Device => "as the sensor says",
         RateFrom::Arrival => "by the arrival of its lines",
         RateFrom::Assumed => "assumed",
     };

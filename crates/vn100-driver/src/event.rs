@@ -32,6 +32,8 @@ pub struct Batch {
     pub arrivals: Vec<Arrival>,
     /// What stood between the rows, by position.
     pub marks: Vec<Mark>,
+    /// What the sensor said of its registers, in order.
+    pub registers: Vec<RegisterValue>,
     /// All that the stream has carried from its beginning to the end of this batch.
     pub link: LinkCounts,
 }
@@ -57,6 +59,26 @@ pub struct Arrival {
     pub from_row: usize,
     /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may hold stamps that go backwards.
     pub at_ns: i64,
+}
+
+/// What the sensor said of one of its registers, in reply to a command: the value read, or the one just written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RegisterValue {
+    /// The row it stands before; the number of rows for the end of the batch.
+    pub before_row: usize,
+    /// The number of the register.
+    pub register: u8,
+    /// Its fields as printed, with the commas between them.
+    pub fields: String,
+}
+
+impl RegisterValue {
+    /// Of the body of a reply such as `VNRRG,07,40`; `None` for a reply that tells no register.
+    pub(crate) fn from_reply(body: &[u8], before_row: usize) -> Option<Self> {
+        let rest = body.strip_prefix(b"VNRRG,").or(body.strip_prefix(b"VNWRG,"))?;
+        let (register, fields) = std::str::from_utf8(rest).ok()?.split_once(',')?;
+        Some(Self { before_row, register: register.parse().ok()?, fields: fields.to_owned() })
+    }
 }
 
 /// Something between two rows of a [`Batch`].

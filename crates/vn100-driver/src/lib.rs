@@ -35,7 +35,9 @@ mod timing;
 pub use capture::{Capture, OpenError};
 pub use codec::{Decoded, SentenceCodec};
 pub use csv::{ColumnMap, ColumnMapError, CsvError};
-pub use event::{Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows};
+pub use event::{
+    Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue,
+};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};

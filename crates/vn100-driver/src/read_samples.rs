@@ -7,7 +7,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, VNYMR};
 
 use crate::{
-    event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName},
+    event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName, RegisterValue},
     source::{Input, LinkEvent, LinkEventKind, Source},
 };
 
@@ -171,8 +171,12 @@ impl Stream {
             Item::Other(sentence) => {
                 self.link.other_message = self.link.other_message.or(Some(MessageName::new(sentence.header())))
             }
+            Item::Reply(sentence) => {
+                let before_row = self.row();
+                self.open.registers.extend(RegisterValue::from_reply(sentence.body, before_row));
+            }
             // in the tally
-            Item::Reply(_) | Item::Packet(_) | Item::Bad(_) => {}
+            Item::Packet(_) | Item::Bad(_) => {}
         }
     }
 

@@ -1,9 +1,9 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{ChannelAccumulator, NominalRate, Unwrap};
-use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind};
+use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
 use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
 
 use crate::{
@@ -26,6 +26,7 @@ pub struct Analysis {
     channels: Vec<ChannelState>,
     column: Vec<i32>,
     repeats: Repeats,
+    registers: BTreeMap<u8, String>,
     link: LinkCounts,
     /// Of a stream with arrival stamps.
     waiting: Option<Waiting>,
@@ -71,6 +72,7 @@ impl Analysis {
             channels: Vec::new(),
             column: Vec::new(),
             repeats: Repeats::new(),
+            registers: BTreeMap::new(),
             link: LinkCounts::default(),
             waiting: None,
             stamps_in_use: false,
@@ -86,6 +88,7 @@ impl Analysis {
     /// Takes what one read brought.
     pub fn absorb(&mut self, batch: &Batch) {
         self.link = batch.link;
+        batch.registers.iter().for_each(|value| self.take_register(value));
         if let (None, Some(layout)) = (&self.layout, &batch.layout) {
             self.begin(Arc::clone(layout));
         }
@@ -128,6 +131,12 @@ impl Analysis {
         }
     }
 
+    /// Whether all the data time asked for has passed.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.index > 0 && self.index >= self.end_index()
+    }
+
     /// Whole seconds of data time passed, those missing or left out counted in.
     #[must_use]
     pub fn seconds(&self) -> u64 {
@@ -150,6 +159,7 @@ impl Analysis {
             timing: self.timing,
             arrivals: self.waiting.as_ref().map(Waiting::summary),
             rate_change: self.rate_change,
+            registers: self.registers.clone(),
             link: self.link,
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
@@ -184,6 +194,7 @@ impl Analysis {
                     self.timing.rate_hz = nominal.hz();
                     if !matches!(nominal, NominalRate::Known(_)) {
                         self.timing.rate_from = RateFrom::Arrival;
+                        self.compare_with_device();
                     }
                     self.stamps_in_use = true;
                 }
@@ -213,19 +224,20 @@ impl Analysis {
         let rows = counts.len() / width;
         let bad_lines = std::mem::take(&mut self.bad_lines_pending);
         self.take_gap(bad_lines);
-        let to_skip =
-            if self.rate_change.is_some() { u64::MAX } else { self.skip_samples().saturating_sub(self.index) };
-        let skipped = rows.min(usize::try_from(to_skip).unwrap_or(usize::MAX));
-        self.timing.left_out += skipped as u64;
+        let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
+        let end = if self.rate_change.is_some() { 0 } else { rows_until(self.end_index()) };
+        let skipped = rows_until(self.samples_in(self.settings.skip)).min(end);
+        let used = end - skipped;
+        self.timing.left_out += (rows - used) as u64;
         self.index += rows as u64;
-        if skipped == rows {
+        if used == 0 {
             return;
         }
         if self.timing.samples == 0 {
             self.timing.segments = 1;
         }
-        self.timing.samples += (rows - skipped) as u64;
-        let counts = &counts[skipped * width..];
+        self.timing.samples += used as u64;
+        let counts = &counts[skipped * width..end * width];
         // a few coarse channels repeat by chance
         if width >= TELLING_CHANNELS {
             counts.chunks_exact(width).for_each(|row| self.repeats.push(row));
@@ -242,11 +254,12 @@ impl Analysis {
         if missing == 0 || self.index == 0 {
             return;
         }
+        let counted = missing.min(self.end_index().saturating_sub(self.index));
         self.index += missing;
-        if self.timing.samples > 0 && self.rate_change.is_none() {
-            self.timing.missing += missing;
+        if counted > 0 && self.timing.samples > 0 && self.rate_change.is_none() {
+            self.timing.missing += counted;
             self.timing.gaps += 1;
-            self.break_segment(Some(missing));
+            self.break_segment(Some(counted));
         }
     }
 
@@ -261,10 +274,40 @@ impl Analysis {
         }
     }
 
-    fn skip_samples(&self) -> u64 {
+    /// The index of the first sample at or behind this data time.
+    fn samples_in(&self, time: Duration) -> u64 {
         // what a product of doubles adds to a whole number is no sample
         const ROUNDING: f64 = 1e-6;
-        (self.settings.skip.as_secs_f64() * self.timing.rate_hz - ROUNDING).ceil() as u64
+        (time.as_secs_f64() * self.timing.rate_hz - ROUNDING).ceil() as u64
+    }
+
+    fn end_index(&self) -> u64 {
+        self.settings.duration.map_or(u64::MAX, |duration| self.samples_in(duration))
+    }
+
+    fn take_register(&mut self, value: &RegisterValue) {
+        self.registers.insert(value.register, value.fields.clone());
+        match (self.timing.rate_from, self.device_rate_hz()) {
+            (RateFrom::Assumed, Some(rate_hz)) => {
+                (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, RateFrom::Device);
+            }
+            _ => self.compare_with_device(),
+        }
+    }
+
+    /// Where arrival times and the sensor say the same, the sensor said so.
+    fn compare_with_device(&mut self) {
+        if self.timing.rate_from == RateFrom::Arrival && self.device_rate_hz() == Some(self.timing.rate_hz) {
+            self.timing.rate_from = RateFrom::Device;
+        }
+    }
+
+    /// The rate that register 7 holds; 0 there is no rate.
+    fn device_rate_hz(&self) -> Option<f64> {
+        const ASYNC_RATE: u8 = 7;
+        let fields = self.registers.get(&ASYNC_RATE)?;
+        let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
+        (rate_hz > 0).then_some(rate_hz.into())
     }
 
     /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.

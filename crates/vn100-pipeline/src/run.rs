@@ -100,6 +100,9 @@ async fn analyse(
                 Some(Event::Batch(batch)) => {
                     analysis.absorb(&batch);
                     changed = true;
+                    if analysis.is_complete() {
+                        break End { error: None, csv: None };
+                    }
                     if let Some(queue) = &every_second
                         && analysis.seconds() > seconds
                     {

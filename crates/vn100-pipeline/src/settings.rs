@@ -18,11 +18,19 @@ pub struct Settings {
     pub deviation: Deviation,
     /// Data time left out at the beginning.
     pub skip: Duration,
+    /// Data time, counted from the first sample, behind which the measurement ends; `None` for all there is.
+    pub duration: Option<Duration>,
 }
 
 impl Default for Settings {
     /// Allan deviation with sixteen windows per tau, everything included, rate unknown.
     fn default() -> Self {
-        Self { rate_hz: None, estimator: Estimator::Strided, deviation: Deviation::Allan, skip: Duration::ZERO }
+        Self {
+            rate_hz: None,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+            skip: Duration::ZERO,
+            duration: None,
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The state of a measurement at one moment, as plain data for screens and reports.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum, TimebaseSummary};
 use vn100_driver::LinkCounts;
@@ -19,6 +19,8 @@ pub struct Snapshot {
     pub arrivals: Option<TimebaseSummary>,
     /// The change of rate after which samples were left out.
     pub rate_change: Option<RateChange>,
+    /// The sensor's registers by number, as it last printed them; those only that were asked for within the stream.
+    pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
     pub link: LinkCounts,
     /// How the deviations are estimated.
@@ -40,7 +42,7 @@ pub struct Timing {
     pub rate_from: RateFrom,
     /// Samples in the statistics.
     pub samples: u64,
-    /// Good samples left out: before the time asked to be skipped, or behind a change of rate.
+    /// Good samples left out: before the time asked to be skipped, behind the one asked for, or behind a change of rate.
     pub left_out: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
@@ -85,6 +87,8 @@ pub struct RateChange {
 pub enum RateFrom {
     /// The user said so.
     Option,
+    /// The sensor said so, in register 7.
+    Device,
     /// The arrival stamps tell.
     Arrival,
     /// Nothing tells: the sensor's default of 40 Hz.

@@ -6,7 +6,7 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
-    Batch, LinkCounts, Mark, MarkKind,
+    Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
     protocol::{Layout, PrintFormat, VNYMR},
 };
 use vn100_pipeline::{Analysis, RateFrom, Settings, Snapshot, WarningKind};
@@ -82,6 +82,69 @@ fn bad_lines_between_good_ones_are_missing_samples() {
     for channel in &snapshot.channels {
         assert_eq!(channel.octaves, octaves);
     }
+}
+
+#[test]
+fn the_time_asked_for_ends_the_measurement() {
+    let settings = |seconds: f64, skip: f64| Settings {
+        duration: Some(Duration::from_secs_f64(seconds)),
+        skip: Duration::from_secs_f64(skip),
+        ..Settings::default()
+    };
+    let lines = [Good(1), Good(2), Bad, Bad, Good(3), Good(4)];
+    for (rows, ticks, skip, expected) in [
+        // rows a batch, then samples of 25 ms; samples, left out, missing
+        (10, 2.0, 0.0, (2, 2, 0)),
+        (1, 2.0, 0.0, (2, 2, 0)),
+        (10, 3.0, 0.0, (2, 2, 1)),
+        (10, 5.0, 1.0, (2, 2, 2)),
+        (10, 100.0, 0.0, (4, 0, 2)),
+        (10, 1.0, 3.0, (0, 4, 0)),
+    ] {
+        let timing = analysed(&lines, rows, settings(ticks / 40.0, skip / 40.0)).timing;
+        assert_eq!((timing.samples, timing.left_out, timing.missing), expected, "{ticks} samples, {skip} skipped");
+    }
+    let mut analysis = Analysis::new(settings(2.0 / 40.0, 0.0));
+    let complete: Vec<_> = (batches(&lines, 1).iter())
+        .map(|batch| {
+            analysis.absorb(batch);
+            analysis.is_complete()
+        })
+        .collect();
+    assert_eq!(complete, [false, true, true, true]);
+}
+
+#[test]
+fn the_sensor_tells_its_rate() {
+    let told = |fields: &str, settings: Settings| {
+        let mut all = batches(&[Good(1), Good(2)], 10);
+        let fields = fields.to_owned();
+        all[0].registers.push(RegisterValue { before_row: 1, register: 7, fields });
+        let mut analysis = Analysis::new(settings);
+        all.iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    let snapshot = told("100,1", Settings::default());
+    assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (100.0, RateFrom::Device));
+    assert!(!warned(&snapshot, WarningKind::RateAssumed));
+    assert_eq!(snapshot.registers[&7], "100,1");
+    assert_eq!(told("0", Settings::default()).timing.rate_from, RateFrom::Assumed);
+    assert_eq!(told("?", Settings::default()).timing.rate_from, RateFrom::Assumed);
+    let asked = Settings { rate_hz: Some(50.0), ..Settings::default() };
+    assert_eq!(told("100", asked).timing.rate_hz, 50.0);
+}
+
+#[test]
+fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.take_link_event(&down);
+    batches(&[Good(1), Good(2)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    analysis.take_link_event(&down);
+    batches(&[Good(9), Good(8)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    let snapshot = analysis.snapshot();
+    assert_eq!((snapshot.timing.samples, snapshot.timing.segments, snapshot.timing.missing), (4, 2, 0));
+    assert_eq!(snapshot.channels[3].octaves[0].terms, 2, "one window on each side, none across");
 }
 
 #[test]
