@@ -33,6 +33,7 @@
 //! - IEEE Std 952 and 1293: the Allan variance of gyroscopes and accelerometers.
 
 mod channel;
+mod convention;
 mod histogram;
 mod lanes;
 mod moments;
@@ -45,6 +46,7 @@ mod timebase;
 mod unwrap;
 
 pub use channel::ChannelAccumulator;
+pub use convention::{Convention, Parameter, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
 pub use histogram::{Histogram, MAX_BINS};
 pub use moments::Moments;
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
