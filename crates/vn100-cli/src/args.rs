@@ -1,10 +1,13 @@
 //! The command line.
 
+mod measure;
+
 use std::{path::PathBuf, time::Duration};
 
-use clap::{Parser, Subcommand, ValueEnum};
-use vn100_driver::{ColumnMap, ReadOptions};
-use vn100_pipeline::Settings;
+use clap::{Parser, Subcommand};
+use vn100_driver::ColumnMap;
+
+pub(crate) use measure::MeasureArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
@@ -42,60 +45,6 @@ pub(crate) struct ReplayArgs {
     pub(crate) columns: Option<ColumnMap>,
 }
 
-/// What is measured and how it is told, the same for every command that measures.
-#[derive(Debug, clap::Args)]
-pub(crate) struct MeasureArgs {
-    /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
-    pub(crate) rate: Option<f64>,
-
-    /// Windows that enter the deviation
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) estimator: Estimator,
-
-    /// Which deviation
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) deviation: Deviation,
-
-    /// Leave this much data time out at the beginning, for example 10min (warm-up)
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "0s")]
-    pub(crate) skip: Duration,
-
-    /// Stop after this much data time, counted from the first sample, for example 1h
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
-    pub(crate) duration: Option<Duration>,
-
-    /// Take lines that carry no checksum
-    #[arg(long)]
-    pub(crate) accept_unchecked: bool,
-
-    /// Print one JSON document at the end, and nothing else, on standard output
-    #[arg(long, conflicts_with = "ndjson")]
-    pub(crate) json: bool,
-
-    /// Print one JSON document per line, for every second of data time and at the end
-    #[arg(long)]
-    pub(crate) ndjson: bool,
-}
-
-impl MeasureArgs {
-    pub(crate) fn settings(&self) -> Settings {
-        Settings {
-            rate_hz: self.rate,
-            estimator: self.estimator.into(),
-            deviation: self.deviation.into(),
-            skip: self.skip,
-            duration: self.duration,
-        }
-    }
-
-    /// A result that ends, or is told, between two reads must be the same however the bytes were read.
-    pub(crate) fn read_options(&self) -> ReadOptions {
-        let line_by_line = self.ndjson || self.duration.is_some();
-        ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line }
-    }
-}
-
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimArgs {
     /// The capture to write; "-" is standard output
@@ -121,53 +70,4 @@ pub(crate) struct SimArgs {
     /// Replace an existing file
     #[arg(long)]
     pub(crate) force: bool,
-}
-
-/// Windows of the deviation, by their names on the command line and in results.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Estimator {
-    /// Octave windows at stride tau/16: fully overlapping up to m = 16, bounded memory
-    #[default]
-    Strided,
-    /// Fully overlapping at every octave (OADEV); memory grows with the record
-    Full,
-    /// The textbook non-overlapping deviation (ADEV), stride tau
-    Plain,
-}
-
-impl From<Estimator> for imu_noise::Estimator {
-    fn from(estimator: Estimator) -> Self {
-        match estimator {
-            Estimator::Strided => Self::Strided,
-            Estimator::Full => Self::Full,
-            Estimator::Plain => Self::Plain,
-        }
-    }
-}
-
-/// Deviations, by their names on the command line and in results.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Deviation {
-    /// Allan deviation
-    #[default]
-    Allan,
-    /// Hadamard deviation, blind to a linear drift of the rate
-    Hadamard,
-}
-
-impl From<Deviation> for imu_noise::Deviation {
-    fn from(deviation: Deviation) -> Self {
-        match deviation {
-            Deviation::Allan => Self::Allan,
-            Deviation::Hadamard => Self::Hadamard,
-        }
-    }
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(hz) if hz.is_finite() && (1e-3..=1e5).contains(&hz) => Ok(hz),
-        Ok(hz) => Err(format!("{hz} Hz is not between 0.001 and 100000 Hz")),
-        Err(_) => Err("not a number of hertz".into()),
-    }
 }
