@@ -1,5 +1,7 @@
 //! How often each value came, in a bounded number of bins.
 
+use std::collections::BTreeMap;
+
 /// Most bins a histogram has.
 pub const MAX_BINS: usize = 16_384;
 
@@ -10,7 +12,7 @@ const MIN_PLACES: usize = 64;
 ///
 /// The bin width is the smallest power of two of counts with which the span from the smallest to the largest bin is
 /// within [`MAX_BINS`]; bins are aligned at 0 (bin b holds b·width <= count < (b+1)·width). So the histogram depends on
-/// the samples only, not on their order or division. At most 128 KiB.
+/// the samples only, not on their order or division. At most 64 KiB.
 ///
 /// ```
 /// use imu_noise::Histogram;
@@ -26,15 +28,18 @@ pub struct Histogram {
     width_log2: u32,
     /// Bin number of the first place.
     first: i64,
-    /// Frequencies; places outside the span of the samples hold 0.
-    places: Vec<u64>,
+    /// Frequencies, modulo 2^32; places outside the span of the samples hold 0.
+    places: Vec<u32>,
+    /// What is above: by the lowest count of the bin, how many times 2^32. Places of 32 bits halve the memory, and no
+    /// sensor lives to fill many of them.
+    carries: BTreeMap<i64, u64>,
 }
 
 impl Histogram {
     /// A histogram without samples: no bins.
     #[must_use]
     pub const fn new() -> Self {
-        Self { width_log2: 0, first: 0, places: Vec::new() }
+        Self { width_log2: 0, first: 0, places: Vec::new(), carries: BTreeMap::new() }
     }
 
     /// Adds samples.
@@ -42,7 +47,11 @@ impl Histogram {
         for &count in counts {
             let place = (i64::from(count) >> self.width_log2).wrapping_sub(self.first) as usize;
             match self.places.get_mut(place) {
-                Some(frequency) => *frequency += 1,
+                Some(frequency) if *frequency < u32::MAX => *frequency += 1,
+                Some(frequency) => {
+                    *frequency = 0;
+                    *self.carries.entry(i64::from(count) >> self.width_log2 << self.width_log2).or_default() += 1;
+                }
                 None => self.push_outside(count),
             }
         }
@@ -57,13 +66,17 @@ impl Histogram {
     /// Number of samples.
     #[must_use]
     pub fn total(&self) -> u64 {
-        self.places.iter().sum()
+        self.bins().map(|(_, frequency)| frequency).sum()
     }
 
     /// The bins that have samples, in rising order: lowest count of the bin, and number of samples.
     pub fn bins(&self) -> impl Iterator<Item = (i64, u64)> {
-        let occupied = self.places.iter().enumerate().filter(|&(_, &frequency)| frequency > 0);
-        occupied.map(|(place, &frequency)| ((self.first + place as i64) << self.width_log2, frequency))
+        let bins = self.places.iter().enumerate().map(|(place, &frequency)| {
+            let lowest = (self.first + place as i64) << self.width_log2;
+            let carry = if self.carries.is_empty() { 0 } else { self.carries.get(&lowest).copied().unwrap_or(0) };
+            (lowest, (carry << 32) + u64::from(frequency))
+        });
+        bins.filter(|&(_, frequency)| frequency > 0)
     }
 
     /// Makes room for a count outside the places, coarser if need be, and adds it.
@@ -83,8 +96,15 @@ impl Histogram {
         let len = (2 * span).clamp(MIN_PLACES, MAX_BINS);
         self.first = (lowest >> self.width_log2) - ((len - span) / 2) as i64;
         self.places = vec![0; len];
+        self.carries.clear();
         for (lower, frequency) in occupied.into_iter().chain([(count, 1)]) {
-            self.places[((lower >> self.width_log2) - self.first) as usize] += frequency;
+            let bin = lower >> self.width_log2;
+            let place = &mut self.places[(bin - self.first) as usize];
+            let sum = u64::from(*place) + frequency;
+            *place = sum as u32;
+            if sum >> 32 > 0 {
+                *self.carries.entry(bin << self.width_log2).or_default() += sum >> 32;
+            }
         }
     }
 }
@@ -97,3 +117,27 @@ impl PartialEq for Histogram {
 }
 
 impl Eq for Histogram {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_than_a_place_holds_is_carried() {
+        let mut histogram = Histogram::new();
+        histogram.push(&[5, 6, 7]);
+        let first = histogram.first;
+        histogram.places[(5 - first) as usize] = u32::MAX;
+        histogram.places[(6 - first) as usize] = u32::MAX - 1;
+        histogram.push(&[5, 5, 6]);
+        let full = 1 << 32;
+        assert_eq!(histogram.bins().collect::<Vec<_>>(), [(5, full + 1), (6, full - 1), (7, 1)]);
+        assert_eq!(histogram.total(), 2 * full + 1);
+        // bins of two counts: 4 and 5, 6 and 7
+        histogram.push(&[5 + MAX_BINS as i32]);
+        let wide = [(4, full + 1), (6, full), (4 + MAX_BINS as i64, 1)];
+        assert_eq!(histogram.bins().collect::<Vec<_>>(), wide);
+        histogram.push(&[6, 6]);
+        assert_eq!(histogram.bins().nth(1), Some((6, full + 2)));
+    }
+}
