@@ -34,6 +34,7 @@
 
 mod channel;
 mod convention;
+mod counter;
 mod histogram;
 mod lanes;
 mod moments;
@@ -47,6 +48,7 @@ mod unwrap;
 
 pub use channel::ChannelAccumulator;
 pub use convention::{Convention, Parameter, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
+pub use counter::{Counted, LineCounter};
 pub use histogram::{Histogram, MAX_BINS};
 pub use moments::Moments;
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
