@@ -30,6 +30,8 @@ pub struct Batch {
     pub counts: Vec<i32>,
     /// When the rows arrived, in the order of the rows; empty where the source does not know.
     pub arrivals: Vec<Arrival>,
+    /// The counters of the rows that carry one, in order.
+    pub counters: Vec<RowCounter>,
     /// What stood between the rows, by position.
     pub marks: Vec<Mark>,
     /// What the sensor said of its registers, in order.
@@ -59,6 +61,15 @@ pub struct Arrival {
     pub from_row: usize,
     /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may hold stamps that go backwards.
     pub at_ns: i64,
+}
+
+/// The counter that a line carried behind its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowCounter {
+    /// The row.
+    pub row: usize,
+    /// The counter; what it counts, register 30 of the sensor says.
+    pub count: u64,
 }
 
 /// What the sensor said of one of its registers, in reply to a command: the value read, or the one just written.

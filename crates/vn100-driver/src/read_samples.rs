@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Tally, VNIMU, VNYMR};
+use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Suffix, Tally, VNIMU, VNYMR};
 
 use crate::{
-    event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName, RegisterValue},
+    event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName, RegisterValue, RowCounter},
     source::{Input, LinkEvent, LinkEventKind, Source},
 };
 
@@ -165,8 +165,8 @@ impl Parser {
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
         match item {
-            Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format()),
-            Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current),
+            Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format(), ymr.suffix()),
+            Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current, imu.suffix()),
             Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
             Item::Other(sentence) => {
                 self.link.other_message = self.link.other_message.or(Some(MessageName::new(sentence.header())))
@@ -181,7 +181,7 @@ impl Stream {
     }
 
     #[inline]
-    fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat) {
+    fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat, suffix: Suffix) {
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
             self.link.foreign_samples += 1;
@@ -196,6 +196,9 @@ impl Stream {
             && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
         {
             self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
+        }
+        if let Some(count) = suffix.count() {
+            self.open.counters.push(RowCounter { row: self.row(), count });
         }
         self.open.counts.extend_from_slice(counts);
     }

@@ -7,7 +7,8 @@ use bytes::Bytes;
 use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
-    Arrival, Chunk, Event, Input, LinkCounts, LinkEvent, LinkEventKind, MarkKind, ReadOptions, Source, protocol::VNIMU,
+    Arrival, Chunk, Event, Input, LinkCounts, LinkEvent, LinkEventKind, MarkKind, ReadOptions, Source,
+    protocol::{VNIMU, xor8},
     read_samples,
 };
 
@@ -60,6 +61,7 @@ struct Told {
     /// Marks by the number of the row they stand before.
     marks: Vec<(usize, MarkKind)>,
     registers: Vec<(usize, u8, String)>,
+    counters: Vec<(usize, u64)>,
     link: LinkCounts,
     /// What befell the link, by the number of the row it stands before.
     link_events: Vec<(usize, LinkEventKind)>,
@@ -76,6 +78,7 @@ async fn told(source: Script, options: ReadOptions) -> Told {
                 told.registers.extend(
                     batch.registers.iter().map(|r| (told.rows.len() + r.before_row, r.register, r.fields.clone())),
                 );
+                told.counters.extend(batch.counters.iter().map(|c| (told.rows.len() + c.row, c.count)));
                 told.rows.extend(batch.rows().map(<[i32]>::to_vec));
                 told.link = batch.link;
             }
@@ -106,6 +109,21 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
         told.link.tally.good_lines(),
         told.link.samples() + told.link.tally.replies + told.link.other_messages()
     );
+}
+
+/// The line with a counter behind its numbers.
+fn with_counter(line: &str, count: u64) -> String {
+    let body = format!("{},T{count}", line.trim_start_matches('$').split_once('*').unwrap().0);
+    format!("${body}*{:02X}\r\n", xor8(body.as_bytes()))
+}
+
+#[test]
+fn counters_go_with_their_rows() {
+    let bytes = [with_counter(YMR, 41), YMR.into(), with_counter(YMR, 43), with_counter(IMU, 44)].concat();
+    for line_by_line in [false, true] {
+        let options = ReadOptions { line_by_line, ..ReadOptions::default() };
+        assert_eq!(block_on(told(Script::new(bytes.as_bytes(), 50), options)).counters, [(0, 41), (2, 43)]);
+    }
 }
 
 #[test]
@@ -200,6 +218,7 @@ fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
 fn pieces_of_a_stream() -> impl Strategy<Value = Vec<u8>> {
     let piece = prop_oneof![
         8 => Just(YMR.as_bytes().to_vec()),
+        2 => any::<u64>().prop_map(|count| with_counter(YMR, count).into_bytes()),
         1 => Just(YMR_OLD.as_bytes().to_vec()),
         1 => Just(IMU.as_bytes().to_vec()),
         1 => Just(YPR.as_bytes().to_vec()),
