@@ -23,6 +23,7 @@
 //! ```
 
 mod capture;
+mod clock;
 mod codec;
 mod csv;
 mod event;
@@ -33,6 +34,7 @@ mod source;
 mod timing;
 
 pub use capture::{Capture, OpenError};
+pub use clock::Clock;
 pub use codec::{Decoded, SentenceCodec};
 pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{
