@@ -27,6 +27,8 @@ mod clock;
 mod codec;
 mod csv;
 mod event;
+mod low_latency;
+mod ports;
 mod read_samples;
 mod recognise;
 mod rows;
@@ -40,6 +42,8 @@ pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue,
 };
+pub use low_latency::{LatencyTimer, shorten_latency};
+pub use ports::{PortEntry, UsbAdapter, list_ports};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};

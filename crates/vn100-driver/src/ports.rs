@@ -1,0 +1,156 @@
+//! The serial ports of this machine, and which of them a VN-100 may be on.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serialport::{SerialPortInfo, SerialPortType};
+
+/// Where udev keeps names that follow the adapter from one socket, and one boot, to the next.
+const STABLE_NAMES: &str = "/dev/serial/by-id";
+
+/// The USB vendor of the chip in VN-100 cables, and its products: FT232, FT2232-family and FT-X with one channel.
+const FTDI: u16 = 0x0403;
+const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
+
+/// One serial port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortEntry {
+    /// Its name, such as `/dev/ttyUSB0` or `COM3`.
+    pub name: String,
+    /// A name that stays the same when the adapter is plugged in again; `None` where the system has none.
+    pub stable_name: Option<PathBuf>,
+    /// What the USB adapter says of itself; `None` for a port that is not on USB.
+    pub usb: Option<UsbAdapter>,
+    /// Whether it looks like the cable of a VN-100.
+    pub likely: bool,
+}
+
+/// What a USB adapter says of itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UsbAdapter {
+    /// Vendor number.
+    pub vendor_id: u16,
+    /// Product number.
+    pub product_id: u16,
+    /// Serial number of the adapter, not of the sensor.
+    pub serial_number: Option<String>,
+    /// Name of the maker.
+    pub manufacturer: Option<String>,
+    /// Name of the product.
+    pub product: Option<String>,
+}
+
+impl UsbAdapter {
+    fn is_likely(&self) -> bool {
+        let says_so = [&self.manufacturer, &self.product]
+            .into_iter()
+            .flatten()
+            .any(|name| ["vectornav", "vn-1"].iter().any(|ours| name.to_ascii_lowercase().contains(ours)));
+        says_so || self.vendor_id == FTDI && FTDI_PRODUCTS.contains(&self.product_id)
+    }
+}
+
+/// Lists the serial ports: the likely ones first, then by name.
+///
+/// Where the system cannot list ports the list is empty: a port can still be opened by its name.
+#[must_use]
+pub fn list_ports() -> Vec<PortEntry> {
+    let found = serialport::available_ports().unwrap_or_default();
+    entries(found, &stable_names(Path::new(STABLE_NAMES)))
+}
+
+/// Symlinks in `folder`, each with the port it leads to.
+fn stable_names(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
+    // a machine without such adapters has no such folder
+    let links = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<_> = links
+        .map(|link| link.path())
+        .filter_map(|link| {
+            let port = fs::canonicalize(&link).ok()?;
+            Some((link, port))
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> Vec<PortEntry> {
+    let mut entries: Vec<_> = found
+        .into_iter()
+        .map(|SerialPortInfo { port_name: name, port_type }| {
+            let stable_name = stable_names.iter().find(|(_, port)| *port == Path::new(&name));
+            let usb = match port_type {
+                SerialPortType::UsbPort(usb) => Some(UsbAdapter {
+                    vendor_id: usb.vid,
+                    product_id: usb.pid,
+                    serial_number: usb.serial_number,
+                    manufacturer: usb.manufacturer,
+                    product: usb.product,
+                }),
+                SerialPortType::PciPort | SerialPortType::BluetoothPort | SerialPortType::Unknown => None,
+            };
+            let likely = usb.as_ref().is_some_and(UsbAdapter::is_likely);
+            PortEntry { stable_name: stable_name.map(|(link, _)| link.clone()), name, usb, likely }
+        })
+        .collect();
+    // a number behind a name orders by its value: ttyUSB10 comes after ttyUSB9
+    entries.sort_by_key(|entry| (!entry.likely, entry.name.len(), entry.name.clone()));
+    entries
+}
+
+#[cfg(test)]
+mod tests {
+    use serialport::UsbPortInfo;
+
+    use super::*;
+
+    fn usb(name: &str, vid: u16, pid: u16, product: &str) -> SerialPortInfo {
+        let port = UsbPortInfo { vid, pid, serial_number: None, manufacturer: None, product: Some(product.into()) };
+        SerialPortInfo { port_name: name.into(), port_type: SerialPortType::UsbPort(port) }
+    }
+
+    #[test]
+    fn likely_ports_come_first() {
+        let found = vec![
+            SerialPortInfo { port_name: "/dev/ttyS0".into(), port_type: SerialPortType::PciPort },
+            usb("/dev/ttyUSB10", 0x0403, 0x6001, "FT232R USB UART"),
+            usb("/dev/ttyACM0", 0x2341, 0x0043, "Arduino Uno"),
+            usb("/dev/ttyUSB9", 0x0403, 0x6015, "FT230X"),
+            usb("/dev/ttyUSB1", 0x10c4, 0xea60, "VectorNav VN-100"),
+            usb("/dev/ttyUSB2", 0x0403, 0x6011, "Quad RS232-HS"),
+        ];
+        let entries = entries(found, &[]);
+        let order: Vec<_> = entries.iter().map(|entry| (entry.name.as_str(), entry.likely)).collect();
+        let expected = [
+            ("/dev/ttyUSB1", true),
+            ("/dev/ttyUSB9", true),
+            ("/dev/ttyUSB10", true),
+            ("/dev/ttyS0", false),
+            ("/dev/ttyACM0", false),
+            ("/dev/ttyUSB2", false),
+        ];
+        assert_eq!(order, expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_stable_name_is_the_link_that_leads_to_the_port() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = fs::canonicalize(folder.path()).unwrap();
+        let (port, link) = (folder.join("ttyUSB0"), folder.join("by-id/usb-FTDI_A1-if00-port0"));
+        fs::write(&port, "").unwrap();
+        fs::create_dir(folder.join("by-id")).unwrap();
+        std::os::unix::fs::symlink("../ttyUSB0", &link).unwrap();
+        std::os::unix::fs::symlink("../ttyUSB7", folder.join("by-id/usb-gone")).unwrap();
+
+        let name = port.to_str().unwrap();
+        let found = vec![usb(name, FTDI, 0x6001, ""), usb("/dev/ttyUSB1", FTDI, 0x6001, "")];
+        let entries = entries(found, &stable_names(&folder.join("by-id")));
+        let stable = |name: &str| entries.iter().find(|entry| entry.name == name).unwrap().stable_name.clone();
+        assert_eq!(stable(name), Some(link));
+        assert_eq!(stable("/dev/ttyUSB1"), None);
+        assert_eq!(stable_names(Path::new("/nowhere")), []);
+    }
+}
