@@ -25,19 +25,25 @@
 mod capture;
 mod clock;
 mod codec;
+mod connect;
+mod connect_error;
 mod csv;
 mod event;
 mod low_latency;
+mod port_address;
 mod ports;
 mod read_samples;
 mod recognise;
 mod rows;
+mod serial;
 mod source;
 mod timing;
 
 pub use capture::{Capture, OpenError};
 pub use clock::Clock;
 pub use codec::{Decoded, SentenceCodec};
+pub use connect::{Connect, Connection};
+pub use connect_error::ConnectError;
 pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue,
@@ -46,5 +52,6 @@ pub use low_latency::{LatencyTimer, shorten_latency};
 pub use ports::{PortEntry, UsbAdapter, list_ports};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
+pub use serial::{SerialConnection, SerialPorts};
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};
 pub use vn100_protocol as protocol;

@@ -1,0 +1,52 @@
+//! The seam between the link's owner and whatever carries the bytes: a port, a socket, a script in a test.
+
+use std::{future::Future, io};
+
+use crate::{connect_error::ConnectError, low_latency::LatencyTimer, source::Source};
+
+/// Opens a link, and opens it again after it went down.
+pub trait Connect: Send + 'static {
+    /// An open link.
+    type Connection: Connection;
+
+    /// Whether the link has a speed that must be right for anything to be understood.
+    const HAS_BAUD: bool;
+
+    /// Opens the link at a speed, which links without one ignore.
+    ///
+    /// # Errors
+    /// Why not, and what to do about it.
+    fn open(&mut self, baud: u32) -> impl Future<Output = Result<Self::Connection, ConnectError>> + Send;
+
+    /// The time now, in nanoseconds from the origin that the connection's [`Chunk`](crate::Chunk)s are stamped from.
+    fn now_ns(&self) -> i64;
+
+    /// The link by the name the user gave it.
+    fn name(&self) -> String;
+}
+
+/// An open link: a [`Source`] whose end means that the link went down, and the way back.
+pub trait Connection: Source {
+    /// The name it was opened by, such as `/dev/ttyUSB0`.
+    fn name(&self) -> &str;
+
+    /// Changes the speed of the line. Bytes that came at the old one may still be handed out.
+    ///
+    /// # Errors
+    /// When the port refuses that speed.
+    fn set_baud(&mut self, baud: u32) -> io::Result<()>;
+
+    /// Sends bytes.
+    ///
+    /// # Errors
+    /// When they cannot all be handed to the system, as after an unplug.
+    fn write(&mut self, bytes: &[u8]) -> impl Future<Output = io::Result<()>> + Send;
+
+    /// Closes it. When this is done the port can be opened again.
+    fn close(self) -> impl Future<Output = ()> + Send;
+
+    /// The latency timer of the adapter, where it has one.
+    fn latency_timer(&self) -> Option<&LatencyTimer> {
+        None
+    }
+}

@@ -1,0 +1,206 @@
+//! Why a live source cannot be opened, and what to do about it.
+
+use std::{fs, io, path::Path};
+
+use thiserror::Error;
+
+use crate::ports::PortEntry;
+
+/// Why a live source cannot be opened.
+#[derive(Debug, Error)]
+pub enum ConnectError {
+    /// Another program has the port.
+    #[error("cannot open {port} at {baud} baud: it is in use by {}; end that program first", holder.as_deref().unwrap_or("another program"))]
+    Busy {
+        /// The port.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// The program, with the number of its process, where this user may see it.
+        holder: Option<String>,
+    },
+    /// There is no such port.
+    #[error("cannot open {port} at {baud} baud: there is no such port; {}", cable_advice(candidates))]
+    NotFound {
+        /// The port.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// The ports that there are, the likely ones first.
+        candidates: Vec<PortEntry>,
+    },
+    /// The user may not open it.
+    #[error(
+        "cannot open {port} at {baud} baud: that is not allowed to this user; it is for the group {group}: `sudo usermod -aG {group} $USER`, \
+         then log in again"
+    )]
+    Denied {
+        /// The port.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// The group that may; `dialout` where that cannot be told.
+        group: String,
+    },
+    /// It is something else than a serial port.
+    #[error("cannot open {port} at {baud} baud: it is not a serial port; {}", candidate_advice(candidates))]
+    NotASerialPort {
+        /// What was named.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// The ports that there are, the likely ones first.
+        candidates: Vec<PortEntry>,
+    },
+    /// `tcp://` is followed by something else than a host and a port.
+    #[error("{address} is not an address: write tcp://host:port, such as tcp://192.168.1.20:2000")]
+    Address {
+        /// What was given.
+        address: String,
+    },
+    /// Anything else that the system said.
+    #[error("cannot open {port}{}: {source}", baud.map(|baud| format!(" at {baud} baud")).unwrap_or_default())]
+    Other {
+        /// The port or address.
+        port: String,
+        /// The speed it was to have; `None` where the link has none.
+        baud: Option<u32>,
+        /// What it said.
+        source: io::Error,
+    },
+}
+
+impl ConnectError {
+    /// Of what the port said when it was opened.
+    pub(crate) fn of_port(port: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
+        use serialport::ErrorKind::{Io, NoDevice};
+        let (port, path) = (port.to_owned(), Path::new(port));
+        match error.kind {
+            Io(io::ErrorKind::NotFound) => Self::NotFound { port, baud, candidates: ports },
+            Io(io::ErrorKind::PermissionDenied) => Self::Denied { group: group_of(path), port, baud },
+            // elsewhere the same kind says that there is none
+            NoDevice if cfg!(unix) => Self::Busy { holder: holder_of(path), port, baud },
+            NoDevice => Self::NotFound { port, baud, candidates: ports },
+            _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => {
+                Self::NotASerialPort { port, baud, candidates: ports }
+            }
+            _ => Self::Other { port, baud: Some(baud), source: error.into() },
+        }
+    }
+
+    /// Whether trying again can help without anybody doing something about it first. A port that is away comes back when it is plugged
+    /// in; one that is not a serial port will not become one.
+    #[must_use]
+    pub fn is_passing(&self) -> bool {
+        match self {
+            Self::Busy { .. } | Self::NotFound { .. } | Self::Other { .. } => true,
+            // udev sets the rights of a port a moment after it makes the node
+            Self::Denied { .. } => true,
+            Self::NotASerialPort { .. } | Self::Address { .. } => false,
+        }
+    }
+}
+
+/// What the system calls ENOTTY.
+const NOT_A_TERMINAL: &str = "Not a typewriter";
+
+#[cfg(unix)]
+fn may_be_port(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+#[cfg(not(unix))]
+fn may_be_port(_path: &Path) -> bool {
+    true
+}
+
+#[cfg(unix)]
+fn group_of(path: &Path) -> String {
+    use std::os::unix::fs::MetadataExt;
+    let named = fs::metadata(path).ok().and_then(|metadata| {
+        let groups = fs::read_to_string("/etc/group").ok()?;
+        group_name(&groups, metadata.gid()).map(ToOwned::to_owned)
+    });
+    named.unwrap_or_else(|| "dialout".into())
+}
+
+#[cfg(not(unix))]
+fn group_of(_path: &Path) -> String {
+    "dialout".into()
+}
+
+/// The name of a group in the text of `/etc/group`.
+#[cfg(unix)]
+fn group_name(groups: &str, id: u32) -> Option<&str> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(id)).then_some(name)
+    })
+}
+
+/// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
+fn holder_of(path: &Path) -> Option<String> {
+    let port = fs::canonicalize(path).ok()?;
+    fs::read_dir("/proc").ok()?.flatten().find_map(|process| {
+        let mut files = fs::read_dir(process.path().join("fd")).ok()?.flatten();
+        let holds = files.any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port));
+        let name = holds.then(|| fs::read_to_string(process.path().join("comm")).ok()).flatten()?;
+        Some(format!("{} (process {})", name.trim(), process.file_name().to_string_lossy()))
+    })
+}
+
+fn cable_advice(candidates: &[PortEntry]) -> String {
+    format!("check the cable; {}", candidate_advice(candidates))
+}
+
+fn candidate_advice(candidates: &[PortEntry]) -> String {
+    if candidates.is_empty() {
+        return "this machine has no serial ports now".into();
+    }
+    let names: Vec<_> = candidates
+        .iter()
+        .map(|port| if port.likely { format!("{} (likely)", port.name) } else { port.name.clone() })
+        .collect();
+    format!("there are {}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(kind: serialport::ErrorKind, text: &str, port: &str) -> String {
+        ConnectError::of_port(port, 115_200, serialport::Error::new(kind, text), Vec::new()).to_string()
+    }
+
+    #[test]
+    fn each_says_what_to_do() {
+        use serialport::ErrorKind::{Io, Unknown};
+        let missing = told(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
+        assert_eq!(
+            missing,
+            "cannot open /dev/ttyUSB9 at 115200 baud: there is no such port; check the cable; this machine has no serial ports now"
+        );
+        let denied = told(Io(io::ErrorKind::PermissionDenied), "", "/dev/ttyUSB9");
+        assert!(denied.contains("`sudo usermod -aG dialout $USER`, then log in again"), "{denied}");
+        assert!(told(Unknown, NOT_A_TERMINAL, "/dev/null").contains("not a serial port"));
+        assert!(told(Unknown, "Is a directory", "/").contains("not a serial port"));
+        assert!(told(Unknown, "I/O error", "/dev/null").ends_with("/dev/null at 115200 baud: I/O error"));
+    }
+
+    #[test]
+    fn candidates_are_listed_with_the_likely_marked() {
+        let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
+        let ports = [port("/dev/ttyUSB1", true), port("/dev/ttyS0", false)];
+        assert_eq!(candidate_advice(&ports), "there are /dev/ttyUSB1 (likely), /dev/ttyS0");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn groups_are_found_by_number() {
+        let groups = "root:x:0:\ndialout:x:20:ann,bob\nbroken\n";
+        assert_eq!(group_name(groups, 20), Some("dialout"));
+        assert_eq!(group_name(groups, 21), None);
+    }
+}

@@ -1,0 +1,292 @@
+//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on.
+
+use std::{
+    io::{self, ErrorKind, Read, Write},
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
+
+use bytes::Bytes;
+use serialport::{ClearBuffer, SerialPort};
+use tokio::sync::mpsc;
+
+use crate::{
+    clock::Clock,
+    connect::{Connect, Connection},
+    connect_error::ConnectError,
+    low_latency::{LatencyTimer, shorten_latency},
+    port_address::PortAddress,
+    ports::list_ports,
+    source::{Chunk, Input, LinkEvent, LinkEventKind, Source},
+};
+
+/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01 % of a core.
+const READ_TIMEOUT: Duration = Duration::from_millis(50);
+
+/// Bytes of one read, and reads that may wait to be used: together 256 KiB at most, 2.8 s of a line at 921 600 baud that is read in
+/// full buffers. At 200 lines a second, one a read, it is 2.5 s. When that is full the bytes of a read are dropped and counted: a port
+/// cannot wait.
+const READ_BYTES: usize = 512;
+const WAITING_INPUTS: usize = 512;
+
+/// How long closing waits for the reading thread, which looks up every [`READ_TIMEOUT`].
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
+///
+/// When it is opened again it is looked for by its stable name, by its own name, and by the serial number of its USB adapter.
+#[derive(Debug)]
+pub struct SerialPorts {
+    address: PortAddress,
+    clock: Clock,
+}
+
+impl SerialPorts {
+    /// The port named `name`, such as `/dev/ttyUSB0`; nothing is opened yet.
+    #[must_use]
+    pub fn new(name: &str, clock: Clock) -> Self {
+        Self { address: PortAddress::new(name), clock }
+    }
+}
+
+impl Connect for SerialPorts {
+    type Connection = SerialConnection;
+
+    const HAS_BAUD: bool = true;
+
+    async fn open(&mut self, baud: u32) -> Result<SerialConnection, ConnectError> {
+        let ports = list_ports();
+        let mut failure = None;
+        for name in self.address.candidates(&ports) {
+            match SerialConnection::open(&name, baud, self.clock) {
+                Ok(connection) => {
+                    self.address.learn(&name, &ports);
+                    return Ok(connection);
+                }
+                Err(error) => failure = failure.or(Some(ConnectError::of_port(&name, baud, error, ports.clone()))),
+            }
+        }
+        // there is always a candidate
+        let missing = || ConnectError::NotFound { port: self.address.given().into(), baud, candidates: ports };
+        Err(failure.unwrap_or_else(missing))
+    }
+
+    fn now_ns(&self) -> i64 {
+        self.clock.now_ns()
+    }
+
+    fn name(&self) -> String {
+        self.address.given().into()
+    }
+}
+
+/// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for that.
+pub struct SerialConnection {
+    name: String,
+    port: Box<dyn SerialPort>,
+    inputs: mpsc::Receiver<io::Result<Input>>,
+    stop: StopOnDrop,
+    latency_timer: Option<LatencyTimer>,
+}
+
+/// Tells the reading thread to stop when the connection is gone, however that came.
+struct StopOnDrop(Arc<AtomicBool>);
+
+impl Drop for StopOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl SerialConnection {
+    fn open(name: &str, baud: u32, clock: Clock) -> serialport::Result<Self> {
+        let port = serialport::new(name, baud).timeout(READ_TIMEOUT).open()?;
+        // what came before the speed was set is not what the sensor sent
+        port.clear(ClearBuffer::Input)?;
+        let latency_timer = shorten_latency(Path::new(name));
+        let reading = port.try_clone()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let (sender, inputs) = mpsc::channel(WAITING_INPUTS);
+        let reader = Reader { inputs: sender, clock, stop: Arc::clone(&stop), lost_bytes: 0 };
+        thread::Builder::new().name("serial-reader".into()).spawn(move || reader.run(reading))?;
+        Ok(Self { name: name.into(), port, inputs, stop: StopOnDrop(stop), latency_timer })
+    }
+}
+
+impl Source for SerialConnection {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        self.inputs.recv().await.transpose()
+    }
+}
+
+impl Connection for SerialConnection {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn set_baud(&mut self, baud: u32) -> io::Result<()> {
+        self.port.set_baud_rate(baud)?;
+        Ok(self.port.clear(ClearBuffer::Input)?)
+    }
+
+    // a command is far shorter than the buffer of the system, so that this does not wait; where that is full, it fails after 50 ms
+    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.port.write_all(bytes)
+    }
+
+    async fn close(self) {
+        let Self { port, mut inputs, stop, .. } = self;
+        drop((port, stop));
+        // the reading thread lets go of the port before it lets go of the channel
+        let _ = tokio::time::timeout(CLOSE_TIMEOUT, async { while inputs.recv().await.is_some() {} }).await;
+    }
+
+    fn latency_timer(&self) -> Option<&LatencyTimer> {
+        self.latency_timer.as_ref()
+    }
+}
+
+/// What the reading thread has.
+struct Reader {
+    inputs: mpsc::Sender<io::Result<Input>>,
+    clock: Clock,
+    stop: Arc<AtomicBool>,
+    /// Dropped, and not yet told.
+    lost_bytes: u64,
+}
+
+impl Reader {
+    /// Reads until told to stop or until the port is gone. The port is closed before the channel is, which tells the other side so.
+    fn run(mut self, mut port: impl Read) {
+        let mut buffer = [0; READ_BYTES];
+        while !self.stop.load(Ordering::Relaxed) {
+            let error = match port.read(&mut buffer) {
+                // what was readable and has no byte is gone
+                Ok(0) => ErrorKind::BrokenPipe.into(),
+                Ok(n) => {
+                    self.hand_on(&buffer[..n], self.clock.now_ns());
+                    continue;
+                }
+                Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::TimedOut) => {
+                    self.tell_lost(self.clock.now_ns());
+                    continue;
+                }
+                Err(error) => error,
+            };
+            drop(port);
+            // nothing comes any more that waiting could delay; without a receiver nobody has use for it
+            if self.lost_bytes > 0 {
+                let _ = self.inputs.blocking_send(Ok(self.overrun(self.clock.now_ns())));
+            }
+            let _ = self.inputs.blocking_send(Err(error));
+            return;
+        }
+        drop(port);
+    }
+
+    /// Hands on what a read brought, behind the news of what was lost before it.
+    fn hand_on(&mut self, bytes: &[u8], at_ns: i64) {
+        let chunk = Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) };
+        if !self.tell_lost(at_ns) || self.inputs.try_send(Ok(chunk.into())).is_err() {
+            self.lost_bytes += bytes.len() as u64;
+        }
+    }
+
+    /// Whether nothing is lost that has not been told.
+    fn tell_lost(&mut self, at_ns: i64) -> bool {
+        if self.lost_bytes > 0 && self.inputs.try_send(Ok(self.overrun(at_ns))).is_ok() {
+            self.lost_bytes = 0;
+        }
+        self.lost_bytes == 0
+    }
+
+    fn overrun(&self, at_ns: i64) -> Input {
+        Input::Link(LinkEvent { at_ns, kind: LinkEventKind::Overrun { bytes: self.lost_bytes } })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gives pieces of ten bytes with pauses and signals between, then hangs up.
+    struct Port {
+        reads: u32,
+    }
+
+    impl Read for Port {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.reads += 1;
+            match self.reads {
+                ..12 if self.reads.is_multiple_of(3) => Err(ErrorKind::Interrupted.into()),
+                ..12 if self.reads % 3 == 1 => Err(ErrorKind::TimedOut.into()),
+                ..40 => {
+                    buffer[..10].fill(b'x');
+                    Ok(10)
+                }
+                _ => Err(ErrorKind::BrokenPipe.into()),
+            }
+        }
+    }
+
+    fn reader(room: usize) -> (Reader, mpsc::Receiver<io::Result<Input>>) {
+        let (sender, inputs) = mpsc::channel(room);
+        let stop = Arc::new(AtomicBool::new(false));
+        (Reader { inputs: sender, clock: Clock::start(), stop, lost_bytes: 0 }, inputs)
+    }
+
+    /// Bytes handed on, bytes told lost, and the error at the end.
+    fn told(mut inputs: mpsc::Receiver<io::Result<Input>>) -> (usize, u64, Option<ErrorKind>) {
+        let (mut bytes, mut lost, mut end) = (0, 0, None);
+        while let Some(input) = inputs.blocking_recv() {
+            match input {
+                Ok(Input::Chunk(chunk)) => bytes += chunk.bytes.len(),
+                Ok(Input::Link(event)) => match event.kind {
+                    LinkEventKind::Overrun { bytes } => lost += bytes,
+                    other => panic!("{other:?}"),
+                },
+                Err(error) => end = Some(error.kind()),
+            }
+        }
+        (bytes, lost, end)
+    }
+
+    #[test]
+    fn pauses_and_signals_do_not_end_it_and_a_hang_up_does() {
+        let (reader, inputs) = reader(100);
+        reader.run(Port { reads: 0 });
+        assert_eq!(told(inputs), (320, 0, Some(ErrorKind::BrokenPipe)));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_counted() {
+        let (reader, mut inputs) = reader(5);
+        let thread = thread::spawn(move || reader.run(Port { reads: 0 }));
+        // the reader ends only when its last words are taken; until then it has filled the channel and dropped the rest
+        while inputs.len() < 5 {
+            thread::yield_now();
+        }
+        let first = inputs.blocking_recv().unwrap().unwrap();
+        assert!(matches!(first, Input::Chunk(_)));
+        let (bytes, lost, end) = told(inputs);
+        assert_eq!((bytes as u64 + 10 + lost, end), (320, Some(ErrorKind::BrokenPipe)));
+        thread.join().unwrap();
+    }
+
+    #[test]
+    fn a_loss_is_told_before_the_bytes_behind_it() {
+        let (mut reader, mut inputs) = reader(2);
+        (0..4).for_each(|at| reader.hand_on(b"abc", at));
+        assert_eq!(reader.lost_bytes, 6);
+        assert!(inputs.try_recv().is_ok() && inputs.try_recv().is_ok());
+        reader.hand_on(b"de", 7);
+        let overrun = LinkEvent { at_ns: 7, kind: LinkEventKind::Overrun { bytes: 6 } };
+        assert_eq!(inputs.try_recv().unwrap().unwrap(), Input::Link(overrun));
+        assert!(matches!(inputs.try_recv().unwrap().unwrap(), Input::Chunk(chunk) if &chunk.bytes[..] == b"de"));
+    }
+}

@@ -1,0 +1,116 @@
+//! A serial port on a pseudo terminal: what passes, what a hang-up does, who else may open it.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{
+    io::{ErrorKind, Read, Write},
+    path::Path,
+};
+
+use serialport::{SerialPort, TTYPort};
+use vn100_driver::{Clock, Connect, ConnectError, Connection, Input, SerialConnection, SerialPorts, Source};
+
+/// The sensor's end, and the name of ours.
+fn terminal() -> (TTYPort, String) {
+    let (sensor, ours) = TTYPort::pair().unwrap();
+    let name = ours.name().unwrap();
+    (sensor, name)
+}
+
+async fn open(name: &str) -> SerialConnection {
+    SerialPorts::new(name, Clock::start()).open(115_200).await.unwrap()
+}
+
+async fn receive(connection: &mut SerialConnection, length: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while bytes.len() < length {
+        match connection.next_input().await.unwrap() {
+            Some(Input::Chunk(chunk)) => {
+                assert!(chunk.at_ns.is_some());
+                bytes.extend_from_slice(&chunk.bytes);
+            }
+            other => panic!("{other:?} after {} bytes", bytes.len()),
+        }
+    }
+    bytes
+}
+
+#[tokio::test]
+async fn every_byte_passes_both_ways_unchanged() {
+    let (mut sensor, name) = terminal();
+    let mut connection = open(&name).await;
+    // line ends, control characters and all others: nothing may be interpreted on the way
+    let all: Vec<u8> = (0..=255).cycle().take(2000).collect();
+    sensor.write_all(&all).unwrap();
+    assert_eq!(receive(&mut connection, all.len()).await, all);
+
+    connection.write(b"$VNRRG,01*72\r\n").await.unwrap();
+    let mut command = [0; 14];
+    sensor.read_exact(&mut command).unwrap();
+    assert_eq!(&command, b"$VNRRG,01*72\r\n");
+    assert!(connection.latency_timer().is_none(), "a pseudo terminal has none");
+}
+
+#[tokio::test]
+async fn the_speed_changes_on_the_open_port() {
+    let (mut sensor, name) = terminal();
+    let mut connection = open(&name).await;
+    assert_eq!(sensor.baud_rate().unwrap(), 115_200);
+    for baud in [9600, 128_000, 921_600] {
+        connection.set_baud(baud).unwrap();
+        assert_eq!(sensor.baud_rate().unwrap(), baud);
+    }
+    sensor.write_all(b"still here").unwrap();
+    assert_eq!(receive(&mut connection, 10).await, b"still here");
+}
+
+#[tokio::test]
+async fn a_hang_up_is_an_error_and_the_name_is_free_again() {
+    let (sensor, name) = terminal();
+    let mut connection = open(&name).await;
+    drop(sensor);
+    assert_eq!(connection.next_input().await.unwrap_err().kind(), ErrorKind::BrokenPipe);
+    assert!(connection.write(b"$VNRRG,01*72\r\n").await.is_err());
+    connection.close().await;
+}
+
+#[tokio::test]
+async fn a_port_is_opened_once_and_again_after_it_was_closed() {
+    let (_sensor, name) = terminal();
+    let first = open(&name).await;
+    let error = SerialPorts::new(&name, Clock::start()).open(115_200).await.map(drop).unwrap_err();
+    assert!(matches!(&error, ConnectError::Busy { holder, .. } if holder.is_some()), "{error}");
+    assert!(error.to_string().contains("(process "), "{error}");
+    first.close().await;
+    open(&name).await.close().await;
+}
+
+#[tokio::test]
+async fn a_symlink_leads_to_the_port() {
+    let (mut sensor, name) = terminal();
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("imu");
+    std::os::unix::fs::symlink(&name, &link).unwrap();
+    let mut connection = open(link.to_str().unwrap()).await;
+    assert_eq!(Path::new(connection.name()), link);
+    sensor.write_all(b"$VN").unwrap();
+    assert_eq!(receive(&mut connection, 3).await, b"$VN");
+}
+
+#[tokio::test]
+async fn what_cannot_be_opened_is_told_by_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("capture.vnymr");
+    std::fs::write(&file, "").unwrap();
+    for (name, missing) in [
+        ("/dev/no-such-port", true),
+        ("/dev/null", false),
+        (folder.path().to_str().unwrap(), false),
+        (file.to_str().unwrap(), false),
+    ] {
+        let error = SerialPorts::new(name, Clock::start()).open(9600).await.map(drop).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("cannot open {name} at 9600 baud: ")), "{error}");
+        assert_eq!(matches!(error, ConnectError::NotFound { .. }), missing, "{error:?}");
+        assert_eq!(matches!(error, ConnectError::NotASerialPort { .. }), !missing, "{error:?}");
+    }
+}

@@ -1,0 +1,36 @@
+//! A thousand times opened and closed, a port leaves no thread and no open file behind. Alone in its process, to count them.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use serialport::{SerialPort, TTYPort};
+use vn100_driver::{Clock, Connect, Connection, SerialPorts};
+
+const AT_ONCE: usize = 50;
+
+fn count(folder: &str) -> usize {
+    std::fs::read_dir(folder).unwrap().count()
+}
+
+#[tokio::test]
+async fn nothing_is_left_behind() {
+    let terminals: Vec<_> = (0..AT_ONCE).map(|_| TTYPort::pair().unwrap()).collect();
+    let names: Vec<_> = terminals.iter().map(|(_, ours)| ours.name().unwrap()).collect();
+    let (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
+    for round in 0..1000 / AT_ONCE {
+        let mut connections = Vec::new();
+        for name in &names {
+            connections.push(SerialPorts::new(name, Clock::start()).open(115_200).await.unwrap());
+        }
+        assert_eq!(count("/proc/self/task"), threads + AT_ONCE);
+        // together: each takes up to the time that a read waits
+        let closing: Vec<_> = connections.into_iter().map(|connection| tokio::spawn(connection.close())).collect();
+        for closed in closing {
+            closed.await.unwrap();
+        }
+        assert_eq!(count("/proc/self/fd"), files, "round {round}");
+        // a thread is done with everything before the system takes it off its list
+        while count("/proc/self/task") > threads {
+            tokio::task::yield_now().await;
+        }
+    }
+}
