@@ -37,6 +37,7 @@ mod recognise;
 mod rows;
 mod serial;
 mod source;
+mod tcp;
 mod timing;
 
 pub use capture::{Capture, OpenError};
@@ -54,4 +55,5 @@ pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
 pub use serial::{SerialConnection, SerialPorts};
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};
+pub use tcp::{TcpConnection, TcpServer};
 pub use vn100_protocol as protocol;

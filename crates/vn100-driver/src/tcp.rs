@@ -1,0 +1,163 @@
+//! A sensor behind a serial server, reached over TCP.
+
+use std::io;
+
+use bytes::BytesMut;
+use tokio::{
+    io::{AsyncReadExt, AsyncWriteExt},
+    net::TcpStream,
+};
+
+use crate::{
+    clock::Clock,
+    connect::{Connect, Connection},
+    connect_error::ConnectError,
+    source::{Chunk, Input, Source},
+};
+
+/// Bytes of one read.
+const READ_BYTES: usize = 4096;
+
+/// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.
+#[derive(Debug)]
+pub struct TcpServer {
+    host_and_port: String,
+    clock: Clock,
+}
+
+impl TcpServer {
+    /// The server at `address`, written `tcp://host:port`; nothing is opened yet.
+    ///
+    /// # Errors
+    /// [`ConnectError::Address`] when it is not written so.
+    pub fn new(address: &str, clock: Clock) -> Result<Self, ConnectError> {
+        let host_and_port = address.strip_prefix("tcp://").filter(|rest| {
+            // the address of version 6 has colons of its own, in brackets
+            let parts = rest.rsplit_once(':');
+            parts.is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0))
+        });
+        match host_and_port {
+            Some(host_and_port) => Ok(Self { host_and_port: host_and_port.into(), clock }),
+            None => Err(ConnectError::Address { address: address.into() }),
+        }
+    }
+}
+
+impl Connect for TcpServer {
+    type Connection = TcpConnection;
+
+    const HAS_BAUD: bool = false;
+
+    async fn open(&mut self, _baud: u32) -> Result<TcpConnection, ConnectError> {
+        let connect = async {
+            let stream = TcpStream::connect(&self.host_and_port).await?;
+            // a command is one small packet that must not wait for another
+            stream.set_nodelay(true)?;
+            Ok(stream)
+        };
+        match connect.await {
+            Ok(stream) => Ok(TcpConnection {
+                name: self.name(),
+                stream,
+                buffer: BytesMut::with_capacity(READ_BYTES),
+                clock: self.clock,
+            }),
+            Err(source) => Err(ConnectError::Other { port: self.name(), baud: None, source }),
+        }
+    }
+
+    fn now_ns(&self) -> i64 {
+        self.clock.now_ns()
+    }
+
+    fn name(&self) -> String {
+        format!("tcp://{}", self.host_and_port)
+    }
+}
+
+/// An open connection. When its bytes are not taken, the server has to wait.
+#[derive(Debug)]
+pub struct TcpConnection {
+    name: String,
+    stream: TcpStream,
+    buffer: BytesMut,
+    clock: Clock,
+}
+
+impl Source for TcpConnection {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        self.buffer.reserve(READ_BYTES);
+        let n = self.stream.read_buf(&mut self.buffer).await?;
+        let at_ns = Some(self.clock.now_ns());
+        Ok((n > 0).then(|| Chunk { bytes: self.buffer.split().freeze(), at_ns }.into()))
+    }
+}
+
+impl Connection for TcpConnection {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn set_baud(&mut self, _baud: u32) -> io::Result<()> {
+        Err(io::Error::new(io::ErrorKind::Unsupported, "the serial server sets the speed of its line"))
+    }
+
+    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.stream.write_all(bytes).await
+    }
+
+    async fn close(mut self) {
+        // it is closed either way when it is dropped
+        let _ = self.stream.shutdown().await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::net::TcpListener;
+
+    use super::*;
+
+    #[test]
+    fn addresses() {
+        for good in ["tcp://sensor.local:2000", "tcp://[::1]:2000"] {
+            assert_eq!(TcpServer::new(good, Clock::start()).unwrap().name(), good);
+        }
+        for bad in ["tcp://sensor.local", "tcp://:2000", "tcp://host:0", "tcp://host:70000", "host:2000"] {
+            let error = TcpServer::new(bad, Clock::start()).unwrap_err();
+            assert!(error.to_string().starts_with(bad), "{error}");
+        }
+    }
+
+    #[tokio::test]
+    async fn bytes_go_both_ways_and_the_end_is_told() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("tcp://{}", listener.local_addr().unwrap());
+        let mut server = TcpServer::new(&address, Clock::start()).unwrap();
+        let (connection, accepted) = tokio::join!(server.open(0), listener.accept());
+        let (mut connection, (mut far, _)) = (connection.unwrap(), accepted.unwrap());
+
+        far.write_all(b"$VNYMR").await.unwrap();
+        let Some(Input::Chunk(chunk)) = connection.next_input().await.unwrap() else { panic!("no chunk") };
+        assert_eq!(&chunk.bytes[..], b"$VNYMR");
+        assert!(chunk.at_ns.is_some());
+
+        connection.write(b"$VNRRG,01*72\r\n").await.unwrap();
+        let mut command = [0; 14];
+        far.read_exact(&mut command).await.unwrap();
+        assert_eq!(&command, b"$VNRRG,01*72\r\n");
+
+        drop(far);
+        assert_eq!(connection.next_input().await.unwrap(), None);
+        connection.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_server_that_is_not_there_is_named() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("tcp://{}", listener.local_addr().unwrap());
+        drop(listener);
+        let error = TcpServer::new(&address, Clock::start()).unwrap().open(0).await.unwrap_err();
+        assert!(error.to_string().contains(&address), "{error}");
+    }
+}
