@@ -28,6 +28,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Write a capture of an emulated sensor whose noise is known
     Sim(SimArgs),
+    /// List the serial ports, those a VN-100 is likely on first
+    Ports(PortsArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -70,4 +72,11 @@ pub(crate) struct SimArgs {
     /// Replace an existing file
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct PortsArgs {
+    /// Print a JSON array
+    #[arg(long)]
+    pub(crate) json: bool,
 }

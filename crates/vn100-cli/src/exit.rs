@@ -1,9 +1,11 @@
-//! How the program ends: the exit codes scripts rely on, and the one place that writes errors for people.
+//! How the program speaks and ends: the exit codes scripts rely on, and the one place that writes results and errors.
 
 use std::{
     io::{self, Write},
     process::ExitCode,
 };
+
+use anyhow::{Context, Result};
 
 /// What became of a command, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +32,17 @@ impl From<Exit> for ExitCode {
 pub(crate) fn report(message: &str) {
     // with stderr gone there is nobody left to tell
     let _ = writeln!(io::stderr(), "vn100: {}", printable(message));
+}
+
+/// Writes results to standard output, at once.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
+}
+
+/// Whether whoever read the output has left: enough was seen.
+pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// The text without anything that steers a terminal: file names and captures are not ours.

@@ -4,6 +4,7 @@ mod args;
 mod document;
 mod exit;
 mod interrupt;
+mod ports;
 mod progress;
 mod replay;
 mod sim;
@@ -23,11 +24,15 @@ fn main() -> ExitCode {
     let result = match Args::parse().command {
         Command::Replay(args) => replay::replay(&args),
         Command::Sim(args) => sim::sim(&args),
+        Command::Ports(args) => ports::ports(&args),
     };
-    result
-        .unwrap_or_else(|error| {
+    let exit = match result {
+        Ok(exit) => exit,
+        Err(error) if exit::is_broken_pipe(&error) => Exit::Good,
+        Err(error) => {
             exit::report(&format!("{error:#}"));
             Exit::Failed
-        })
-        .into()
+        }
+    };
+    exit.into()
 }

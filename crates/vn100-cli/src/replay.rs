@@ -1,8 +1,7 @@
 //! `vn100 replay`: recorded captures through the pipeline, one result each, in the order given.
 
 use std::{
-    fs,
-    io::{self, Write},
+    fs, io,
     path::{Path, PathBuf},
     sync::{Arc, atomic::Ordering},
     thread,
@@ -22,7 +21,7 @@ use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, every_second, start}
 use crate::{
     args::ReplayArgs,
     document::{Document, Origin},
-    exit::{Exit, report},
+    exit::{Exit, print, report},
     interrupt::stop_on_interrupt,
     progress::Progress,
     text,
@@ -33,11 +32,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
     let exit = runtime.block_on(replay_all(args));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
-    match exit {
-        // whoever read our output has seen enough
-        Err(error) if is_broken_pipe(&error) => Ok(Exit::Good),
-        exit => exit,
-    }
+    exit
 }
 
 async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
@@ -212,13 +207,4 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
 
 fn print_line(document: &Document) -> Result<()> {
     print(&(serde_json::to_string(document)? + "\n"))
-}
-
-fn print(text: &str) -> Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
-}
-
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

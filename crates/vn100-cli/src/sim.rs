@@ -19,10 +19,8 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
         bail!("a record of {:?} at {} Hz holds no sample: ask for a longer one", args.duration, args.rate);
     }
     if args.output == Path::new("-") {
-        return match write(io::stdout().lock(), &mut generator, samples) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(Exit::Good),
-            result => result.context("cannot write to standard output").map(|()| Exit::Good),
-        };
+        write(io::stdout().lock(), &mut generator, samples).context("cannot write to standard output")?;
+        return Ok(Exit::Good);
     }
     let context = || format!("cannot write {}", args.output.display());
     let file = if args.force { File::create(&args.output) } else { File::create_new(&args.output) };

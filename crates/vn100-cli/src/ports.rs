@@ -1,0 +1,121 @@
+//! `vn100 ports`: the serial ports of this machine, the likely ones first.
+
+use std::fmt::Write;
+
+use anyhow::Result;
+use serde::Serialize;
+use vn100_driver::{PortEntry, list_ports};
+
+use crate::{
+    args::PortsArgs,
+    exit::{Exit, print, printable},
+};
+
+pub(crate) fn ports(args: &PortsArgs) -> Result<Exit> {
+    let ports = list_ports();
+    let text = if args.json {
+        let ports: Vec<_> = ports.iter().map(Port::new).collect();
+        serde_json::to_string_pretty(&ports)? + "\n"
+    } else {
+        listing(&ports)
+    };
+    print(&text)?;
+    Ok(Exit::Good)
+}
+
+/// A table; or what to do where there is nothing to list.
+fn listing(ports: &[PortEntry]) -> String {
+    if ports.is_empty() {
+        return "no serial port found: plug the sensor's USB cable in; in a container, pass the device through\n"
+            .into();
+    }
+    let width = ports.iter().map(|port| port.name.len()).max().unwrap_or_default();
+    let mut out = String::new();
+    for port in ports {
+        let mark = if port.likely { '*' } else { ' ' };
+        let usb = port.usb.as_ref().map_or("not USB".into(), |usb| {
+            let names = [&usb.manufacturer, &usb.product, &usb.serial_number];
+            let names: Vec<_> = names.into_iter().flatten().map(String::as_str).collect();
+            format!("{:04x}:{:04x} {}", usb.vendor_id, usb.product_id, names.join(" "))
+        });
+        // a String takes everything
+        let _ = writeln!(out, "{mark} {:width$}  {}", printable(&port.name), printable(usb.trim_end()));
+        if let Some(stable) = &port.stable_name {
+            let _ = writeln!(out, "  {:width$}  also {}", "", printable(&stable.to_string_lossy()));
+        }
+    }
+    if ports.iter().any(|port| port.likely) {
+        out.push_str("* likely a VN-100: vn100 info PORT asks it\n");
+    }
+    out
+}
+
+/// A port in JSON.
+#[derive(Debug, Serialize)]
+struct Port<'a> {
+    name: &'a str,
+    likely: bool,
+    stable_name: Option<String>,
+    usb: Option<Usb<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Usb<'a> {
+    vendor_id: u16,
+    product_id: u16,
+    manufacturer: Option<&'a str>,
+    product: Option<&'a str>,
+    serial_number: Option<&'a str>,
+}
+
+impl<'a> Port<'a> {
+    fn new(entry: &'a PortEntry) -> Self {
+        Self {
+            name: &entry.name,
+            likely: entry.likely,
+            stable_name: entry.stable_name.as_ref().map(|path| path.to_string_lossy().into_owned()),
+            usb: entry.usb.as_ref().map(|usb| Usb {
+                vendor_id: usb.vendor_id,
+                product_id: usb.product_id,
+                manufacturer: usb.manufacturer.as_deref(),
+                product: usb.product.as_deref(),
+                serial_number: usb.serial_number.as_deref(),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_driver::UsbAdapter;
+
+    use super::*;
+
+    #[test]
+    fn likely_ports_are_marked() {
+        let usb = UsbAdapter {
+            vendor_id: 0x0403,
+            product_id: 0x6001,
+            serial_number: Some("A1".into()),
+            manufacturer: Some("FTDI\x1b[2J".into()),
+            product: None,
+        };
+        let likely = PortEntry {
+            name: "/dev/ttyUSB0".into(),
+            stable_name: Some("/dev/serial/by-id/usb-FTDI_A1".into()),
+            usb: Some(usb),
+            likely: true,
+        };
+        let other = PortEntry { name: "/dev/ttyS0".into(), stable_name: None, usb: None, likely: false };
+        assert_eq!(
+            listing(&[likely, other]),
+            "* /dev/ttyUSB0  0403:6001 FTDI\u{fffd}[2J A1\n                also /dev/serial/by-id/usb-FTDI_A1\n  /dev/ttyS0    not USB\n\
+             * likely a VN-100: vn100 info PORT asks it\n"
+        );
+    }
+
+    #[test]
+    fn no_port_is_told_with_what_to_do() {
+        assert!(listing(&[]).contains("plug"));
+    }
+}
