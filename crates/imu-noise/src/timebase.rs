@@ -14,11 +14,12 @@
 //!     +----------------------------------------------------- line
 //! ```
 //!
-//! - *Nominal rate*: a stretch is 32 lines (31 intervals), prolonged to the last line of a read. The 90th percentile
-//!   (nearest rank) of the rates of the stretches so far is snapped to the nearest rate of the sensor within 5 %. If
-//!   there is none, the highest rate is taken whose period at least half the intervals have within 10 %. Lines are held
-//!   until then. After 16 stretches, or 1024 lines, or at the end, the percentile is kept as measured. Without a whole
-//!   stretch the mean rate stands for it. A rate known beforehand is used when this one agrees with it.
+//! - *Nominal rate*: told by the intervals when they are whole numbers of one period, at least half of them a single
+//!   one: losses change nothing. And by the stretches, of 32 lines prolonged to the last line of a read, when their ends
+//!   lie on a straight line within 1.5 periods: bunching changes little. A rate of the sensor within 1 % of both is taken
+//!   after one stretch; of one of them after 4, if the other does not contradict; else by the stretches after 16. After
+//!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one it is
+//!   that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is one more of the sensor's.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
 //!   record, lost lines counted. The length of a loss is counted with it.
 //! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It
@@ -39,8 +40,10 @@ use std::time::Duration;
 
 mod arrivals;
 mod envelope;
+mod listed;
 mod placed;
 mod placer;
+mod rate;
 mod reads;
 mod start;
 mod stretches;
@@ -53,15 +56,12 @@ pub use placed::Placed;
 pub use summary::{Arrivals, NominalRate, Refusal, TimebaseSummary};
 
 use arrivals::Intervals;
-use placer::{Placer, Verdict};
-use start::Start;
-use stretches::{SNAP_TOLERANCE, snap};
+use listed::fastest;
+use placer::{Change, Placer, Verdict};
+use start::{Beginning, Placing, Start};
 
 /// Stamps may go back by so much: not every clock is smooth.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
-
-/// Above the sensor's fastest rate by this factor, lines come from no sensor.
-const TOO_FAST: f64 = 1.25;
 
 /// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a clock of its own.
 ///
@@ -110,17 +110,17 @@ enum State {
 }
 
 impl Timebase {
-    /// A time base for a sensor that has these rates, in Hz, finite and positive.
+    /// A time base for a sensor that has these rates, in Hz, finite and positive; for any sensor if there are none: then
+    /// the measured rate is kept, none is too fast, and a change of it is not told.
     #[must_use]
     pub fn new(rates_hz: &'static [f64]) -> Self {
         Self::with_start(rates_hz, None)
     }
 
-    /// A time base for a sensor said to send at `known_hz`. Lines are held as by [`new`](Self::new), until the stamps
-    /// agree: when the rate measured over four stretches or more is not within 5 % of it they are refused, see
-    /// [`Refusal::OtherRate`]. Fewer than 32 lines agree when bunching of 0.1 s explains the difference; of any number it
-    /// is enough that half the intervals have the period within 10 %. A change of the rate later is told all the same. A
-    /// rate that is not finite and positive is ignored.
+    /// A time base for a sensor said to send at `known_hz`, one of its rates or not. Lines are held as by
+    /// [`new`](Self::new), until the stamps agree: they are refused when the rate measured is not within 5 % of it, see
+    /// [`Refusal::OtherRate`]. Fewer than 32 lines agree when bunching of 0.1 s explains the difference. A change of the
+    /// rate later is told all the same. A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
         let usable = known_hz.is_finite() && known_hz > 0.0;
@@ -168,7 +168,7 @@ impl Timebase {
                 placer.push(at_s);
                 self.judge();
             }
-            State::Refused(_) => self.place(Placed::Lines(1)),
+            State::Refused(_) => self.place_lines(1),
         }
     }
 
@@ -182,15 +182,15 @@ impl Timebase {
     pub fn finish(&mut self) {
         if let State::Starting(start) = &mut self.state {
             let decision = start.finish();
-            let of_no_rate = if decision.is_none() { start.take_held().len() } else { 0 };
+            let of_no_rate = if decision.is_none() { start.lines() } else { 0 };
             self.start(decision);
             self.place_lines(of_no_rate);
         }
         self.clear_suspicion();
         while let State::Placing(placer) = &mut self.state
-            && let Some(verdict) = placer.finish()
+            && let Some(placed) = placer.finish()
         {
-            self.apply(verdict);
+            self.place(placed);
             self.judge();
             self.clear_suspicion();
         }
@@ -220,30 +220,26 @@ impl Timebase {
     }
 
     /// Ends the start when there is a decision.
-    fn start(&mut self, decision: Option<Result<NominalRate, Refusal>>) {
+    fn start(&mut self, decision: Option<Result<Beginning, Refusal>>) {
         let State::Starting(start) = &mut self.state else {
             return;
         };
         match decision {
             None => {}
             Some(Err(refusal)) => self.refuse(refusal),
-            Some(Ok(nominal)) => {
+            Some(Ok(Beginning { nominal, placing })) => {
                 let held_s = start.take_held();
                 self.place(Placed::Rate(nominal));
-                self.place_at(nominal, held_s);
+                self.place_at(nominal, placing, held_s);
             }
         }
     }
 
     /// Places lines at this rate, from the first of these on.
-    fn place_at(&mut self, nominal: NominalRate, held_s: Vec<f64>) {
-        // A rate said to be near one of the sensor's is that one as far as the stamps go.
-        let sensor_hz = snap(self.rates_hz, nominal.hz(), SNAP_TOLERANCE);
-        // A fit counts the losses seen so far; following it would feed their errors back. A rate that is none of the
-        // sensor's is too coarse to do without.
-        let follow_fit = sensor_hz.is_none();
+    fn place_at(&mut self, nominal: NominalRate, placing: Placing, held_s: Vec<f64>) {
         let due_s = held_s.first().copied().unwrap_or_default();
-        let mut placer = Placer::new(self.rates_hz, sensor_hz.unwrap_or(nominal.hz()), follow_fit, due_s);
+        let mut placer = Placer::new(self.rates_hz, placing, due_s);
+        // Before the first is judged the placer sees how all of them were read.
         held_s.into_iter().for_each(|at_s| placer.push(at_s));
         self.nominal = Some(nominal);
         self.state = State::Placing(Box::new(placer));
@@ -254,20 +250,23 @@ impl Timebase {
         while let State::Placing(placer) = &mut self.state
             && let Some(verdict) = placer.judge()
         {
-            self.apply(verdict);
+            match verdict {
+                Verdict::Placed(placed) => self.place(placed),
+                Verdict::Changed(change) => self.change(change),
+            }
         }
     }
 
-    fn apply(&mut self, verdict: Verdict) {
-        match verdict {
-            Verdict::Placed(placed) => self.place(placed),
-            Verdict::Cleared(decisions) => decisions.into_iter().for_each(|placed| self.place(placed)),
-            Verdict::Slower(to_hz) => {
+    #[cold]
+    fn change(&mut self, change: Change) {
+        match change {
+            Change::Cleared(decisions) => decisions.into_iter().for_each(|placed| self.place(placed)),
+            Change::Slower(to_hz) => {
                 self.clear_suspicion();
                 self.change_rate(to_hz);
             }
-            Verdict::Faster(to_hz) => self.change_rate(to_hz),
-            Verdict::TooFast(measured_hz) => {
+            Change::Faster(to_hz) => self.change_rate(to_hz),
+            Change::TooFast(measured_hz) => {
                 self.refuse(Refusal::TooFast { measured_hz, fastest_hz: fastest(self.rates_hz) });
             }
         }
@@ -288,9 +287,9 @@ impl Timebase {
         self.placed.push_back(placed);
     }
 
-    fn place_lines(&mut self, lines: usize) {
+    fn place_lines(&mut self, lines: u64) {
         if lines > 0 {
-            self.place(Placed::Lines(lines as u64));
+            self.place(Placed::Lines(lines));
         }
     }
 
@@ -309,24 +308,18 @@ impl Timebase {
         let (before, after_s) = placer.split(to_hz);
         before.into_iter().for_each(|placed| self.place(placed));
         self.place(Placed::RateChanged { from_hz: nominal.hz(), to_hz });
-        self.place_at(NominalRate::Snapped(to_hz), after_s);
+        self.place_at(NominalRate::Snapped(to_hz), Placing::Listed(to_hz), after_s);
     }
 
     /// Places the lines that wait, and all that follow, without gaps.
     fn refuse(&mut self, refusal: Refusal) {
         let waiting = match &mut self.state {
-            State::Starting(start) => start.take_held().len(),
-            State::Placing(placer) => placer.waiting(),
+            State::Starting(start) => start.lines(),
+            State::Placing(placer) => placer.waiting() as u64,
             State::Refused(_) => return,
         };
         self.state = State::Refused(refusal);
         self.place(Placed::Refused(refusal));
         self.place_lines(waiting);
     }
-}
-
-/// The sensor's fastest rate in Hz; no limit when none is listed.
-fn fastest(rates_hz: &[f64]) -> f64 {
-    let fastest_hz = rates_hz.iter().copied().max_by(f64::total_cmp);
-    fastest_hz.unwrap_or(f64::INFINITY)
 }

@@ -4,6 +4,7 @@ use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::{Channel, Quantity, Tally};
 
 use crate::{
+    rates::rates_hz,
     snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -115,7 +116,7 @@ impl Advice {
             );
         }
         if let Some(arrivals) = &snapshot.arrivals {
-            self.on_arrivals(arrivals);
+            self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
         }
         if timing.missing > 0 {
             self.warn(
@@ -144,20 +145,13 @@ impl Advice {
         }
     }
 
-    fn on_arrivals(&mut self, summary: &TimebaseSummary) {
+    fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         if let Some(refusal) = summary.refusal {
             self.warn(WarningKind::StampsRefused, format!("{refusal}. Lines lost whole cannot be seen from there on"));
         }
-        if let Some(NominalRate::Measured(hz)) = summary.nominal {
-            self.warn(
-                WarningKind::RateOffNominal,
-                format!(
-                    "lines arrive at {hz:.3} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"
-                ),
-            );
-        }
+        self.on_rate(summary, rates_hz);
         if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
             self.warn(
                 WarningKind::BunchedArrival,
@@ -169,6 +163,32 @@ impl Advice {
                     arrivals.lines_together
                 ),
             );
+        }
+    }
+
+    fn on_rate(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
+        // no quartz is off by so much
+        const CLOCK_PPM: f64 = 1000.0;
+        // what bunching does to a short record
+        const BUNCHING_S: f64 = 0.1;
+        let Some(nominal) = summary.nominal else { return };
+        if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
+            self.warn(
+                WarningKind::RateOffNominal,
+                format!("lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"),
+            );
+        } else if let (Some(hz), Some(ppm)) = (summary.measured_hz, summary.offset_ppm) {
+            let drift_s = ppm.abs() * 1e-6 * summary.lines as f64 / nominal.hz();
+            if ppm.abs() > CLOCK_PPM && drift_s > BUNCHING_S {
+                self.warn(
+                    WarningKind::RateOffNominal,
+                    format!(
+                        "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give --rate {hz:.4} if the \
+                         stamps are right",
+                        nominal.hz()
+                    ),
+                );
+            }
         }
     }
 

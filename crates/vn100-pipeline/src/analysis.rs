@@ -8,6 +8,7 @@ use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
 
 use crate::{
     advice::{self, Findings},
+    rates::rates_hz,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
     snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
@@ -103,7 +104,9 @@ impl Analysis {
             }
             self.take_rows(&batch.counts[row * width..]);
         } else {
-            let mut waiting = self.waiting.take().unwrap_or_else(|| Waiting::new(width, self.known_rate_hz()));
+            let rates_hz = rates_hz(self.layout.as_deref());
+            let mut waiting =
+                self.waiting.take().unwrap_or_else(|| Waiting::new(width, rates_hz, self.known_rate_hz()));
             waiting.take_in(batch);
             self.take_ready(&mut waiting);
             self.waiting = Some(waiting);

@@ -20,6 +20,7 @@
 
 mod advice;
 mod analysis;
+mod rates;
 mod repeats;
 mod run;
 mod settings;

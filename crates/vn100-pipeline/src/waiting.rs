@@ -4,18 +4,6 @@ use std::{collections::VecDeque, time::Duration};
 
 use imu_noise::{NominalRate, Placed, Timebase, TimebaseSummary};
 use vn100_driver::{Batch, MarkKind};
-use vn100_protocol::OUTPUT_RATES_HZ;
-
-/// The rates a sensor of this make can have.
-static RATES_HZ: [f64; OUTPUT_RATES_HZ.len()] = {
-    let mut rates = [0.0; OUTPUT_RATES_HZ.len()];
-    let mut index = 0;
-    while index < rates.len() {
-        rates[index] = OUTPUT_RATES_HZ[index] as f64;
-        index += 1;
-    }
-    rates
-};
 
 /// The rows of a stamped stream that are not placed yet, and the marks between them.
 #[derive(Debug)]
@@ -55,10 +43,10 @@ pub(crate) enum Ready<'a> {
 }
 
 impl Waiting {
-    /// For rows of `width` counts, of a stream whose rate may be known.
-    pub(crate) fn new(width: usize, rate_hz: Option<f64>) -> Self {
+    /// For rows of `width` counts, of a stream that can have these rates, and whose rate may be known.
+    pub(crate) fn new(width: usize, rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         Self {
-            timebase: rate_hz.map_or_else(|| Timebase::new(&RATES_HZ), |hz| Timebase::with_known_rate(&RATES_HZ, hz)),
+            timebase: known_hz.map_or_else(|| Timebase::new(rates_hz), |hz| Timebase::with_known_rate(rates_hz, hz)),
             width,
             counts: Vec::new(),
             given: 0,

@@ -16,7 +16,7 @@ pub enum WarningKind {
     RateAssumed,
     /// The sensor's rate changed in mid-stream.
     RateChanged,
-    /// The measured rate is none the sensor has.
+    /// The measured rate is none the sensor has, or not the one taken.
     RateOffNominal,
     /// The arrival stamps cannot be a sensor's.
     StampsRefused,

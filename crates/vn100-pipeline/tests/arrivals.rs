@@ -32,7 +32,11 @@ fn without(lines: &[Line], lost: impl Fn(usize) -> bool) -> Vec<Line> {
 
 /// The count of every channel is the number of the line, so that what was kept can be told.
 fn analysed(lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
-    let layout: Arc<Layout> = Arc::new(VNYMR.clone());
+    analysed_as(VNYMR.clone(), lines, rows, settings)
+}
+
+fn analysed_as(layout: Layout, lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
+    let layout: Arc<Layout> = Arc::new(layout);
     let width = layout.channels.len();
     let empty = || Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
     let mut analysis = Analysis::new(settings);
@@ -128,6 +132,41 @@ fn what_comes_at_another_rate_is_left_out() {
     let snapshot = analysed(&lines, 64, settings);
     assert_eq!(snapshot.timing.rate_hz, 200.0, "the first part skipped, the second is the record");
     assert!((1590..=1605).contains(&snapshot.timing.samples), "{} samples", snapshot.timing.samples);
+}
+
+#[test]
+fn a_rate_that_is_none_of_the_sensor_or_not_the_one_given_is_warned_of() {
+    let known = |hz| Settings { rate_hz: Some(hz), ..Settings::default() };
+    for (stream_hz, settings, taken_hz, said) in [
+        (40.0, Settings::default(), 40.0, None),
+        (40.03, Settings::default(), 40.0, None),
+        (40.05, Settings::default(), 40.0, Some("+1250 ppm")),
+        (40.0, known(41.0), 41.0, Some("--rate 40.0000")),
+        (37.0, Settings::default(), 37.0, Some("none of the sensor's rates")),
+        (37.0, known(37.0), 37.0, None),
+    ] {
+        let snapshot = analysed(&steady(stream_hz, 0, 4000), 64, settings);
+        assert_eq!((snapshot.timing.rate_hz, snapshot.timing.missing), (taken_hz, 0));
+        let mut texts = snapshot.warnings.iter().filter(|warning| warning.kind == WarningKind::RateOffNominal);
+        let text = texts.next().map(|warning| &warning.text);
+        assert!(text.is_some() == said.is_some() && texts.next().is_none(), "{stream_hz} Hz: {text:?}");
+        assert!(text.is_none_or(|text| text.contains(said.unwrap())), "{text:?}");
+    }
+}
+
+#[test]
+fn columns_of_any_sensor_have_the_rate_they_have() {
+    let layout = Layout { message: "CSV".into(), ..VNYMR.clone() };
+    for rate_hz in [26.0, 96.0, 104.0, 208.0, 416.0, 1000.0] {
+        for known_hz in [None, Some(rate_hz)] {
+            let settings = Settings { rate_hz: known_hz, ..Settings::default() };
+            let lines = without(&steady(rate_hz, 0, 4000), |index| index == 2000);
+            let snapshot = analysed_as(layout.clone(), &lines, 64, settings);
+            assert_eq!((snapshot.timing.rate_hz, snapshot.timing.missing), (rate_hz, 1));
+            let arrival = [WarningKind::RateOffNominal, WarningKind::StampsRefused, WarningKind::RateAssumed];
+            assert!(!arrival.into_iter().any(|kind| warned(&snapshot, kind)), "{:?}", snapshot.warnings);
+        }
+    }
 }
 
 /// Steady, bunched, lossy, refused or changing streams.

@@ -1,6 +1,6 @@
 //! Fitted rate: a line under the arrivals, robust against bunching, stalls and steps.
 
-use super::stretches::SNAP_TOLERANCE;
+use super::stretches::STRETCH_TOLERANCE;
 
 /// Points kept at most; a fit looks at every pair.
 const MAX_POINTS: usize = 64;
@@ -72,7 +72,7 @@ impl Envelope {
 
     /// The fitted period, or the nominal one while there is no fit within the tolerance of a measured rate.
     pub(super) fn credible_period_s(&self) -> f64 {
-        let credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < SNAP_TOLERANCE;
+        let credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < STRETCH_TOLERANCE;
         let fitted_s = self.fitted_period_s.filter(credible);
         fitted_s.unwrap_or(self.nominal_period_s)
     }

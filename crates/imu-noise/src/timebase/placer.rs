@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 
 use super::Placed;
 use super::envelope::Envelope;
+use super::listed::snap;
 use super::reads::Reads;
-use super::stretches::snap;
+use super::start::Placing;
 use super::suspicion::{Outcome, Suspicion};
 
 /// A lag of fewer periods is no loss. Above the 0.76 by which a host was seen to shift its phase, below the 0.88 that
@@ -46,13 +47,20 @@ const SLOWER_LINES: usize = 32;
 pub(super) enum Verdict {
     /// They, or losses before them, have their place.
     Placed(Placed),
-    /// So do those that were suspected to come at a higher rate.
+    /// More than that.
+    Changed(Change),
+}
+
+/// What becomes of many lines at once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Change {
+    /// Those that were suspected to come at a higher rate have their place.
     Cleared(Vec<Placed>),
-    /// They come evenly at this lower rate, in Hz.
+    /// Those judged come evenly at this lower rate, in Hz.
     Slower(f64),
     /// Those suspected come at this higher rate, in Hz.
     Faster(f64),
-    /// They come at this rate in Hz, which no sensor has.
+    /// Those suspected come at this rate in Hz, which no sensor has.
     TooFast(f64),
 }
 
@@ -97,8 +105,8 @@ pub(super) struct Placer {
 
 impl Placer {
     /// Judges lines from the one due at `due_s`.
-    pub(super) fn new(rates_hz: &'static [f64], nominal_hz: f64, follow_fit: bool, due_s: f64) -> Self {
-        let period_s = nominal_hz.recip();
+    pub(super) fn new(rates_hz: &'static [f64], placing: Placing, due_s: f64) -> Self {
+        let period_s = placing.hz().recip();
         Self {
             rates_hz,
             period_s,
@@ -112,7 +120,8 @@ impl Placer {
             overcount_s: 0.0,
             index: 0,
             envelope: Envelope::new(period_s),
-            follow_fit,
+            // A fit counts the losses seen so far; following it would feed their errors back.
+            follow_fit: matches!(placing, Placing::Measured(_)),
             reads: Reads::new(period_s),
             suspicion: None,
         }
@@ -136,9 +145,9 @@ impl Placer {
             };
             match suspicion.keep(decision) {
                 Outcome::Open => {}
-                Outcome::Cleared => return Some(Verdict::Cleared(self.clear_suspicion())),
-                Outcome::Faster(to_hz) => return Some(Verdict::Faster(to_hz)),
-                Outcome::TooFast(measured_hz) => return Some(Verdict::TooFast(measured_hz)),
+                Outcome::Cleared => return Some(Verdict::Changed(Change::Cleared(self.clear_suspicion()))),
+                Outcome::Faster(to_hz) => return Some(Verdict::Changed(Change::Faster(to_hz))),
+                Outcome::TooFast(measured_hz) => return Some(Verdict::Changed(Change::TooFast(measured_hz))),
             }
         }
     }
@@ -148,7 +157,7 @@ impl Placer {
         while let Some(&at_s) = self.held.get(self.judged) {
             let lag_s = at_s - self.due_s;
             if lag_s < self.doubt_s() {
-                return Some(self.settle(at_s, lag_s));
+                return Some(Verdict::Placed(self.settle(at_s, lag_s)));
             }
             if let Some(verdict) = self.hold(at_s, lag_s) {
                 return Some(verdict);
@@ -157,15 +166,14 @@ impl Placer {
         None
     }
 
-    /// The verdict on lines in doubt behind which none follow: lost is what bunching cannot delay.
-    pub(super) fn finish(&mut self) -> Option<Verdict> {
+    /// The decision on lines in doubt behind which none follow: lost is what bunching cannot delay.
+    pub(super) fn finish(&mut self) -> Option<Placed> {
         let doubt = self.doubt?;
         let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
         if last_lag_s >= self.doubt_s() + self.reads.window_s() {
             return Some(self.lose(doubt));
         }
-        let lines = self.take_held().len() as u64;
-        Some(Verdict::Placed(Placed::Lines(lines)))
+        Some(Placed::Lines(self.take_held().len() as u64))
     }
 
     /// Hands back the lines without a place.
@@ -205,7 +213,7 @@ impl Placer {
     }
 
     /// The line at `judged` has its place, and so have those held before it.
-    fn settle(&mut self, at_s: f64, lag_s: f64) -> Verdict {
+    fn settle(&mut self, at_s: f64, lag_s: f64) -> Placed {
         self.doubt = None;
         let lines = self.judged + 1;
         self.due_s += self.period_s;
@@ -236,10 +244,11 @@ impl Placer {
         if self.block_lines >= BLOCK_LINES && at_s - self.block_start_s >= self.reads.window_s() {
             self.end_block(at_s);
         }
-        Verdict::Placed(Placed::Lines(lines as u64))
+        Placed::Lines(lines as u64)
     }
 
     /// The line to be settled, with those in doubt before it, is the earliest by `early_s`; it was due a period ago.
+    #[cold]
     fn suspect(&mut self, at_s: f64, early_s: f64, lines: usize) {
         let suspicious = early_s > SUSPECT_PERIODS * self.period_s;
         if suspicious && self.suspicion.is_none() {
@@ -275,6 +284,7 @@ impl Placer {
     }
 
     /// The line at `judged` is in doubt; the verdict, once the least lag has stood.
+    #[cold]
     fn hold(&mut self, at_s: f64, lag_s: f64) -> Option<Verdict> {
         let place = self.judged;
         self.judged += 1;
@@ -299,13 +309,13 @@ impl Placer {
             return None;
         }
         if let Some(slower_hz) = self.slower() {
-            return (self.judged >= SLOWER_LINES).then_some(Verdict::Slower(slower_hz));
+            return (self.judged >= SLOWER_LINES).then_some(Verdict::Changed(Change::Slower(slower_hz)));
         }
-        Some(self.lose(doubt))
+        Some(Verdict::Placed(self.lose(doubt)))
     }
 
     /// Lines are lost before the first held; the held ones are judged anew.
-    fn lose(&mut self, doubt: Doubt) -> Verdict {
+    fn lose(&mut self, doubt: Doubt) -> Placed {
         // Over a long pause a small error of the period counts.
         let period_s = self.envelope.credible_period_s();
         let missing = (doubt.least_lag_s / period_s + (1.0 - DOUBT_PERIODS)).floor();
@@ -318,7 +328,7 @@ impl Placer {
         self.block_lines = 0;
         self.block_least_s = f64::INFINITY;
         self.index += missing as u64;
-        Verdict::Placed(Placed::Gap { missing: missing as u64 })
+        Placed::Gap { missing: missing as u64 }
     }
 
     /// The lower rate of the sensor at which the judged lines came, if three in four intervals fit it.

@@ -1,44 +1,87 @@
 //! The first lines: held until their rate is clear.
 
-use super::stretches::{SNAP_TOLERANCE, Stretches, percentile_90, snap, steady};
-use super::{NominalRate, Refusal, TOO_FAST, fastest};
+use super::listed::{TOO_FAST, fastest, snap};
+use super::rate::{even, rounded, steady};
+use super::stretches::{STRETCH_TOLERANCE, Stretch, Stretches};
+use super::{NominalRate, Refusal};
 
-/// Most stretches, and lines, held while no rate of the sensor is seen.
+/// Most stretches, and lines, held while no rate is clear.
 const START_STRETCHES: usize = 16;
 const START_LINES: usize = 1024;
 
-/// Stretches that contradict a known rate, at least: lines lost in a bunch make one or two look like a lower rate.
-const CONTRADICTING_STRETCHES: usize = 4;
+/// Stretches after which one kind of evidence is enough: together they bend by one period in 124.
+const SEVERAL_STRETCHES: usize = 4;
+
+/// A measured rate is this near to that of the sensor: what the stretches bend, and far more than a clock is off.
+const LISTED_TOLERANCE: f64 = 0.01;
+
+/// A rate given beforehand is this near to the measured one.
+const KNOWN_TOLERANCE: f64 = 0.05;
 
 /// Time by which bunching may bend a record too short for a stretch.
 const BUNCHING_S: f64 = 0.1;
 
+/// What the first lines were held for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beginning {
+    /// The rate lines stand for.
+    pub(super) nominal: NominalRate,
+    /// The rate by which they are placed.
+    pub(super) placing: Placing,
+}
+
+/// A rate to place lines by, in Hz.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Placing {
+    /// One of the sensor's, or the one given: right but for a clock's error.
+    Listed(f64),
+    /// As measured: too coarse not to be mended as the record grows.
+    Measured(f64),
+}
+
+impl Placing {
+    pub(super) const fn hz(self) -> f64 {
+        match self {
+            Self::Listed(hz) | Self::Measured(hz) => hz,
+        }
+    }
+}
+
 /// Lines without a place, and what is known of their rate.
 #[derive(Clone, Debug)]
 pub(super) struct Start {
-    rates_hz: &'static [f64],
+    /// The sensor's rates, and the known one.
+    listed_hz: Vec<f64>,
+    fastest_hz: f64,
     known_hz: Option<f64>,
     held_s: Vec<f64>,
-    stretches: Stretches,
-    stretch_rates_hz: Vec<f64>,
+    cutter: Stretches,
+    stretches: Vec<Stretch>,
 }
 
 impl Start {
-    pub(super) fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
-        Self { rates_hz, known_hz, held_s: Vec::new(), stretches: Stretches::default(), stretch_rates_hz: Vec::new() }
+    pub(super) fn new(rates_hz: &[f64], known_hz: Option<f64>) -> Self {
+        Self {
+            listed_hz: rates_hz.iter().copied().chain(known_hz).collect(),
+            fastest_hz: fastest(rates_hz),
+            known_hz,
+            held_s: Vec::new(),
+            cutter: Stretches::default(),
+            stretches: Vec::new(),
+        }
     }
 
     /// Adds a line's stamp; the rate, when it is clear now, or why there is none.
-    pub(super) fn push(&mut self, at_s: f64) -> Option<Result<NominalRate, Refusal>> {
+    pub(super) fn push(&mut self, at_s: f64) -> Option<Result<Beginning, Refusal>> {
         self.held_s.push(at_s);
-        let stretch_hz = self.stretches.push(at_s);
-        self.stretch_rates_hz.extend(stretch_hz);
-        let full = self.stretch_rates_hz.len() >= START_STRETCHES || self.held_s.len() >= START_LINES;
-        if full || stretch_hz.is_some() { self.decide(full) } else { None }
+        let stretch = self.cutter.push(at_s);
+        self.stretches.extend(stretch);
+        let full = self.stretches.len() >= START_STRETCHES || self.held_s.len() >= START_LINES;
+        if full || stretch.is_some() { self.decide(full) } else { None }
     }
 
     /// The same when these lines are all there will be; nothing for a single line, or none, of unknown rate.
-    pub(super) fn finish(&self) -> Option<Result<NominalRate, Refusal>> {
+    pub(super) fn finish(&self) -> Option<Result<Beginning, Refusal>> {
         self.decide(true)
     }
 
@@ -47,36 +90,78 @@ impl Start {
         std::mem::take(&mut self.held_s)
     }
 
+    /// Lines held.
+    pub(super) fn lines(&self) -> u64 {
+        self.held_s.len() as u64
+    }
+
     /// The rate or the refusal; when `full` the best that can be had.
-    fn decide(&self, full: bool) -> Option<Result<NominalRate, Refusal>> {
-        let span_s = self.held_s.last()? - self.held_s.first()?;
-        let intervals = self.held_s.len() - 1;
-        let stretch_hz = percentile_90(&self.stretch_rates_hz);
+    fn decide(&self, full: bool) -> Option<Result<Beginning, Refusal>> {
+        let placing = self.measured(full);
         if let Some(known_hz) = self.known_hz {
-            let expected_s = intervals as f64 / known_hz;
-            let short = stretch_hz.is_none() && (span_s - expected_s).abs() <= SNAP_TOLERANCE * expected_s + BUNCHING_S;
-            let agrees = stretch_hz.is_some_and(|hz| (hz / known_hz - 1.0).abs() <= SNAP_TOLERANCE);
-            if agrees || short || steady(&[known_hz], 0.0, &self.held_s).is_some() {
-                return Some(Ok(NominalRate::Known(known_hz)));
+            let agreed = placing.filter(|placing| (placing.hz() / known_hz - 1.0).abs() <= KNOWN_TOLERANCE);
+            let short = (full && self.is_short_at(known_hz)).then_some(Placing::Listed(known_hz));
+            if let Some(placing) = agreed.or(short) {
+                return Some(Ok(Beginning { nominal: NominalRate::Known(known_hz), placing }));
             }
         }
-        let mean_hz = (span_s > 0.0).then(|| intervals as f64 / span_s);
-        let Some(measured_hz) = stretch_hz.or(mean_hz) else {
+        let Some(placing) = placing else {
             let lines = self.held_s.len() as u64;
             return (full && lines > 1).then_some(Err(Refusal::NoTimePasses { lines }));
         };
-        let sensor_hz = snap(self.rates_hz, measured_hz, SNAP_TOLERANCE)
-            .or_else(|| steady(self.rates_hz, measured_hz, &self.held_s));
-        let fastest_hz = fastest(self.rates_hz);
-        match (sensor_hz, self.known_hz) {
-            (Some(other_hz), Some(known_hz)) if full || self.stretch_rates_hz.len() >= CONTRADICTING_STRETCHES => {
-                Some(Err(Refusal::OtherRate { known_hz, measured_hz: other_hz }))
+        let measured_hz = placing.hz();
+        Some(match (placing, self.known_hz) {
+            (Placing::Measured(_), _) if measured_hz > TOO_FAST * self.fastest_hz => {
+                Err(Refusal::TooFast { measured_hz, fastest_hz: self.fastest_hz })
             }
-            (Some(sensor_hz), None) => Some(Ok(NominalRate::Snapped(sensor_hz))),
-            _ if !full => None,
-            _ if measured_hz > TOO_FAST * fastest_hz => Some(Err(Refusal::TooFast { measured_hz, fastest_hz })),
-            (_, Some(known_hz)) => Some(Err(Refusal::OtherRate { known_hz, measured_hz })),
-            (None, None) => Some(Ok(NominalRate::Measured(measured_hz))),
+            (_, Some(known_hz)) => Err(Refusal::OtherRate { known_hz, measured_hz }),
+            (Placing::Listed(hz), None) => Ok(Beginning { nominal: NominalRate::Snapped(hz), placing }),
+            (Placing::Measured(hz), None) => Ok(Beginning { nominal: NominalRate::Measured(hz), placing }),
+        })
+    }
+
+    /// The rate by the stamps, once it is clear or must be.
+    fn measured(&self, full: bool) -> Option<Placing> {
+        let (steady_hz, even_hz) = (steady(&self.held_s), even(&self.stretches));
+        let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
+        let (steady_listed, even_listed) = (steady_hz.and_then(listed), even_hz.and_then(listed));
+        if steady_listed.is_some() && steady_listed == even_listed {
+            return steady_listed.map(Placing::Listed);
         }
+        // Lines read once in a while look like some of a faster stream; losses bend the stretches in the end.
+        let differ = steady_hz.zip(even_hz).is_some_and(|(a_hz, b_hz)| (a_hz / b_hz - 1.0).abs() > STRETCH_TOLERANCE);
+        let several = self.stretches.len() >= SEVERAL_STRETCHES && !differ;
+        let listed_hz = even_listed.or(steady_listed).filter(|_| full || several);
+        if listed_hz.is_some() || !full {
+            return listed_hz.map(Placing::Listed);
+        }
+        let hz = if differ { even_hz } else { steady_hz.or(even_hz) };
+        if let Some(hz) = hz {
+            return Some(Placing::Measured(rounded(hz)));
+        }
+        let hz = self.fastest_stretch_hz().or_else(|| self.mean_hz())?;
+        let near_hz = snap(&self.listed_hz, hz, STRETCH_TOLERANCE);
+        Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
+    }
+
+    /// The rate of the fastest stretch: losses lower those of others.
+    fn fastest_stretch_hz(&self) -> Option<f64> {
+        self.stretches.iter().map(|stretch| stretch.hz()).max_by(f64::total_cmp)
+    }
+
+    fn mean_hz(&self) -> Option<f64> {
+        let span_s = self.span_s()?;
+        (span_s > 0.0).then(|| (self.held_s.len() - 1) as f64 / span_s)
+    }
+
+    /// Whether a record without a stretch is one of lines at this rate, but for bunching.
+    fn is_short_at(&self, known_hz: f64) -> bool {
+        let expected_s = self.held_s.len().saturating_sub(1) as f64 / known_hz;
+        let within_s = KNOWN_TOLERANCE * expected_s + BUNCHING_S;
+        self.stretches.is_empty() && self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
+    }
+
+    fn span_s(&self) -> Option<f64> {
+        Some(self.held_s.last()? - self.held_s.first()?)
     }
 }

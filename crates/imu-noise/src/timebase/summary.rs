@@ -8,9 +8,11 @@ use std::time::Duration;
 pub enum NominalRate {
     /// Given beforehand, in Hz, and not contradicted by the stamps.
     Known(f64),
-    /// One of the sensor's rates, in Hz: the nearest to the measured one, and within 5 % of it.
+    /// One of the sensor's rates, in Hz: the nearest to the measured one, and within 1 % of it; within 5 % where bunched
+    /// lines are lost from the start.
     Snapped(f64),
-    /// As measured, in Hz: the sensor has no rate near it.
+    /// As measured from the first lines, in Hz, to the decimal they support: the sensor has no rate near it, or its rates
+    /// are not known.
     Measured(f64),
 }
 

@@ -1,7 +1,8 @@
 //! Lines that come too early: their rate is higher, or those before them were late.
 
-use super::stretches::{SNAP_TOLERANCE, Stretches, snap};
-use super::{Placed, TOO_FAST, fastest};
+use super::Placed;
+use super::listed::{TOO_FAST, fastest, snap};
+use super::stretches::{STRETCH_TOLERANCE, Stretches};
 
 /// Another rate is higher from this factor on.
 const FASTER: f64 = 1.1;
@@ -88,8 +89,8 @@ impl Suspicion {
     /// Adds a line's stamp.
     pub(super) fn push(&mut self, at_s: f64, window_s: f64) {
         self.stamps_s.push(at_s);
-        if let Some(stretch_hz) = self.stretches.push(at_s) {
-            self.end_stretch(stretch_hz);
+        if let Some(stretch) = self.stretches.push(at_s) {
+            self.end_stretch(stretch.hz());
         }
         let (early, early_at_s) = self.last_early;
         let quiet = self.stamps_s.len() > early + QUIET_LINES && at_s - early_at_s >= window_s;
@@ -146,7 +147,7 @@ impl Suspicion {
             self.outcome = Outcome::TooFast(stretch_hz);
         }
         let faster_hz =
-            snap(self.rates_hz, stretch_hz, SNAP_TOLERANCE).filter(|&hz| early && hz * self.period_s > FASTER);
+            snap(self.rates_hz, stretch_hz, STRETCH_TOLERANCE).filter(|&hz| early && hz * self.period_s > FASTER);
         match faster_hz {
             Some(to_hz) if self.faster_hz == faster_hz => self.outcome = Outcome::Faster(to_hz),
             _ => self.faster_hz = faster_hz,
