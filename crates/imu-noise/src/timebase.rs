@@ -27,7 +27,8 @@
 //! - *Gap*: a line is in doubt when it is 0.82 periods late. Lines are lost when the least lag has stood for 12 lines
 //!   and 0.1 s; then floor(lag / period + 0.18) of them. Where reads bring several lines it must stand for 16 reads, and
 //!   if these always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a
-//!   whole line when the clocks drift past each other, and single lost lines cannot be told from that.
+//!   whole line when the clocks drift past each other, and single lost lines cannot be told from that. At the end lines
+//!   in doubt are a loss where none of late was 0.3 periods late without one, else from 0.1 s of bunching on.
 //! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
 //! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or lines that come too
 //!   early: from the first one that is by 0.1 periods they are held, until 12 lines and 0.1 s pass without another, or
@@ -177,8 +178,7 @@ impl Timebase {
         self.placed.pop_front()
     }
 
-    /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell. Lags in doubt are a loss when
-    /// the last line is so late that bunching of 0.1 s would not explain it.
+    /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell.
     pub fn finish(&mut self) {
         if let State::Starting(start) = &mut self.state {
             let decision = start.finish();

@@ -54,6 +54,21 @@ impl Link {
     }
 }
 
+/// The stamps of a link that loses this share of its lines at random, and how many it loses between the first and the
+/// last one kept.
+fn losing(link: Link, lost_share: f64, lines: u64) -> (Vec<f64>, u64) {
+    let mut random = Random(link.seed);
+    let (mut kept, mut last) = (Vec::new(), 0);
+    for (line, stamp_s) in (0..).zip(link.stamps(lines)) {
+        if line == 0 || random.unit() >= lost_share {
+            kept.push(stamp_s);
+            last = line;
+        }
+    }
+    let lost = last + 1 - kept.len() as u64;
+    (kept, lost)
+}
+
 /// Decisions with the number of kept lines before each, and the summary.
 fn place(stamps_s: impl IntoIterator<Item = f64>) -> (Vec<(u64, Placed)>, TimebaseSummary) {
     place_with(Timebase::new(&RATES_HZ), stamps_s)
@@ -215,6 +230,16 @@ fn a_stream_that_loses_lines_all_the_time_has_its_rate() {
 }
 
 #[test]
+fn losses_do_not_make_a_lower_rate_of_the_sensor() {
+    // Three lines of eight are lost: the first stretches fit 25 Hz by chance.
+    for seed in [9, 15, 253, 358, 422] {
+        let (kept, lost) = losing(Link { seed, ..Link::steady(40.0) }, 0.375, 1500);
+        let (_, summary) = place(kept);
+        assert_eq!((summary.nominal, summary.missing), (Some(NominalRate::Snapped(40.0)), lost), "seed {seed}");
+    }
+}
+
+#[test]
 fn a_reader_that_is_too_slow_is_not_counted_twice() {
     // Between 25.5 and 69 s it takes one line each 43 ms and loses the others: 1740 were sent, 1000 came.
     let before = Link::steady(40.0).stamps(1000);
@@ -310,19 +335,35 @@ proptest! {
     #[test]
     fn lines_removed_from_a_steady_stream_are_counted(
         link in link(0.2, 0.0),
-        removals in prop::collection::vec((200_usize..600, 1_u64..=1000), 1..6),
+        removals in prop::collection::vec((prop_oneof![1_usize..12, 1_usize..600], prop_oneof![1_u64..4, 1_u64..=1000]), 1..6),
+        after in prop_oneof![1_usize..12, 1_usize..200],
     ) {
+        // The first lines show how late lines are; behind the last ones nothing tells of a loss.
+        const FIRST: usize = 40;
         let mut stamps = link.stamps(10_000);
-        let mut kept = Vec::new();
+        let mut kept: Vec<f64> = stamps.by_ref().take(FIRST).collect();
         let mut expected = Vec::new();
         for &(before, missing) in &removals {
             kept.extend(stamps.by_ref().take(before));
+            // A clock is not known so soon that a long pause could be told in lines.
+            let missing = if kept.len() < 200 { missing.min(100) } else { missing };
             expected.push((kept.len() as u64, gap(missing)));
             stamps.by_ref().take(missing as usize).for_each(drop);
         }
-        kept.extend(stamps.take(200));
+        kept.extend(stamps.take(after));
         let (events, _) = place(kept);
         prop_assert_eq!(events, expected);
+    }
+
+    #[test]
+    fn lines_lost_at_random_from_the_start_are_counted(
+        link in link(0.1, 0.0),
+        lost_share in 0.01..0.4,
+        lines in 1000_u64..4000,
+    ) {
+        let (kept, expected) = losing(link, lost_share, lines);
+        let (_, summary) = place(kept);
+        prop_assert_eq!((summary.nominal, summary.missing), (Some(NominalRate::Snapped(link.rate_hz)), expected));
     }
 
     #[test]

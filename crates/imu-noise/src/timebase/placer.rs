@@ -26,6 +26,13 @@ const FALLING_PERIODS: f64 = 0.004;
 /// Most lines held in doubt, 5 min at 200 Hz: a longer stall is taken for a loss.
 const MAX_HELD: usize = 65_536;
 
+/// Part by which the greatest lag of lines that have their place fades with each line: it is remembered for some
+/// thousand of them.
+const LATE_KEPT: f64 = 0.999;
+
+/// Lines come steadily when no line of late was later by so many periods without a loss.
+const STEADY_PERIODS: f64 = 0.3;
+
 /// Lines after which the due time follows the least lag among them.
 const BLOCK_LINES: u64 = 16;
 
@@ -70,6 +77,7 @@ struct Doubt {
     /// When the first held line was due.
     first_due_s: f64,
     least_lag_s: f64,
+    most_lag_s: f64,
     /// Since which stamp, and which place among the held lines, the least lag has not fallen.
     stands_since_s: f64,
     stands_since: usize,
@@ -90,6 +98,8 @@ pub(super) struct Placer {
     block_lines: u64,
     block_start_s: f64,
     block_least_s: f64,
+    /// Lines were lost in it.
+    lost_in_block: bool,
     /// How early lines may come after a loss without being taken for the new earliest: they show that the loss was
     /// counted one too large, and the next one is counted less.
     overcount_s: f64,
@@ -99,6 +109,8 @@ pub(super) struct Placer {
     /// Due times follow the fitted rate, not the nominal one.
     follow_fit: bool,
     reads: Reads,
+    /// The greatest lag of late that was no loss.
+    late_s: f64,
     /// Lines that have a place unless the rate is higher.
     suspicion: Option<Box<Suspicion>>,
 }
@@ -117,11 +129,13 @@ impl Placer {
             block_lines: 0,
             block_start_s: due_s,
             block_least_s: f64::INFINITY,
+            lost_in_block: false,
             overcount_s: 0.0,
             index: 0,
             envelope: Envelope::new(period_s),
             // A fit counts the losses seen so far; following it would feed their errors back.
             follow_fit: matches!(placing, Placing::Measured(_)),
+            late_s: 0.0,
             reads: Reads::new(period_s),
             suspicion: None,
         }
@@ -170,7 +184,7 @@ impl Placer {
     pub(super) fn finish(&mut self) -> Option<Placed> {
         let doubt = self.doubt?;
         let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
-        if last_lag_s >= self.doubt_s() + self.reads.window_s() {
+        if self.is_steady() || last_lag_s >= self.doubt_s() + self.reads.window_s() {
             return Some(self.lose(doubt));
         }
         Some(Placed::Lines(self.take_held().len() as u64))
@@ -206,6 +220,11 @@ impl Placer {
         self.envelope.fitted_period_s()
     }
 
+    /// A line that is late shows a loss.
+    fn is_steady(&self) -> bool {
+        self.late_s <= STEADY_PERIODS * self.period_s
+    }
+
     /// Lag from which a line is in doubt.
     fn doubt_s(&self) -> f64 {
         let periods = if self.reads.may_jump() { JUMPY_DOUBT_PERIODS } else { DOUBT_PERIODS };
@@ -214,7 +233,8 @@ impl Placer {
 
     /// The line at `judged` has its place, and so have those held before it.
     fn settle(&mut self, at_s: f64, lag_s: f64) -> Placed {
-        self.doubt = None;
+        let most_lag_s = self.doubt.take().map_or(lag_s, |doubt| doubt.most_lag_s);
+        self.late_s = most_lag_s.max(LATE_KEPT * self.late_s);
         let lines = self.judged + 1;
         self.due_s += self.period_s;
         if lag_s < -self.overcount_s {
@@ -263,13 +283,15 @@ impl Placer {
         }
     }
 
-    /// After a block without a loss the due time follows its least lag; a loss counted too much stays owed.
+    /// The due time follows the least lag of the block. A loss counted too much stays owed, until a block without a loss
+    /// shows that none was.
     fn end_block(&mut self, at_s: f64) {
         let owed = self.block_least_s < -0.5 * self.overcount_s;
-        if !owed {
+        if !owed && !self.lost_in_block {
             self.overcount_s = 0.0;
         }
-        self.due_s += self.block_least_s + self.overcount_s;
+        self.due_s += self.block_least_s + if owed { self.overcount_s } else { 0.0 };
+        self.lost_in_block = false;
         self.block_lines = 0;
         self.block_start_s = at_s;
         self.block_least_s = f64::INFINITY;
@@ -291,6 +313,7 @@ impl Placer {
         let doubt = self.doubt.get_or_insert(Doubt {
             first_due_s: self.due_s,
             least_lag_s: lag_s,
+            most_lag_s: lag_s,
             stands_since_s: at_s,
             stands_since: place,
         });
@@ -302,6 +325,7 @@ impl Placer {
             doubt.stands_since = place;
         }
         doubt.least_lag_s = doubt.least_lag_s.min(lag_s);
+        doubt.most_lag_s = doubt.most_lag_s.max(lag_s);
         let doubt = *doubt;
         let stood_s = at_s - doubt.stands_since_s;
         let stands = place - doubt.stands_since >= DOUBT_LINES && stood_s >= self.reads.window_s();
@@ -325,8 +349,12 @@ impl Placer {
         self.due_s = doubt.first_due_s + missing * period_s;
         self.judged = 0;
         self.overcount_s = self.period_s;
-        self.block_lines = 0;
-        self.block_least_s = f64::INFINITY;
+        // The lags on both sides of it are comparable only where lines come steadily.
+        self.lost_in_block = self.is_steady();
+        if !self.lost_in_block {
+            self.block_lines = 0;
+            self.block_least_s = f64::INFINITY;
+        }
         self.index += missing as u64;
         Placed::Gap { missing: missing as u64 }
     }
