@@ -35,6 +35,8 @@
 //!   two stretches in a row are at the same higher rate. That then begins where the lag behind the mean of both periods
 //!   is greatest. Time, and the fitted rate, start anew there. Bunched lines are not even: a lower rate of theirs
 //!   is taken for losses.
+//! - *Stamps that go back* by more than 10 ms: up to two lines in a row are out of order, and came no later than the next
+//!   one that is not. With the third the clock was set back: by the new one, the first of them came when it was due.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -64,6 +66,13 @@ use start::{Beginning, Placing, Start};
 /// Stamps may go back by so much: not every clock is smooth.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
+/// When so many lines in a row are stamped before an earlier one, the clock was set back.
+const SET_BACK_LINES: usize = 3;
+
+/// Stamps that go back more often than that, and more than once in so many lines, are no time base.
+const MAX_BACKWARDS: u64 = 8;
+const MIN_LINES_PER_BACKWARDS: u64 = 256;
+
 /// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a clock of its own.
 ///
 /// Every line pushed comes out once, in order, in a [`Placed::Lines`]. No stamp is an error: stamps that are no time
@@ -89,10 +98,14 @@ pub struct Timebase {
     rates_hz: &'static [f64],
     state: State,
     nominal: Option<NominalRate>,
-    /// First and last stamp; the last one never goes back.
-    origin: Duration,
+    /// The first stamp of the present clock, and the time in seconds that it stands for.
+    origin: (Duration, f64),
+    /// The last stamp; it never goes back unless the clock does.
     last: Duration,
+    /// Stamps that lie before the last one, in a row.
+    behind: Vec<Duration>,
     lines: u64,
+    backwards: u64,
     intervals: Intervals,
     placed: VecDeque<Placed>,
     missing: u64,
@@ -133,9 +146,11 @@ impl Timebase {
             rates_hz,
             state: State::Starting(Start::new(rates_hz, known_hz)),
             nominal: None,
-            origin: Duration::ZERO,
+            origin: (Duration::ZERO, 0.0),
             last: Duration::ZERO,
+            behind: Vec::new(),
             lines: 0,
+            backwards: 0,
             intervals: Intervals::new(),
             placed: VecDeque::new(),
             missing: 0,
@@ -145,32 +160,8 @@ impl Timebase {
 
     /// Adds the next line and its arrival since any origin. Lines of one read may share a stamp.
     pub fn push(&mut self, at: Duration) {
-        if self.lines == 0 {
-            (self.origin, self.last) = (at, at);
-        } else {
-            let back = self.last.saturating_sub(at);
-            if back > BACKWARDS_TOLERANCE {
-                self.clear_suspicion();
-                self.refuse(Refusal::Backwards { line: self.lines, by: back });
-            }
-            let interval = at.saturating_sub(self.last);
-            let interval_us = interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros());
-            self.intervals.push(interval_us);
-            self.last += interval;
-        }
         self.lines += 1;
-        let at_s = (self.last - self.origin).as_secs_f64();
-        match &mut self.state {
-            State::Starting(start) => {
-                let decision = start.push(at_s);
-                self.start(decision);
-            }
-            State::Placing(placer) => {
-                placer.push(at_s);
-                self.judge();
-            }
-            State::Refused(_) => self.place_lines(1),
-        }
+        if self.lines == 1 { self.begin_clock(at, 0.0) } else { self.stamp(at) }
     }
 
     /// The next lines or losses whose place is sure.
@@ -180,6 +171,7 @@ impl Timebase {
 
     /// Nothing follows: decides on the lines still held, for [`poll`](Self::poll) to tell.
     pub fn finish(&mut self) {
+        let behind = std::mem::take(&mut self.behind).len();
         if let State::Starting(start) = &mut self.state {
             let decision = start.finish();
             let of_no_rate = if decision.is_none() { start.lines() } else { 0 };
@@ -194,6 +186,7 @@ impl Timebase {
             self.judge();
             self.clear_suspicion();
         }
+        self.place_lines(behind as u64);
     }
 
     /// What the stamps said so far.
@@ -209,6 +202,7 @@ impl Timebase {
             nominal.zip(measured_hz).map(|(nominal, measured_hz)| (measured_hz / nominal.hz() - 1.0) * 1e6);
         TimebaseSummary {
             lines: self.lines,
+            backwards: self.backwards,
             nominal,
             measured_hz,
             offset_ppm,
@@ -216,6 +210,86 @@ impl Timebase {
             missing: self.missing,
             gaps: self.gaps,
             arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
+        }
+    }
+
+    /// Takes the stamp of the next line, if it is in order.
+    fn stamp(&mut self, at: Duration) {
+        if let State::Refused(_) = self.state {
+            return self.place_lines(1);
+        }
+        if self.last.saturating_sub(at) > BACKWARDS_TOLERANCE {
+            return self.fall_behind(at);
+        }
+        // Lines behind came no later than this one.
+        while self.behind.pop().is_some() {
+            self.take(at);
+        }
+        self.take(at);
+    }
+
+    /// A stamp lies before the one before it: it is wrong, or the clock was set back.
+    #[cold]
+    fn fall_behind(&mut self, at: Duration) {
+        if self.behind.is_empty() {
+            self.backwards += 1;
+            if self.backwards > MAX_BACKWARDS && self.backwards * MIN_LINES_PER_BACKWARDS > self.lines {
+                self.clear_suspicion();
+                self.refuse(Refusal::Backwards { times: self.backwards, lines: self.lines });
+                return self.place_lines(1);
+            }
+        }
+        self.behind.push(at);
+        if self.behind.len() >= SET_BACK_LINES {
+            self.set_clock_back();
+        }
+    }
+
+    /// The lines behind are by a new clock, by which the first of them came when it was due.
+    fn set_clock_back(&mut self) {
+        let mut behind = std::mem::take(&mut self.behind).into_iter();
+        let Some(first) = behind.next() else { return };
+        let mut due_s = 0.0;
+        match &mut self.state {
+            State::Starting(start) => start.restart(),
+            State::Placing(placer) => {
+                let decisions;
+                (decisions, due_s) = placer.resume();
+                decisions.into_iter().for_each(|placed| self.place(placed));
+            }
+            State::Refused(_) => {}
+        }
+        self.begin_clock(first, due_s);
+        behind.for_each(|at| self.stamp(at));
+    }
+
+    /// Takes the next line, by a clock that showed `at` at the time `at_s`.
+    fn begin_clock(&mut self, at: Duration, at_s: f64) {
+        self.origin = (at, at_s);
+        self.last = at;
+        self.place_or_hold(at_s);
+    }
+
+    /// Takes the next line by its stamp.
+    fn take(&mut self, at: Duration) {
+        let interval = at.saturating_sub(self.last);
+        self.intervals.push(interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros()));
+        self.last += interval;
+        let (origin, origin_s) = self.origin;
+        self.place_or_hold(origin_s + self.last.saturating_sub(origin).as_secs_f64());
+    }
+
+    fn place_or_hold(&mut self, at_s: f64) {
+        match &mut self.state {
+            State::Starting(start) => {
+                let decision = start.push(at_s);
+                self.start(decision);
+            }
+            State::Placing(placer) => {
+                placer.push(at_s);
+                self.judge();
+            }
+            State::Refused(_) => self.place_lines(1),
         }
     }
 
@@ -228,8 +302,9 @@ impl Timebase {
             None => {}
             Some(Err(refusal)) => self.refuse(refusal),
             Some(Ok(Beginning { nominal, placing })) => {
-                let held_s = start.take_held();
+                let (unstamped, held_s) = start.take_held();
                 self.place(Placed::Rate(nominal));
+                self.place_lines(unstamped);
                 self.place_at(nominal, placing, held_s);
             }
         }

@@ -151,6 +151,16 @@ impl Advice {
         if let Some(refusal) = summary.refusal {
             self.warn(WarningKind::StampsRefused, format!("{refusal}. Lines lost whole cannot be seen from there on"));
         }
+        if summary.refusal.is_none() && summary.backwards > 0 {
+            self.warn(
+                WarningKind::StampsBackwards,
+                format!(
+                    "the stamps go back {}: the clock was set, or lines stand out of order. They are followed from there on, and a loss just \
+                     there cannot be seen",
+                    counted(summary.backwards, "time")
+                ),
+            );
+        }
         self.on_rate(summary, rates_hz);
         if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
             self.warn(

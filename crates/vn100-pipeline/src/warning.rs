@@ -18,6 +18,8 @@ pub enum WarningKind {
     RateChanged,
     /// The measured rate is none the sensor has, or not the one taken.
     RateOffNominal,
+    /// Some arrival stamps lie before earlier ones.
+    StampsBackwards,
     /// The arrival stamps cannot be a sensor's.
     StampsRefused,
     /// Lines arrive several at a time.
@@ -53,6 +55,7 @@ impl WarningKind {
             Self::RateAssumed => "rate-assumed",
             Self::RateChanged => "rate-changed",
             Self::RateOffNominal => "rate-off-nominal",
+            Self::StampsBackwards => "stamps-backwards",
             Self::StampsRefused => "stamps-refused",
             Self::BunchedArrival => "bunched-arrival",
             Self::Gaps => "gaps",

@@ -169,6 +169,16 @@ fn columns_of_any_sensor_have_the_rate_they_have() {
     }
 }
 
+#[test]
+fn a_clock_set_back_is_told_and_costs_nothing() {
+    let mut lines = steady(40.0, 0, 1000);
+    lines.extend(steady(40.0, 24_000_000_000, 1000));
+    let snapshot = analysed(&lines, 64, Settings::default());
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.missing_from), (2000, 0, MissingFrom::Arrival));
+    assert!(warned(&snapshot, WarningKind::StampsBackwards) && !warned(&snapshot, WarningKind::StampsRefused));
+}
+
 /// Steady, bunched, lossy, refused or changing streams.
 fn stream() -> impl Strategy<Value = Vec<Line>> {
     let lost = prop::collection::vec(0..700_usize, 0..4);

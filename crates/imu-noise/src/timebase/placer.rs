@@ -190,6 +190,17 @@ impl Placer {
         Some(Placed::Lines(self.take_held().len() as u64))
     }
 
+    /// The clock goes back here: places the lines that wait, without a loss, and tells when the next one is due.
+    pub(super) fn resume(&mut self) -> (Vec<Placed>, f64) {
+        let mut decisions = self.clear_suspicion();
+        let lines = self.take_held().len() as u64;
+        if lines > 0 {
+            decisions.push(Placed::Lines(lines));
+        }
+        self.index += lines;
+        (decisions, self.due_s)
+    }
+
     /// Hands back the lines without a place.
     pub(super) fn take_held(&mut self) -> VecDeque<f64> {
         self.doubt = None;

@@ -54,6 +54,8 @@ pub(super) struct Start {
     listed_hz: Vec<f64>,
     fastest_hz: f64,
     known_hz: Option<f64>,
+    /// Lines before the clock went back.
+    unstamped: u64,
     held_s: Vec<f64>,
     cutter: Stretches,
     stretches: Vec<Stretch>,
@@ -65,6 +67,7 @@ impl Start {
             listed_hz: rates_hz.iter().copied().chain(known_hz).collect(),
             fastest_hz: fastest(rates_hz),
             known_hz,
+            unstamped: 0,
             held_s: Vec::new(),
             cutter: Stretches::default(),
             stretches: Vec::new(),
@@ -85,14 +88,22 @@ impl Start {
         self.decide(true)
     }
 
-    /// The stamps of the lines held.
-    pub(super) fn take_held(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.held_s)
+    /// The clock went back: the stamps so far have nothing to do with those that follow.
+    pub(super) fn restart(&mut self) {
+        self.unstamped += self.held_s.len() as u64;
+        self.held_s.clear();
+        self.cutter = Stretches::default();
+        self.stretches.clear();
+    }
+
+    /// Lines held whose stamps are not used, and the stamps of those behind them.
+    pub(super) fn take_held(&mut self) -> (u64, Vec<f64>) {
+        (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.held_s))
     }
 
     /// Lines held.
     pub(super) fn lines(&self) -> u64 {
-        self.held_s.len() as u64
+        self.unstamped + self.held_s.len() as u64
     }
 
     /// The rate or the refusal; when `full` the best that can be had.

@@ -1,7 +1,6 @@
 //! What a time base reports: rate, refusal, arrivals, losses.
 
 use std::fmt;
-use std::time::Duration;
 
 /// Rate the lines stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,12 +28,12 @@ impl NominalRate {
 /// Why stamps are no time base. Missing lines cannot be seen from there on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// A stamp lies more than 10 ms before the one before it.
+    /// Stamps lie more than 10 ms before the one before them too often: 9 times, and more than once in 256 lines.
     Backwards {
-        /// Number of the line, from 0.
-        line: u64,
-        /// How far its stamp goes back.
-        by: Duration,
+        /// How often.
+        times: u64,
+        /// In how many lines.
+        lines: u64,
     },
     /// Lines come more than 1.25 times as fast as the sensor can send them.
     TooFast {
@@ -60,9 +59,9 @@ pub enum Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Backwards { line, by } => write!(
+            Self::Backwards { times, lines } => write!(
                 f,
-                "stamps are no time base: that of line {line} lies {by:?} before the one before; stamp with a clock that is not set"
+                "stamps are no time base: in {lines} lines they go back {times} times; stamp with a clock that is not set, and keep the lines in order"
             ),
             Self::TooFast { measured_hz, fastest_hz } => write!(
                 f,
@@ -100,6 +99,9 @@ pub struct Arrivals {
 pub struct TimebaseSummary {
     /// Lines pushed.
     pub lines: u64,
+    /// How often a stamp lay more than 10 ms before the one before: a clock set back counts once, and so does a stamp
+    /// out of order.
+    pub backwards: u64,
     /// Rate the lines stand for, the last one if it changed; absent until it is sure and after a refusal.
     pub nominal: Option<NominalRate>,
     /// Rate of the line fitted under the arrivals in Hz; absent for fewer than about 130 lines since the rate changed.
