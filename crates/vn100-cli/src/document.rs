@@ -249,6 +249,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
         gaps: timing.gaps,
         missing: timing.missing,
         missing_from: match snapshot.timing.missing_from {
+            MissingFrom::Counter => "counter",
             MissingFrom::Arrival => "arrival",
             MissingFrom::BadLines => "bad-lines",
         },

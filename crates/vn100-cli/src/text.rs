@@ -52,6 +52,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         RateFrom::Assumed => "assumed",
     };
     let judged = match snapshot.timing.missing_from {
+        MissingFrom::Counter => "the counter in each line",
         MissingFrom::Arrival => "arrival times",
         MissingFrom::BadLines => "bad lines",
     };

@@ -47,7 +47,7 @@ pub use connect::{Connect, Connection};
 pub use connect_error::ConnectError;
 pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{
-    Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue,
+    Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue, RowCounter,
 };
 pub use low_latency::{LatencyTimer, shorten_latency};
 pub use ports::{PortEntry, UsbAdapter, list_ports};

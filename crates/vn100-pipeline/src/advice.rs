@@ -71,6 +71,7 @@ impl Advice {
         if tally.bad.total() > tally.bad.unchecked {
             let evidence = match snapshot.timing.missing_from {
                 MissingFrom::Arrival => "arrival times tell what is missing for it",
+                MissingFrom::Counter => "the counters tell what is missing for it",
                 MissingFrom::BadLines => "each between good ones counts as one missing sample",
             };
             self.warn(

@@ -2,16 +2,18 @@
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use imu_noise::{ChannelAccumulator, NominalRate, Unwrap};
+use imu_noise::{NominalRate, Timebase};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
-use vn100_protocol::{Channel, Layout, PrintFormat, Quantity};
+use vn100_protocol::{Layout, PrintFormat};
 
 use crate::{
     advice::{self, Findings},
+    channel_state::ChannelState,
+    evidence::Verdict,
     rates::rates_hz,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
-    snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
+    snapshot::{MissingFrom, RateChange, RateFrom, Snapshot, Timing},
     waiting::{Ready, Waiting},
 };
 
@@ -31,7 +33,8 @@ pub struct Analysis {
     link: LinkCounts,
     /// Of a stream with arrival stamps.
     waiting: Option<Waiting>,
-    stamps_in_use: bool,
+    /// Lines lost whole are told of, by counters or arrival times.
+    missing_by_evidence: bool,
     rate_change: Option<RateChange>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
@@ -40,15 +43,6 @@ pub struct Analysis {
     printed: Option<PrintFormat>,
     coarsest: PrintFormat,
     print_changes: u64,
-}
-
-#[derive(Debug)]
-struct ChannelState {
-    accumulator: ChannelAccumulator,
-    /// Angles only.
-    unwrap: Option<Unwrap>,
-    /// The angle turned too far for its counts, and they started anew.
-    restarted: bool,
 }
 
 impl Analysis {
@@ -76,7 +70,7 @@ impl Analysis {
             registers: BTreeMap::new(),
             link: LinkCounts::default(),
             waiting: None,
-            stamps_in_use: false,
+            missing_by_evidence: false,
             rate_change: None,
             index: 0,
             bad_lines_pending: 0,
@@ -95,7 +89,7 @@ impl Analysis {
         }
         // a layout has channels; without one there are no rows
         let width = self.channels.len().max(1);
-        if self.waiting.is_none() && batch.arrivals.is_empty() {
+        if self.waiting.is_none() && batch.arrivals.is_empty() && batch.counters.is_empty() {
             let mut row = 0;
             for mark in &batch.marks {
                 self.take_rows(&batch.counts[row * width..mark.before_row * width]);
@@ -104,9 +98,10 @@ impl Analysis {
             }
             self.take_rows(&batch.counts[row * width..]);
         } else {
-            let rates_hz = rates_hz(self.layout.as_deref());
-            let mut waiting =
-                self.waiting.take().unwrap_or_else(|| Waiting::new(width, rates_hz, self.known_rate_hz()));
+            let mut waiting = self.waiting.take().unwrap_or_else(|| {
+                let arrivals = (!batch.arrivals.is_empty()).then(|| self.timebase());
+                Waiting::new(width, arrivals)
+            });
             waiting.take_in(batch);
             self.take_ready(&mut waiting);
             self.waiting = Some(waiting);
@@ -118,10 +113,8 @@ impl Analysis {
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
             self.waiting = None;
-            self.bad_lines_pending = 0;
-            if self.timing.samples > 0 {
-                self.break_segment(None);
-            }
+            self.missing_by_evidence = false;
+            self.take_unknown_gap();
         }
     }
 
@@ -154,13 +147,13 @@ impl Analysis {
             .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel)))
             .collect();
         let restarted = (self.channels.iter().zip(layout_channels))
-            .filter(|(state, _)| state.restarted)
+            .filter(|(state, _)| state.has_restarted())
             .map(|(_, channel)| channel.name.to_string())
             .collect();
         let mut snapshot = Snapshot {
             layout: self.layout.clone(),
             timing: self.timing,
-            arrivals: self.waiting.as_ref().map(Waiting::summary),
+            arrivals: self.waiting.as_ref().and_then(Waiting::summary),
             rate_change: self.rate_change,
             registers: self.registers.clone(),
             link: self.link,
@@ -178,13 +171,7 @@ impl Analysis {
 
 impl Analysis {
     fn begin(&mut self, layout: Arc<Layout>) {
-        self.channels = (layout.channels.iter())
-            .map(|channel| ChannelState {
-                accumulator: ChannelAccumulator::new(self.settings.estimator, self.settings.deviation),
-                unwrap: turn_counts(channel).map(Unwrap::new),
-                restarted: false,
-            })
-            .collect();
+        self.channels = (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings)).collect();
         self.layout = Some(layout);
     }
 
@@ -192,22 +179,37 @@ impl Analysis {
         while let Some(ready) = waiting.next() {
             match ready {
                 Ready::Rows(counts) => self.take_rows(counts),
-                Ready::Rate(nominal) => {
-                    self.timing.missing_from = MissingFrom::Arrival;
-                    self.timing.rate_hz = nominal.hz();
-                    if !matches!(nominal, NominalRate::Known(_)) {
-                        self.timing.rate_from = RateFrom::Arrival;
-                        self.compare_with_device();
-                    }
-                    self.stamps_in_use = true;
-                }
-                Ready::Refused => self.stamps_in_use = false,
-                // the stamps know of lines lost whole, too, and would count this one twice
-                Ready::Mark(MarkKind::BadLine) if self.stamps_in_use => {}
+                // the evidence knows of lines lost whole, too, and would count this one twice
+                Ready::Mark(MarkKind::BadLine) if self.missing_by_evidence => {}
                 Ready::Mark(mark) => self.take_mark(mark),
-                Ready::Missing(missing) => self.take_gap(missing),
-                Ready::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
+                Ready::Verdict(verdict) => self.take_verdict(verdict),
             }
+        }
+    }
+
+    fn take_verdict(&mut self, verdict: Verdict) {
+        match verdict {
+            // rows, not a verdict, tell of these
+            Verdict::Lines(_) => {}
+            Verdict::Missing(missing) => self.take_gap(missing),
+            Verdict::Unknown => self.take_unknown_gap(),
+            Verdict::Counting => {
+                self.timing.missing_from = MissingFrom::Counter;
+                self.missing_by_evidence = true;
+            }
+            Verdict::Rate(nominal) => {
+                self.timing.rate_hz = nominal.hz();
+                if !matches!(nominal, NominalRate::Known(_)) {
+                    self.timing.rate_from = RateFrom::Arrival;
+                    self.compare_with_device();
+                }
+                if self.timing.missing_from != MissingFrom::Counter {
+                    self.timing.missing_from = MissingFrom::Arrival;
+                }
+                self.missing_by_evidence = true;
+            }
+            Verdict::Refused => self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter,
+            Verdict::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
         }
     }
 
@@ -263,6 +265,14 @@ impl Analysis {
             self.timing.missing += counted;
             self.timing.gaps += 1;
             self.break_segment(Some(counted));
+        }
+    }
+
+    /// Nobody knows how many samples are missing before the next row.
+    fn take_unknown_gap(&mut self) {
+        self.bad_lines_pending = 0;
+        if self.timing.samples > 0 {
+            self.break_segment(None);
         }
     }
 
@@ -331,49 +341,18 @@ impl Analysis {
     fn break_segment(&mut self, missing: Option<u64>) {
         self.timing.segments += 1;
         for channel in &mut self.channels {
-            channel.accumulator.gap(missing);
+            channel.gap(missing);
         }
     }
 
-    /// The rate that the next stamps must agree with: a deviation knows one sample interval.
-    fn known_rate_hz(&self) -> Option<f64> {
-        (self.timing.rate_from != RateFrom::Assumed).then_some(self.timing.rate_hz)
-    }
-}
-
-/// The counts of a full turn, for an angle; `None` too where they are more than a count can hold, and no angle can wrap.
-fn turn_counts(channel: &Channel) -> Option<i32> {
-    let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
-    (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
-}
-
-impl ChannelState {
-    fn absorb(&mut self, mut counts: &mut [i32]) {
-        let Some(unwrap) = &mut self.unwrap else {
-            return self.accumulator.push(counts);
-        };
-        loop {
-            let together = unwrap.unwrap(counts);
-            let (continuous, rest) = counts.split_at_mut(together);
-            self.accumulator.push(continuous);
-            if rest.is_empty() {
-                return;
+    /// A time base for the stamps that come now. Where a rate is known they must agree with it: a deviation knows one sample interval.
+    fn timebase(&self) -> Timebase {
+        let rates_hz = rates_hz(self.layout.as_deref());
+        match self.timing.rate_from {
+            RateFrom::Assumed => Timebase::new(rates_hz),
+            RateFrom::Option | RateFrom::Device | RateFrom::Arrival => {
+                Timebase::with_known_rate(rates_hz, self.timing.rate_hz)
             }
-            self.restarted = true;
-            self.accumulator.gap(Some(0));
-            counts = rest;
-        }
-    }
-
-    fn snapshot(&self, printed_decimals: u8) -> ChannelSnapshot {
-        let moments = self.accumulator.moments().clone();
-        let mean = moments.mean_counts().unwrap_or(0.0);
-        ChannelSnapshot {
-            branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
-            moments,
-            histogram: self.accumulator.histogram().clone(),
-            octaves: self.accumulator.octaves().sums().collect(),
-            printed_decimals,
         }
     }
 }

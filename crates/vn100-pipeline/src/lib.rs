@@ -20,6 +20,8 @@
 
 mod advice;
 mod analysis;
+mod channel_state;
+mod evidence;
 mod rates;
 mod repeats;
 mod run;

@@ -65,6 +65,8 @@ impl Timing {
 /// The evidence for missing samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MissingFrom {
+    /// A counter in every line: exact.
+    Counter,
     /// When the lines arrived: lines lost whole are counted too. Where the stamps were refused later, only up to there.
     Arrival,
     /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.

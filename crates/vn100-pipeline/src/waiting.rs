@@ -1,14 +1,16 @@
-//! Rows with arrival stamps wait here until it is sure whether any are missing before them.
+//! Rows with arrival stamps or counters wait here until it is sure whether any are missing before them.
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_noise::{NominalRate, Placed, Timebase, TimebaseSummary};
+use imu_noise::{Timebase, TimebaseSummary};
 use vn100_driver::{Batch, MarkKind};
 
-/// The rows of a stamped stream that are not placed yet, and the marks between them.
+use crate::evidence::{Evidence, Verdict};
+
+/// The rows of a stream that are not placed yet, and the marks between them.
 #[derive(Debug)]
 pub(crate) struct Waiting {
-    timebase: Timebase,
+    evidence: Evidence,
     /// Counts per row.
     width: usize,
     /// The rows that wait, frame-major, behind those already given out.
@@ -25,28 +27,22 @@ pub(crate) struct Waiting {
     last: Duration,
 }
 
-/// What comes next of a stamped stream.
+/// What comes next of the stream.
 #[derive(Debug)]
 pub(crate) enum Ready<'a> {
     /// Rows with nothing missing before or between them, frame-major.
     Rows(&'a [i32]),
     /// What stood between the lines here.
     Mark(MarkKind),
-    /// So many samples are missing here.
-    Missing(u64),
-    /// The rate the rows that follow stand for; the stamps tell what is missing.
-    Rate(NominalRate),
-    /// From here on the stamps tell nothing.
-    Refused,
-    /// From here on the rows come at another rate.
-    RateChanged { from_hz: f64, to_hz: f64 },
+    /// What the evidence says of this place; never [`Verdict::Lines`].
+    Verdict(Verdict),
 }
 
 impl Waiting {
-    /// For rows of `width` counts, of a stream that can have these rates, and whose rate may be known.
-    pub(crate) fn new(width: usize, rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
+    /// For rows of `width` counts, whose stamps `arrivals` judges if they have any.
+    pub(crate) fn new(width: usize, arrivals: Option<Timebase>) -> Self {
         Self {
-            timebase: known_hz.map_or_else(|| Timebase::new(rates_hz), |hz| Timebase::with_known_rate(rates_hz, hz)),
+            evidence: Evidence::new(arrivals),
             width,
             counts: Vec::new(),
             given: 0,
@@ -66,28 +62,27 @@ impl Waiting {
         self.marks.extend(batch.marks.iter().map(|mark| (before + mark.before_row as u64, mark.kind)));
         self.counts.extend_from_slice(&batch.counts);
         let mut arrivals = batch.arrivals.iter().peekable();
+        let mut counters = batch.counters.iter().peekable();
         for row in 0..batch.rows().len() {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
                 self.last = self.since_origin(arrival.at_ns);
             }
-            self.timebase.push(self.last);
+            let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
+            self.evidence.push(self.last, count);
         }
     }
 
     /// The stream is over: nothing that waits need wait any longer.
     pub(crate) fn finish(&mut self) {
-        self.timebase.finish();
+        self.evidence.finish();
     }
 
     /// The next thing that may be used.
     pub(crate) fn next(&mut self) -> Option<Ready<'_>> {
-        while self.placed == 0 {
-            match self.timebase.poll()? {
-                Placed::Lines(lines) => self.placed = lines,
-                Placed::Gap { missing } => return Some(Ready::Missing(missing)),
-                Placed::Rate(nominal) => return Some(Ready::Rate(nominal)),
-                Placed::Refused(_) => return Some(Ready::Refused),
-                Placed::RateChanged { from_hz, to_hz } => return Some(Ready::RateChanged { from_hz, to_hz }),
+        if self.placed == 0 {
+            match self.evidence.next()? {
+                Verdict::Lines(lines) => self.placed = lines,
+                verdict => return Some(Ready::Verdict(verdict)),
             }
         }
         let to_mark = match self.marks.front() {
@@ -107,9 +102,9 @@ impl Waiting {
         Some(Ready::Rows(&self.counts[from * self.width..self.given * self.width]))
     }
 
-    /// What the stamps say.
-    pub(crate) fn summary(&self) -> TimebaseSummary {
-        self.timebase.summary()
+    /// What the stamps say; `None` without stamps.
+    pub(crate) fn summary(&self) -> Option<TimebaseSummary> {
+        self.evidence.summary()
     }
 
     /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.

@@ -6,10 +6,10 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
-    Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
+    Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
     protocol::{Layout, PrintFormat, VNYMR},
 };
-use vn100_pipeline::{Analysis, RateFrom, Settings, Snapshot, WarningKind};
+use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
 
 /// One thing on a stream.
 #[derive(Debug, Clone, Copy)]
@@ -112,6 +112,24 @@ fn the_time_asked_for_ends_the_measurement() {
         })
         .collect();
     assert_eq!(complete, [false, true, true, true]);
+}
+
+#[test]
+fn counters_tell_exactly_what_is_missing() {
+    // a bad line between lines 9 and 11; lines 20 to 22 lost whole
+    let counts = (0..=9).chain(11..=19).chain(23..=40);
+    let mut lines = vec![Good(1); counts.clone().count()];
+    lines.insert(10, Bad);
+    let mut all = batches(&lines, 1000);
+    all[0].counters = counts.enumerate().map(|(row, count)| RowCounter { row, count: 100 + 20 * count }).collect();
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&all[0]);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.gaps, timing.segments), (37, 4, 2, 3));
+    assert_eq!(timing.missing_from, MissingFrom::Counter);
+    assert!(snapshot.arrivals.is_none());
 }
 
 #[test]

@@ -1,0 +1,72 @@
+//! One channel of a stream: unwrapped where it is an angle, and accumulated.
+
+use imu_noise::{ChannelAccumulator, Unwrap};
+use vn100_protocol::{Channel, Quantity};
+
+use crate::{settings::Settings, snapshot::ChannelSnapshot};
+
+/// What is kept of one channel.
+#[derive(Debug)]
+pub(crate) struct ChannelState {
+    accumulator: ChannelAccumulator,
+    /// Angles only.
+    unwrap: Option<Unwrap>,
+    /// The angle turned too far for its counts, and they started anew.
+    restarted: bool,
+}
+
+impl ChannelState {
+    pub(crate) fn new(channel: &Channel, settings: &Settings) -> Self {
+        Self {
+            accumulator: ChannelAccumulator::new(settings.estimator, settings.deviation),
+            unwrap: turn_counts(channel).map(Unwrap::new),
+            restarted: false,
+        }
+    }
+
+    /// Samples are missing here; `None` where nobody knows how many.
+    pub(crate) fn gap(&mut self, missing: Option<u64>) {
+        self.accumulator.gap(missing);
+    }
+
+    /// Whether the angle turned too far for its counts, and they started anew.
+    pub(crate) fn has_restarted(&self) -> bool {
+        self.restarted
+    }
+
+    /// Takes samples in time order; unwraps them in place.
+    pub(crate) fn absorb(&mut self, mut counts: &mut [i32]) {
+        let Some(unwrap) = &mut self.unwrap else {
+            return self.accumulator.push(counts);
+        };
+        loop {
+            let together = unwrap.unwrap(counts);
+            let (continuous, rest) = counts.split_at_mut(together);
+            self.accumulator.push(continuous);
+            if rest.is_empty() {
+                return;
+            }
+            self.restarted = true;
+            self.accumulator.gap(Some(0));
+            counts = rest;
+        }
+    }
+
+    pub(crate) fn snapshot(&self, printed_decimals: u8) -> ChannelSnapshot {
+        let moments = self.accumulator.moments().clone();
+        let mean = moments.mean_counts().unwrap_or(0.0);
+        ChannelSnapshot {
+            branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
+            moments,
+            histogram: self.accumulator.histogram().clone(),
+            octaves: self.accumulator.octaves().sums().collect(),
+            printed_decimals,
+        }
+    }
+}
+
+/// The counts of a full turn, for an angle; `None` too where they are more than a count can hold, and no angle can wrap.
+fn turn_counts(channel: &Channel) -> Option<i32> {
+    let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
+    (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
+}
