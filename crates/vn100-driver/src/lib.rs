@@ -22,6 +22,8 @@
 //! # Ok(()) }
 //! ```
 
+mod autobaud;
+mod back_off;
 mod capture;
 mod clock;
 mod codec;
@@ -29,6 +31,11 @@ mod connect;
 mod connect_error;
 mod csv;
 mod event;
+mod health;
+mod link;
+mod link_output;
+mod link_task;
+mod lossy_sender;
 mod low_latency;
 mod port_address;
 mod ports;
@@ -40,6 +47,7 @@ mod source;
 mod tcp;
 mod timing;
 
+pub use autobaud::BAUD_RATES;
 pub use capture::{Capture, OpenError};
 pub use clock::Clock;
 pub use codec::{Decoded, SentenceCodec};
@@ -49,6 +57,7 @@ pub use csv::{ColumnMap, ColumnMapError, CsvError};
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue, RowCounter,
 };
+pub use link::{LinkHandle, LinkOptions, LinkState, Up, open_link};
 pub use low_latency::{LatencyTimer, shorten_latency};
 pub use ports::{PortEntry, UsbAdapter, list_ports};
 pub use read_samples::{ReadOptions, read_samples};

@@ -50,20 +50,12 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
             () = stop.cancelled() => break None,
             input = source.next_input() => input,
         };
-        let link_event = match input {
-            Ok(Some(Input::Chunk(chunk))) => {
-                parser.push(&chunk.bytes, chunk.at_ns);
-                None
-            }
-            Ok(Some(Input::Link(event))) => {
-                parser.take_link_event(&event);
-                Some(event)
-            }
+        let input = match input {
+            Ok(Some(input)) => input,
             Ok(None) => break None,
             Err(error) => break Some(error),
         };
-        let batches = parser.take_batches().into_iter().map(Event::Batch);
-        for event in batches.chain(link_event.map(Event::Link)) {
+        for event in parser.take_input(input) {
             if events.send(event).await.is_err() {
                 return;
             }
@@ -102,6 +94,26 @@ impl Parser {
         Self { decoder, stream: Stream::default(), line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
+    /// Takes what a source delivered: the events that follow from it.
+    pub(crate) fn take_input(&mut self, input: Input) -> impl Iterator<Item = Event> + use<> {
+        let link_event = match input {
+            Input::Chunk(chunk) => {
+                self.push(&chunk.bytes, chunk.at_ns);
+                None
+            }
+            Input::Link(event) => {
+                self.take_link_event(&event);
+                Some(event)
+            }
+        };
+        self.take_batches().into_iter().map(Event::Batch).chain(link_event.map(Event::Link))
+    }
+
+    /// What the stream has carried so far.
+    pub(crate) fn tally(&self) -> Tally {
+        self.decoder.tally()
+    }
+
     /// Takes the next bytes of the stream, which came at one time.
     pub(crate) fn push(&mut self, bytes: &[u8], at_ns: Option<i64>) {
         self.stream.at_ns = at_ns;
@@ -116,7 +128,7 @@ impl Parser {
     }
 
     /// Takes what befell the link. A line that was under way when it went down is cut off.
-    pub(crate) fn take_link_event(&mut self, event: &LinkEvent) {
+    fn take_link_event(&mut self, event: &LinkEvent) {
         let link = &mut self.stream.link;
         match &event.kind {
             LinkEventKind::Up { .. } => link.connects += 1,

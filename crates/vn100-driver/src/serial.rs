@@ -13,16 +13,17 @@ use std::{
 
 use bytes::Bytes;
 use serialport::{ClearBuffer, SerialPort};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 
 use crate::{
     clock::Clock,
     connect::{Connect, Connection},
     connect_error::ConnectError,
+    lossy_sender::LossySender,
     low_latency::{LatencyTimer, shorten_latency},
     port_address::PortAddress,
     ports::list_ports,
-    source::{Chunk, Input, LinkEvent, LinkEventKind, Source},
+    source::{Chunk, Input, Source},
 };
 
 /// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01 % of a core.
@@ -89,7 +90,9 @@ impl Connect for SerialPorts {
 pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
-    inputs: mpsc::Receiver<io::Result<Input>>,
+    inputs: mpsc::Receiver<Input>,
+    /// Why the inputs ended.
+    end: oneshot::Receiver<io::Error>,
     stop: StopOnDrop,
     latency_timer: Option<LatencyTimer>,
 }
@@ -111,16 +114,22 @@ impl SerialConnection {
         let latency_timer = shorten_latency(Path::new(name));
         let reading = port.try_clone()?;
         let stop = Arc::new(AtomicBool::new(false));
-        let (sender, inputs) = mpsc::channel(WAITING_INPUTS);
-        let reader = Reader { inputs: sender, clock, stop: Arc::clone(&stop), lost_bytes: 0 };
+        let (inputs_sender, inputs) = mpsc::channel(WAITING_INPUTS);
+        let (end_sender, end) = oneshot::channel();
+        let inputs_sender = LossySender::new(inputs_sender);
+        let reader = Reader { inputs: inputs_sender, end: end_sender, clock, stop: Arc::clone(&stop) };
         thread::Builder::new().name("serial-reader".into()).spawn(move || reader.run(reading))?;
-        Ok(Self { name: name.into(), port, inputs, stop: StopOnDrop(stop), latency_timer })
+        Ok(Self { name: name.into(), port, inputs, end, stop: StopOnDrop(stop), latency_timer })
     }
 }
 
 impl Source for SerialConnection {
     async fn next_input(&mut self) -> io::Result<Option<Input>> {
-        self.inputs.recv().await.transpose()
+        match self.inputs.recv().await {
+            Some(input) => Ok(Some(input)),
+            // the reading thread says why before it lets go of the channel, unless it was told to stop
+            None => self.end.try_recv().map_or(Ok(None), Err),
+        }
     }
 }
 
@@ -153,66 +162,47 @@ impl Connection for SerialConnection {
 
 /// What the reading thread has.
 struct Reader {
-    inputs: mpsc::Sender<io::Result<Input>>,
+    inputs: LossySender,
+    end: oneshot::Sender<io::Error>,
     clock: Clock,
     stop: Arc<AtomicBool>,
-    /// Dropped, and not yet told.
-    lost_bytes: u64,
 }
 
 impl Reader {
     /// Reads until told to stop or until the port is gone. The port is closed before the channel is, which tells the other side so.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
-        while !self.stop.load(Ordering::Relaxed) {
-            let error = match port.read(&mut buffer) {
+        let error = loop {
+            if self.stop.load(Ordering::Relaxed) {
+                drop(port);
+                return;
+            }
+            match port.read(&mut buffer) {
                 // what was readable and has no byte is gone
-                Ok(0) => ErrorKind::BrokenPipe.into(),
+                Ok(0) => break ErrorKind::BrokenPipe.into(),
                 Ok(n) => {
-                    self.hand_on(&buffer[..n], self.clock.now_ns());
-                    continue;
+                    let at_ns = self.clock.now_ns();
+                    let chunk = Chunk { bytes: Bytes::copy_from_slice(&buffer[..n]), at_ns: Some(at_ns) };
+                    self.inputs.send(chunk.into(), at_ns);
                 }
                 Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::TimedOut) => {
-                    self.tell_lost(self.clock.now_ns());
-                    continue;
+                    self.inputs.send_waiting();
                 }
-                Err(error) => error,
-            };
-            drop(port);
-            // nothing comes any more that waiting could delay; without a receiver nobody has use for it
-            if self.lost_bytes > 0 {
-                let _ = self.inputs.blocking_send(Ok(self.overrun(self.clock.now_ns())));
+                Err(error) => break error,
             }
-            let _ = self.inputs.blocking_send(Err(error));
-            return;
-        }
+        };
         drop(port);
-    }
-
-    /// Hands on what a read brought, behind the news of what was lost before it.
-    fn hand_on(&mut self, bytes: &[u8], at_ns: i64) {
-        let chunk = Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) };
-        if !self.tell_lost(at_ns) || self.inputs.try_send(Ok(chunk.into())).is_err() {
-            self.lost_bytes += bytes.len() as u64;
-        }
-    }
-
-    /// Whether nothing is lost that has not been told.
-    fn tell_lost(&mut self, at_ns: i64) -> bool {
-        if self.lost_bytes > 0 && self.inputs.try_send(Ok(self.overrun(at_ns))).is_ok() {
-            self.lost_bytes = 0;
-        }
-        self.lost_bytes == 0
-    }
-
-    fn overrun(&self, at_ns: i64) -> Input {
-        Input::Link(LinkEvent { at_ns, kind: LinkEventKind::Overrun { bytes: self.lost_bytes } })
+        // nothing comes any more that waiting could delay
+        self.inputs.send_waiting_blocking();
+        // without a receiver nobody has use for it
+        let _ = self.end.send(error);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::{LinkEvent, LinkEventKind};
 
     /// Gives pieces of ten bytes with pauses and signals between, then hangs up.
     struct Port {
@@ -234,59 +224,45 @@ mod tests {
         }
     }
 
-    fn reader(room: usize) -> (Reader, mpsc::Receiver<io::Result<Input>>) {
+    fn reader(room: usize) -> (Reader, mpsc::Receiver<Input>, oneshot::Receiver<io::Error>) {
         let (sender, inputs) = mpsc::channel(room);
+        let (end_sender, end) = oneshot::channel();
         let stop = Arc::new(AtomicBool::new(false));
-        (Reader { inputs: sender, clock: Clock::start(), stop, lost_bytes: 0 }, inputs)
+        (Reader { inputs: LossySender::new(sender), end: end_sender, clock: Clock::start(), stop }, inputs, end)
     }
 
-    /// Bytes handed on, bytes told lost, and the error at the end.
-    fn told(mut inputs: mpsc::Receiver<io::Result<Input>>) -> (usize, u64, Option<ErrorKind>) {
-        let (mut bytes, mut lost, mut end) = (0, 0, None);
+    /// Bytes handed on, and bytes told lost.
+    fn told(mut inputs: mpsc::Receiver<Input>) -> (usize, u64) {
+        let (mut bytes, mut lost) = (0, 0);
         while let Some(input) = inputs.blocking_recv() {
             match input {
-                Ok(Input::Chunk(chunk)) => bytes += chunk.bytes.len(),
-                Ok(Input::Link(event)) => match event.kind {
-                    LinkEventKind::Overrun { bytes } => lost += bytes,
-                    other => panic!("{other:?}"),
-                },
-                Err(error) => end = Some(error.kind()),
+                Input::Chunk(chunk) => bytes += chunk.bytes.len(),
+                Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
+                Input::Link(other) => panic!("{other:?}"),
             }
         }
-        (bytes, lost, end)
+        (bytes, lost)
     }
 
     #[test]
     fn pauses_and_signals_do_not_end_it_and_a_hang_up_does() {
-        let (reader, inputs) = reader(100);
+        let (reader, inputs, mut end) = reader(100);
         reader.run(Port { reads: 0 });
-        assert_eq!(told(inputs), (320, 0, Some(ErrorKind::BrokenPipe)));
+        assert_eq!(told(inputs), (320, 0));
+        assert_eq!(end.try_recv().unwrap().kind(), ErrorKind::BrokenPipe);
     }
 
     #[test]
     fn what_does_not_fit_is_dropped_and_counted() {
-        let (reader, mut inputs) = reader(5);
+        let (reader, mut inputs, _end) = reader(5);
+        // it ends only when the news of the loss is taken, and drops the rest before
         let thread = thread::spawn(move || reader.run(Port { reads: 0 }));
-        // the reader ends only when its last words are taken; until then it has filled the channel and dropped the rest
         while inputs.len() < 5 {
             thread::yield_now();
         }
-        let first = inputs.blocking_recv().unwrap().unwrap();
-        assert!(matches!(first, Input::Chunk(_)));
-        let (bytes, lost, end) = told(inputs);
-        assert_eq!((bytes as u64 + 10 + lost, end), (320, Some(ErrorKind::BrokenPipe)));
+        assert!(matches!(inputs.blocking_recv(), Some(Input::Chunk(_))));
+        let (bytes, lost) = told(inputs);
+        assert_eq!(bytes as u64 + 10 + lost, 320);
         thread.join().unwrap();
-    }
-
-    #[test]
-    fn a_loss_is_told_before_the_bytes_behind_it() {
-        let (mut reader, mut inputs) = reader(2);
-        (0..4).for_each(|at| reader.hand_on(b"abc", at));
-        assert_eq!(reader.lost_bytes, 6);
-        assert!(inputs.try_recv().is_ok() && inputs.try_recv().is_ok());
-        reader.hand_on(b"de", 7);
-        let overrun = LinkEvent { at_ns: 7, kind: LinkEventKind::Overrun { bytes: 6 } };
-        assert_eq!(inputs.try_recv().unwrap().unwrap(), Input::Link(overrun));
-        assert!(matches!(inputs.try_recv().unwrap().unwrap(), Input::Chunk(chunk) if &chunk.bytes[..] == b"de"));
     }
 }

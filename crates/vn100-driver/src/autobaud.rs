@@ -1,0 +1,145 @@
+//! Finds out at which speed a sensor talks: listen, then ask.
+
+use std::{io, time::Duration};
+
+use bytes::Buf;
+use tokio::time::{Instant, timeout, timeout_at};
+use vn100_protocol::{Frame, Framer, Options};
+
+use crate::{connect::Connection, source::Input};
+
+/// The speeds of a VN-100 in the order they are tried: the one it is delivered with, the other fast ones, the slow ones.
+pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
+
+/// How long to listen before asking: three lines of the usual 40 Hz.
+const LISTEN: Duration = Duration::from_millis(150);
+
+/// How long to listen where asking is not allowed: a whole line of the slowest output, 1 Hz, with its pause before it.
+const LISTEN_ONLY: Duration = Duration::from_millis(1200);
+
+/// How long the sensor may take to answer, besides the time on the line.
+const ANSWER: Duration = Duration::from_millis(100);
+
+/// The longest line under way when the question comes, and the answer behind it.
+const BYTES_BEFORE_ANSWER: u32 = 256;
+
+/// Asks for the model, which every firmware answers.
+const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
+
+/// How a speed is tried.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Trial {
+    /// The speed, which says how long a line takes; `None` where the link has none.
+    pub(crate) baud: Option<u32>,
+    /// Send nothing.
+    pub(crate) listen_only: bool,
+    /// Believe lines that carry no checksum.
+    pub(crate) accept_unchecked: bool,
+}
+
+/// What a trial heard.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Heard {
+    /// A sensor. What came is handed out from the beginning of the first good line or packet.
+    Sensor { inputs: Vec<Input>, bytes_before: u64 },
+    /// Nothing that a sensor would send at this speed.
+    Nothing { bytes: u64 },
+}
+
+impl Trial {
+    /// Listens, and asks unless that is not allowed.
+    ///
+    /// # Errors
+    /// When the link goes down.
+    pub(crate) async fn run(self, connection: &mut impl Connection) -> io::Result<Heard> {
+        let line_time = self.baud.map_or(Duration::ZERO, |baud| {
+            // ten bits a byte
+            Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1)
+        });
+        let mut listener = Listener::new(self.accept_unchecked);
+        let listen = if self.listen_only { LISTEN_ONLY + line_time } else { LISTEN };
+        let mut found_at = listener.listen(connection, listen).await?;
+        if found_at.is_none() && !self.listen_only {
+            connection.write(QUESTION).await?;
+            found_at = listener.listen(connection, ANSWER + line_time).await?;
+        }
+        Ok(listener.result(found_at))
+    }
+}
+
+/// Takes what has come at the speed before, so that it is not taken for something of the next: the number of bytes.
+pub(crate) async fn drain(connection: &mut impl Connection) -> io::Result<u64> {
+    let mut bytes = 0;
+    while let Ok(input) = timeout(Duration::ZERO, connection.next_input()).await {
+        match input? {
+            Some(Input::Chunk(chunk)) => bytes += chunk.bytes.len() as u64,
+            Some(Input::Link(_)) => {}
+            None => return Err(io::ErrorKind::UnexpectedEof.into()),
+        }
+    }
+    Ok(bytes)
+}
+
+struct Listener {
+    framer: Framer,
+    inputs: Vec<Input>,
+    bytes: Vec<u8>,
+    /// Bytes that the framer is done with.
+    framed: usize,
+}
+
+impl Listener {
+    fn new(accept_unchecked: bool) -> Self {
+        let framer = Framer::new(Options { accept_unchecked });
+        Self { framer, inputs: Vec::new(), bytes: Vec::new(), framed: 0 }
+    }
+
+    /// Listens for `time`, or until something good has come: where in the bytes that begins.
+    async fn listen(&mut self, connection: &mut impl Connection, time: Duration) -> io::Result<Option<u64>> {
+        let end = Instant::now() + time;
+        while let Ok(input) = timeout_at(end, connection.next_input()).await {
+            let input = input?.ok_or(io::ErrorKind::UnexpectedEof)?;
+            let found_at = match &input {
+                Input::Chunk(chunk) => self.search(&chunk.bytes),
+                Input::Link(_) => None,
+            };
+            self.inputs.push(input);
+            if found_at.is_some() {
+                return Ok(found_at);
+            }
+        }
+        Ok(None)
+    }
+
+    fn search(&mut self, bytes: &[u8]) -> Option<u64> {
+        self.bytes.extend_from_slice(bytes);
+        loop {
+            let step = self.framer.next(&self.bytes[self.framed..], false);
+            self.framed += step.consumed;
+            match step.item? {
+                Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => return Some(sentence.offset),
+                Frame::Packet(packet) => return Some(packet.offset),
+                Frame::Sentence(_) | Frame::Bad(_) => {}
+            }
+        }
+    }
+
+    fn result(self, found_at: Option<u64>) -> Heard {
+        match found_at {
+            Some(bytes_before) => Heard::Sensor { inputs: without_head(self.inputs, bytes_before), bytes_before },
+            None => Heard::Nothing { bytes: self.bytes.len() as u64 },
+        }
+    }
+}
+
+/// Leaves the first bytes out.
+fn without_head(inputs: Vec<Input>, mut head: u64) -> Vec<Input> {
+    let keep = |input| {
+        let Input::Chunk(mut chunk) = input else { return Some(input) };
+        let cut = usize::try_from(head).unwrap_or(usize::MAX).min(chunk.bytes.len());
+        head -= cut as u64;
+        chunk.bytes.advance(cut);
+        (!chunk.bytes.is_empty()).then(|| chunk.into())
+    };
+    inputs.into_iter().filter_map(keep).collect()
+}

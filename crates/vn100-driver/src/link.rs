@@ -1,0 +1,121 @@
+//! A live link to a sensor, for whoever uses it: what to ask for, what to watch, what comes.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use tokio::sync::{mpsc, watch};
+use tokio_util::sync::CancellationToken;
+
+use crate::{
+    connect::Connect,
+    event::Event,
+    link_task::LinkTask,
+    read_samples::{ReadOptions, WAITING_BATCHES},
+    source::Input,
+};
+
+/// How a link is opened and read.
+#[derive(Debug, Default)]
+pub struct LinkOptions {
+    /// Speed of the line in baud; `None` to try all that the sensor has.
+    pub baud: Option<u32>,
+    /// Send nothing, as on a line that others listen to. Finding the speed then takes up to 12 s.
+    pub listen_only: bool,
+    /// How the bytes are read.
+    pub read: ReadOptions,
+    /// Where a copy of everything that comes is sent, in order. What it does not take at once is dropped and told in it as
+    /// [`Overrun`](crate::LinkEventKind::Overrun): recording never delays measuring.
+    pub recording: Option<mpsc::Sender<Input>>,
+}
+
+/// What a link is doing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinkState {
+    /// The port is being opened.
+    Opening,
+    /// A sensor is listened for.
+    Probing {
+        /// The port by its name.
+        port: String,
+        /// The speed that is tried; `None` where the link has none.
+        baud: Option<u32>,
+    },
+    /// The sensor is heard.
+    Up(Up),
+    /// The port is open and nothing has come on it for several lines' time.
+    Silent(Up),
+    /// The link is lost and will be opened again.
+    Down {
+        /// What happened, in words.
+        cause: String,
+        /// The wait before the next attempt.
+        retry_in: Duration,
+    },
+    /// It is over; the last event says why.
+    Closed,
+}
+
+/// What is known of a link that is up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Up {
+    /// The port by its name, such as `/dev/ttyUSB0`.
+    pub port: String,
+    /// Speed of the line in baud; `None` where the link has none.
+    pub baud: Option<u32>,
+    /// Since when, in nanoseconds from the origin of the arrival times.
+    pub since_ns: i64,
+    /// The latency timer of the adapter in milliseconds, where it has one.
+    pub latency_timer_ms: Option<u32>,
+}
+
+/// A link, as long as it lasts.
+#[derive(Debug, Clone)]
+pub struct LinkHandle {
+    state: watch::Receiver<LinkState>,
+    unrecorded_bytes: Arc<AtomicU64>,
+}
+
+impl LinkHandle {
+    /// What the link is doing, now and whenever that changes.
+    #[must_use]
+    pub fn state(&self) -> watch::Receiver<LinkState> {
+        self.state.clone()
+    }
+
+    /// Bytes that the recording did not take in time.
+    #[must_use]
+    pub fn unrecorded_bytes(&self) -> u64 {
+        self.unrecorded_bytes.load(Ordering::Relaxed)
+    }
+}
+
+/// Opens a link and keeps it: looks for the sensor's speed, hands out what it sends, and opens the link again when it is lost.
+///
+/// The events are those of [`read_samples`](crate::read_samples), with one [`Event::Link`] for each thing that befell the link. They end
+/// on `stop`, and with an error when the link cannot be opened in the first place or no sensor is heard on it: no link that never was up
+/// is waited for.
+///
+/// When the events are not taken, the link waits; a port then loses bytes, which are counted.
+///
+/// # Panics
+/// Outside a tokio runtime.
+#[must_use]
+pub fn open_link(
+    connect: impl Connect,
+    options: LinkOptions,
+    stop: CancellationToken,
+) -> (LinkHandle, mpsc::Receiver<Event>) {
+    let (events_sender, events) = mpsc::channel(WAITING_BATCHES);
+    let (state_sender, state) = watch::channel(LinkState::Opening);
+    let unrecorded_bytes = Arc::new(AtomicU64::new(0));
+    let task = LinkTask::new(connect, options, stop, events_sender, state_sender, Arc::clone(&unrecorded_bytes));
+    // ends on `stop`, with the events' receiver, or when the link cannot be opened
+    tokio::spawn(task.run());
+    (LinkHandle { state, unrecorded_bytes }, events)
+}

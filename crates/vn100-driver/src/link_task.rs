@@ -1,0 +1,308 @@
+//! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
+
+use std::{io, sync::Arc, sync::atomic::AtomicU64};
+
+use thiserror::Error;
+use tokio::{
+    select,
+    sync::{mpsc, watch},
+    time::{Instant, sleep_until},
+};
+use tokio_util::sync::CancellationToken;
+
+use crate::{
+    autobaud::{BAUD_RATES, Heard, Trial, drain},
+    back_off::BackOff,
+    connect::{Connect, Connection},
+    connect_error::ConnectError,
+    event::Event,
+    health::{Health, Reading},
+    link::{LinkOptions, LinkState, Up},
+    link_output::{LinkOutput, NobodyListens},
+    source::{Input, LinkEvent, LinkEventKind, Source},
+};
+
+/// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
+const FIRST_SWEEPS: u32 = 2;
+
+pub(crate) struct LinkTask<C> {
+    connect: C,
+    /// The speed to try alone; `None` for all.
+    fixed_baud: Option<u32>,
+    /// The speed the sensor was last heard at.
+    last_baud: Option<u32>,
+    listen_only: bool,
+    accept_unchecked: bool,
+    stop: CancellationToken,
+    output: LinkOutput,
+    state: watch::Sender<LinkState>,
+    back_off: BackOff,
+}
+
+/// Why a link does not go on.
+#[derive(Debug, Error)]
+enum Trouble {
+    #[error("told to stop")]
+    Stopped,
+    #[error("nobody listens")]
+    NobodyListens,
+    #[error(transparent)]
+    Refused(#[from] ConnectError),
+    #[error(transparent)]
+    Lost(#[from] io::Error),
+    #[error("no sensor is heard on {port}{}: {}; check the cable, the power of the sensor and --baud", at_speeds(tried), heard_instead(*bytes))]
+    Unheard { port: String, tried: Vec<u32>, bytes: u64 },
+    #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
+    Garbled { bytes: u64, ms: u128 },
+    #[error("the other end closed the link")]
+    Closed,
+}
+
+impl From<NobodyListens> for Trouble {
+    fn from(_: NobodyListens) -> Self {
+        Self::NobodyListens
+    }
+}
+
+fn at_speeds(tried: &[u32]) -> String {
+    match tried {
+        [] => String::new(),
+        [baud] => format!(" at {baud} baud"),
+        several => format!(" at {} speeds", several.len()),
+    }
+}
+
+fn heard_instead(bytes: u64) -> String {
+    match bytes {
+        0 => "nothing came".into(),
+        bytes => format!("{bytes} bytes came and none of them made a good line"),
+    }
+}
+
+impl<C: Connect> LinkTask<C> {
+    pub(crate) fn new(
+        connect: C,
+        options: LinkOptions,
+        stop: CancellationToken,
+        events: mpsc::Sender<Event>,
+        state: watch::Sender<LinkState>,
+        unrecorded_bytes: Arc<AtomicU64>,
+    ) -> Self {
+        Self {
+            connect,
+            fixed_baud: options.baud,
+            last_baud: None,
+            listen_only: options.listen_only,
+            accept_unchecked: options.read.accept_unchecked,
+            stop,
+            output: LinkOutput::new(options.read, options.recording, events, unrecorded_bytes),
+            state,
+            back_off: BackOff::new(),
+        }
+    }
+
+    pub(crate) async fn run(mut self) {
+        let error = match self.follow().await {
+            Trouble::Stopped => None,
+            Trouble::NobodyListens => return,
+            trouble => Some(io::Error::other(trouble.to_string())),
+        };
+        self.output.finish(error).await;
+        self.state.send_replace(LinkState::Closed);
+    }
+
+    /// Keeps the link until there is no point in it any more: why.
+    async fn follow(&mut self) -> Trouble {
+        let mut was_up = false;
+        let mut sweeps = 0;
+        loop {
+            let trouble = match self.find().await {
+                Ok((mut connection, up, held)) => {
+                    was_up = true;
+                    let trouble = self.attend(&mut connection, up, held).await;
+                    connection.close().await;
+                    trouble
+                }
+                Err(trouble) => trouble,
+            };
+            sweeps += 1;
+            let again = match &trouble {
+                Trouble::Stopped | Trouble::NobodyListens => false,
+                Trouble::Refused(error) => was_up && error.is_passing(),
+                Trouble::Unheard { .. } => was_up || !self.listen_only && sweeps < FIRST_SWEEPS,
+                Trouble::Lost(_) | Trouble::Garbled { .. } | Trouble::Closed => was_up,
+            };
+            if !again {
+                return trouble;
+            }
+            if let Err(stopped) = self.wait(&trouble).await {
+                return stopped;
+            }
+        }
+    }
+
+    /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on.
+    async fn find(&mut self) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
+        self.state.send_replace(LinkState::Opening);
+        let rates = self.rates();
+        let first = rates.first().copied().flatten().unwrap_or_default();
+        let opened = self.stop.run_until_cancelled(self.connect.open(first)).await;
+        let mut connection = opened.ok_or(Trouble::Stopped)??;
+        match self.sweep(&mut connection, &rates).await {
+            Ok((baud, held)) => {
+                self.last_baud = baud;
+                let up = Up {
+                    port: connection.name().to_owned(),
+                    baud,
+                    since_ns: self.connect.now_ns(),
+                    latency_timer_ms: connection.latency_timer().map(|timer| timer.ms),
+                };
+                Ok((connection, up, held))
+            }
+            Err(trouble) => {
+                connection.close().await;
+                Err(trouble)
+            }
+        }
+    }
+
+    /// The speeds to try, in order; one that is none where the link has none.
+    fn rates(&self) -> Vec<Option<u32>> {
+        if !C::HAS_BAUD {
+            return vec![None];
+        }
+        if self.fixed_baud.is_some() {
+            return vec![self.fixed_baud];
+        }
+        let others = BAUD_RATES.into_iter().map(Some).filter(|baud| *baud != self.last_baud);
+        self.last_baud.map(Some).into_iter().chain(others).collect()
+    }
+
+    async fn sweep(
+        &mut self,
+        connection: &mut C::Connection,
+        rates: &[Option<u32>],
+    ) -> Result<(Option<u32>, Vec<Input>), Trouble> {
+        let mut tried = Vec::new();
+        let mut bytes_heard = 0;
+        for (index, &baud) in rates.iter().enumerate() {
+            if index > 0
+                && let Some(baud) = baud
+            {
+                // a speed that this port does not have is not the one it is used at
+                if connection.set_baud(baud).is_err() {
+                    continue;
+                }
+                let late = drain(connection).await?;
+                self.tell_probed(late).await?;
+            }
+            tried.extend(baud);
+            self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
+            let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
+            let heard = self.stop.run_until_cancelled(trial.run(connection)).await.ok_or(Trouble::Stopped)??;
+            match heard {
+                Heard::Sensor { inputs, bytes_before } => {
+                    self.tell_probed(bytes_before).await?;
+                    return Ok((baud, inputs));
+                }
+                Heard::Nothing { bytes } => {
+                    bytes_heard += bytes;
+                    self.tell_probed(bytes).await?;
+                }
+            }
+        }
+        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes: bytes_heard })
+    }
+
+    async fn tell_probed(&mut self, bytes: u64) -> Result<(), Trouble> {
+        if bytes > 0 {
+            self.tell(LinkEventKind::Probed { bytes }).await?;
+        }
+        Ok(())
+    }
+
+    async fn tell(&mut self, kind: LinkEventKind) -> Result<(), NobodyListens> {
+        let at_ns = self.connect.now_ns();
+        self.output.put(Input::Link(LinkEvent { at_ns, kind }), at_ns).await
+    }
+
+    /// Attends to a link that is up until it is not any more: why.
+    async fn attend(&mut self, connection: &mut C::Connection, up: Up, held: Vec<Input>) -> Trouble {
+        let trouble = match self.pass_on(connection, up, held).await {
+            Ok(never) => match never {},
+            Err(trouble) => trouble,
+        };
+        // whoever stops has not lost the link
+        if !matches!(trouble, Trouble::Stopped | Trouble::NobodyListens)
+            && self.tell(LinkEventKind::Down { cause: trouble.to_string() }).await.is_err()
+        {
+            return Trouble::NobodyListens;
+        }
+        trouble
+    }
+
+    async fn pass_on(
+        &mut self,
+        connection: &mut C::Connection,
+        up: Up,
+        held: Vec<Input>,
+    ) -> Result<std::convert::Infallible, Trouble> {
+        self.state.send_replace(LinkState::Up(up.clone()));
+        self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await?;
+        let mut health = Health::new(self.output.good());
+        for input in held {
+            self.take(input, &mut health).await?;
+        }
+        let mut heard = Instant::now();
+        let mut silent = false;
+        loop {
+            let silence = sleep_until(heard + health.silent_after());
+            let input = select! {
+                // checked first: a link that always has data must not outrun the request to stop
+                biased;
+                () = self.stop.cancelled() => return Err(Trouble::Stopped),
+                () = self.output.nobody_listens() => return Err(Trouble::NobodyListens),
+                input = connection.next_input() => input?.ok_or(Trouble::Closed)?,
+                () = silence, if !silent => {
+                    silent = true;
+                    self.state.send_replace(LinkState::Silent(up.clone()));
+                    continue;
+                }
+            };
+            heard = Instant::now();
+            if silent {
+                silent = false;
+                self.state.send_replace(LinkState::Up(up.clone()));
+            }
+            self.take(input, &mut health).await?;
+        }
+    }
+
+    /// Takes one input of a link that is up, and judges by it whether it still is.
+    async fn take(&mut self, input: Input, health: &mut Health) -> Result<(), Trouble> {
+        let now_ns = self.connect.now_ns();
+        let read = match &input {
+            Input::Chunk(chunk) => Some((chunk.at_ns.unwrap_or(now_ns), chunk.bytes.len())),
+            Input::Link(_) => None,
+        };
+        self.output.put(input, now_ns).await?;
+        let Some((at_ns, length)) = read else { return Ok(()) };
+        match health.read(at_ns, length, self.output.good()) {
+            Reading::Good => self.back_off.reset(),
+            Reading::Open => {}
+            Reading::Garbled { bytes, lasted } => return Err(Trouble::Garbled { bytes, ms: lasted.as_millis() }),
+        }
+        Ok(())
+    }
+
+    /// Waits before the next attempt.
+    async fn wait(&mut self, trouble: &Trouble) -> Result<(), Trouble> {
+        let retry_in = self.back_off.wait();
+        self.state.send_replace(LinkState::Down { cause: trouble.to_string(), retry_in });
+        select! {
+            () = self.stop.cancelled() => Err(Trouble::Stopped),
+            () = self.output.nobody_listens() => Err(Trouble::NobodyListens),
+            () = tokio::time::sleep(retry_in) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! A sensor on a port, in memory and on tokio's paused clock.
+#![allow(dead_code, clippy::unwrap_used, reason = "each test target uses its part of it; a test fails by panicking")]
+
+use std::{
+    collections::VecDeque,
+    io,
+    sync::{Arc, Mutex, MutexGuard},
+    time::Duration,
+};
+
+use bytes::Bytes;
+use tokio::{
+    sync::mpsc,
+    time::{Instant, sleep_until},
+};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    Chunk, Connect, ConnectError, Connection, Event, Input, LinkCounts, LinkEventKind, LinkHandle, LinkOptions, Source,
+    open_link,
+};
+
+pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+pub(crate) const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
+const MODEL: &[u8] = b"$VNRRG,01,VN-100S-CR*35\r\n";
+
+/// The sensor, the cable and what was done to them.
+pub(crate) struct World {
+    pub(crate) baud: u32,
+    pub(crate) period: Duration,
+    /// Whether it sends lines.
+    pub(crate) streams: bool,
+    /// Whether the port is there.
+    pub(crate) plugged: bool,
+    /// Whether bit 6 of every byte is flipped, until the port is opened again.
+    pub(crate) garbled: bool,
+    /// Cut the next line after so many bytes and hang up behind it.
+    pub(crate) cut_at: Option<usize>,
+    /// What was written, with the speed of the port then.
+    pub(crate) written: Vec<(u32, Vec<u8>)>,
+    /// When it was opened, since the start, with success or without.
+    pub(crate) opened: Vec<(Duration, bool)>,
+    /// Bytes handed out.
+    pub(crate) bytes: u64,
+    /// Whole good lines handed out at the right speed.
+    pub(crate) lines: u64,
+    start: Instant,
+}
+
+#[derive(Clone)]
+pub(crate) struct Sensor(Arc<Mutex<World>>);
+
+impl Sensor {
+    pub(crate) fn new(baud: u32, rate_hz: u32) -> Self {
+        Self(Arc::new(Mutex::new(World {
+            baud,
+            period: Duration::from_secs(1) / rate_hz,
+            streams: true,
+            plugged: true,
+            garbled: false,
+            cut_at: None,
+            written: Vec::new(),
+            opened: Vec::new(),
+            bytes: 0,
+            lines: 0,
+            start: Instant::now(),
+        })))
+    }
+
+    pub(crate) fn world(&self) -> MutexGuard<'_, World> {
+        self.0.lock().unwrap()
+    }
+
+    /// Starts a link to it.
+    pub(crate) fn link(&self, options: LinkOptions) -> Link {
+        let stop = CancellationToken::new();
+        let (handle, events) = open_link(self.clone(), options, stop.clone());
+        Link { handle, events, stop, told: Told::default() }
+    }
+}
+
+impl Connect for Sensor {
+    type Connection = Port;
+
+    const HAS_BAUD: bool = true;
+
+    async fn open(&mut self, baud: u32) -> Result<Port, ConnectError> {
+        let mut world = self.world();
+        let (at, plugged) = (world.start.elapsed(), world.plugged);
+        world.opened.push((at, plugged));
+        if !plugged {
+            return Err(ConnectError::NotFound { port: self.name(), baud, candidates: Vec::new() });
+        }
+        Ok(Port { sensor: self.clone(), baud, next_line: Instant::now() + world.period / 2, replies: VecDeque::new() })
+    }
+
+    fn now_ns(&self) -> i64 {
+        self.world().start.elapsed().as_nanos() as i64
+    }
+
+    fn name(&self) -> String {
+        "/dev/imu".into()
+    }
+}
+
+/// The open port.
+pub(crate) struct Port {
+    sensor: Sensor,
+    baud: u32,
+    next_line: Instant,
+    replies: VecDeque<(Instant, &'static [u8])>,
+}
+
+impl Port {
+    /// What is due now.
+    fn due(&mut self) -> Option<io::Result<Vec<u8>>> {
+        let now = Instant::now();
+        let mut world = self.sensor.world();
+        if !world.plugged {
+            return Some(Err(io::ErrorKind::BrokenPipe.into()));
+        }
+        if self.replies.front().is_some_and(|(at, _)| *at <= now) {
+            return self.replies.pop_front().map(|(_, reply)| Ok(reply.to_vec()));
+        }
+        if self.next_line > now {
+            return None;
+        }
+        self.next_line += world.period;
+        if !world.streams {
+            return None;
+        }
+        if let Some(cut_at) = world.cut_at.take() {
+            world.plugged = false;
+            return Some(Ok(LINE.as_bytes()[..cut_at].to_vec()));
+        }
+        if world.baud != self.baud {
+            // as many as fit into the time of a line, none of them what was sent
+            let length = LINE.len() * self.baud as usize / world.baud as usize;
+            return Some(Ok(vec![0xf8; length.clamp(1, 512)]));
+        }
+        let flip = if world.garbled { 0x40 } else { 0 };
+        world.lines += u64::from(!world.garbled);
+        Some(Ok(LINE.bytes().map(|byte| byte ^ flip).collect()))
+    }
+}
+
+impl Source for Port {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        loop {
+            if let Some(due) = self.due() {
+                let bytes = due?;
+                self.sensor.world().bytes += bytes.len() as u64;
+                return Ok(Some(Chunk { bytes: Bytes::from(bytes), at_ns: Some(self.sensor.now_ns()) }.into()));
+            }
+            let reply = self.replies.front().map(|(at, _)| *at);
+            sleep_until(reply.map_or(self.next_line, |at| at.min(self.next_line))).await;
+        }
+    }
+}
+
+impl Connection for Port {
+    fn name(&self) -> &str {
+        "/dev/imu"
+    }
+
+    fn set_baud(&mut self, baud: u32) -> io::Result<()> {
+        self.baud = baud;
+        Ok(())
+    }
+
+    async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let mut world = self.sensor.world();
+        world.written.push((self.baud, bytes.to_vec()));
+        if world.baud == self.baud && bytes == QUESTION {
+            self.replies.push_back((Instant::now() + Duration::from_millis(20), MODEL));
+        }
+        Ok(())
+    }
+
+    async fn close(self) {
+        // the next session of the receiver is another one
+        self.sensor.world().garbled = false;
+    }
+}
+
+/// A link under test with all that it told.
+pub(crate) struct Link {
+    pub(crate) handle: LinkHandle,
+    pub(crate) events: mpsc::Receiver<Event>,
+    pub(crate) stop: CancellationToken,
+    pub(crate) told: Told,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Told {
+    pub(crate) rows: u64,
+    pub(crate) counts: LinkCounts,
+    /// When it was told, in milliseconds since the start, and what.
+    pub(crate) link: Vec<(i64, LinkEventKind)>,
+    pub(crate) error: Option<String>,
+}
+
+impl Link {
+    /// Takes events until the link event that is asked for.
+    pub(crate) async fn until(&mut self, wanted: impl Fn(&LinkEventKind) -> bool) {
+        while let Some(event) = self.events.recv().await {
+            if self.take(event) && wanted(&self.told.link.last().unwrap().1) {
+                return;
+            }
+        }
+        panic!("ended without it: {:?}", self.told);
+    }
+
+    pub(crate) async fn until_up(&mut self) {
+        self.until(|kind| matches!(kind, LinkEventKind::Up { .. })).await;
+    }
+
+    pub(crate) async fn until_down(&mut self) {
+        self.until(|kind| matches!(kind, LinkEventKind::Down { .. })).await;
+    }
+
+    /// Takes events for a time.
+    pub(crate) async fn run(&mut self, time: Duration) {
+        let end = Instant::now() + time;
+        while let Ok(event) = tokio::time::timeout_at(end, self.events.recv()).await {
+            self.take(event.unwrap());
+        }
+    }
+
+    /// Stops it and takes what is left.
+    pub(crate) async fn stop(mut self) -> Told {
+        self.stop.cancel();
+        self.end().await
+    }
+
+    /// Takes events to the end.
+    pub(crate) async fn end(&mut self) -> Told {
+        while let Some(event) = self.events.recv().await {
+            self.take(event);
+        }
+        std::mem::take(&mut self.told)
+    }
+
+    /// Whether it was a link event.
+    fn take(&mut self, event: Event) -> bool {
+        match event {
+            Event::Batch(batch) => {
+                self.told.rows += batch.row_count() as u64;
+                self.told.counts = batch.link;
+                let tally = batch.link.tally;
+                let told = batch.link.samples() + tally.replies + batch.link.other_messages();
+                assert_eq!(tally.good_lines(), told);
+                false
+            }
+            Event::Link(event) => {
+                self.told.link.push((event.at_ns / 1_000_000, event.kind));
+                true
+            }
+            Event::End(end) => {
+                self.told.error = end.error.map(|error| error.to_string());
+                false
+            }
+        }
+    }
+}
