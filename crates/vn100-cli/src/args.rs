@@ -1,5 +1,6 @@
 //! The command line.
 
+mod link;
 mod measure;
 
 use std::{path::PathBuf, time::Duration};
@@ -7,6 +8,7 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Parser, Subcommand};
 use vn100_driver::ColumnMap;
 
+pub(crate) use link::{Baud, LinkArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -24,12 +26,28 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Measure live sensors, until stopped; nothing is changed on them unless asked
+    Attach(AttachArgs),
     /// Run recorded captures through the pipeline, as fast as the machine can
     Replay(ReplayArgs),
     /// Write a capture of an emulated sensor whose noise is known
     Sim(SimArgs),
     /// List the serial ports, those a VN-100 is likely on first
     Ports(PortsArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct AttachArgs {
+    /// Serial ports such as /dev/ttyUSB0 or COM3, tcp://host:port for a serial server, or "-" for bytes on standard
+    /// input
+    #[arg(required = true, value_name = "SOURCE")]
+    pub(crate) sources: Vec<SourceName>,
+
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,13 +1,17 @@
 //! `vn100`: live Allan deviation and statistics for the VectorNav VN-100. The table of contents of the program.
 
 mod args;
+mod attach;
 mod document;
 mod exit;
 mod interrupt;
+mod live_source;
+mod measured;
 mod ports;
 mod progress;
 mod replay;
 mod sim;
+mod status;
 mod text;
 mod units;
 
@@ -22,6 +26,7 @@ use crate::{
 
 fn main() -> ExitCode {
     let result = match Args::parse().command {
+        Command::Attach(args) => attach::attach(args),
         Command::Replay(args) => replay::replay(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),

@@ -16,15 +16,15 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
-use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, every_second, start};
+use vn100_pipeline::{Outcome, Settings, every_second, start};
 
 use crate::{
     args::ReplayArgs,
     document::{Document, Origin},
-    exit::{Exit, print, report},
+    exit::Exit,
     interrupt::stop_on_interrupt,
+    measured::{Measured, Teller, print_line},
     progress::Progress,
-    text,
 };
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
@@ -50,33 +50,16 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         }),
         stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
     });
-    let files: Vec<JoinHandle<Result<Replayed>>> =
+    let files: Vec<JoinHandle<Result<Measured>>> =
         args.files.iter().map(|file| task::spawn(replay_one(file.clone(), Arc::clone(&job)))).collect();
 
-    let mut exit = Exit::Good;
-    let mut documents = Vec::new();
+    let mut teller = Teller::new(args.measure.telling());
     for file in files {
-        let replayed = file.await.context("the replay stopped by a fault of this program")??;
-        exit = exit.max(replayed.exit);
-        if let Some(error) = &replayed.origin.error {
-            job.progress.suspend(|| report(error));
-        }
-        if args.measure.json {
-            documents.push(Document::new(&replayed.origin, &replayed.snapshot));
-        } else if !args.measure.ndjson && replayed.origin.kind.is_some() {
-            job.progress.suspend(|| print(&text::result(&replayed.origin, &replayed.snapshot)))?;
-        }
+        let measured = file.await.context("the replay stopped by a fault of this program")??;
+        job.progress.suspend(|| teller.tell(&measured))?;
     }
     drop(job);
-    if args.measure.json {
-        let document = if let [document] = &documents[..] {
-            serde_json::to_string_pretty(document)
-        } else {
-            serde_json::to_string_pretty(&documents)
-        };
-        print(&(document? + "\n"))?;
-    }
-    Ok(exit)
+    teller.finish()
 }
 
 /// What all files of one command share.
@@ -90,14 +73,7 @@ struct Job {
     stop: CancellationToken,
 }
 
-/// One file's result. Where nothing could be read it is that of no samples, and `origin` says why.
-struct Replayed {
-    origin: Origin,
-    snapshot: Arc<Snapshot>,
-    exit: Exit,
-}
-
-async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
+async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     let _turn = job.turns.acquire().await?;
     let mut origin = Origin { name: name(&path), ..Origin::default() };
     let columns = job.columns.clone();
@@ -113,44 +89,22 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Replayed> {
         Ok(capture) => capture,
         Err(error) => {
             origin.error = Some(error);
-            let snapshot = Arc::new(Analysis::new(job.settings).snapshot());
-            return Ok(Replayed { origin, snapshot, exit: Exit::NoData });
+            return Ok(Measured::nothing(origin, job.settings));
         }
     };
     origin.kind = Some(kind(&capture, &origin.name));
 
-    let Outcome { snapshot, source_error, csv } = measure(capture, &origin, &job).await?;
-    origin.csv = csv;
-    let exit = if let Some(error) = source_error {
-        origin.error = Some(format!(
-            "{}: reading failed after {} bytes, the result holds what came before: {error}",
-            origin.name,
-            snapshot.link.tally.bytes()
-        ));
-        Exit::Failed
-    } else {
-        Exit::Good
-    };
-    let exit = if snapshot.timing.samples == 0 {
-        origin.error.get_or_insert_with(|| {
-            let bytes = snapshot.link.tally.bytes();
-            match snapshot.timing.left_out {
-                0 => format!("{}: no valid sample in {bytes} bytes", origin.name),
-                left_out => format!("{}: all {left_out} samples lie in the time to be skipped", origin.name),
-            }
-        });
-        Exit::NoData
-    } else {
-        exit
-    };
+    let outcome = measure(capture, &origin, &job).await?;
+    let mut measured = Measured::of(origin, outcome);
     // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
+        let origin = &mut measured.origin;
         origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
     }
     if job.ndjson {
-        print_line(&Document::new(&origin, &snapshot))?;
+        print_line(&measured.document())?;
     }
-    Ok(Replayed { origin, snapshot, exit })
+    Ok(measured)
 }
 
 /// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
@@ -203,8 +157,4 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
         Format::Raw => "raw",
         Format::Csv => "csv",
     }
-}
-
-fn print_line(document: &Document) -> Result<()> {
-    print(&(serde_json::to_string(document)? + "\n"))
 }

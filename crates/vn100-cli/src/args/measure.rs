@@ -6,6 +6,8 @@ use clap::ValueEnum;
 use vn100_driver::ReadOptions;
 use vn100_pipeline::Settings;
 
+use crate::measured::Telling;
+
 /// What is measured and how it is told, the same for every command that measures.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MeasureArgs {
@@ -50,6 +52,14 @@ impl MeasureArgs {
             deviation: self.deviation.into(),
             skip: self.skip,
             duration: self.duration,
+        }
+    }
+
+    pub(crate) fn telling(&self) -> Telling {
+        match (self.json, self.ndjson) {
+            (true, _) => Telling::Json,
+            (_, true) => Telling::Ndjson,
+            _ => Telling::Text,
         }
     }
 

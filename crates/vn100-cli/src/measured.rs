@@ -1,0 +1,117 @@
+//! What a measurement of one source came to, and how several of them are told.
+
+use std::{io, sync::Arc};
+
+use anyhow::Result;
+use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot};
+
+use crate::{
+    document::{Document, Origin},
+    exit::{Exit, print, report},
+    text,
+};
+
+/// One source's result. Where nothing could be read it is that of no samples, and `origin` says why.
+pub(crate) struct Measured {
+    pub(crate) origin: Origin,
+    pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) exit: Exit,
+}
+
+impl Measured {
+    /// The result of a source that could not be opened, as `origin` says.
+    pub(crate) fn nothing(origin: Origin, settings: Settings) -> Self {
+        Self { origin, snapshot: Arc::new(Analysis::new(settings).snapshot()), exit: Exit::NoData }
+    }
+
+    /// The result of a source that ended.
+    pub(crate) fn of(mut origin: Origin, outcome: Outcome) -> Self {
+        let Outcome { snapshot, source_error, csv } = outcome;
+        origin.csv = csv;
+        let mut exit = Exit::Good;
+        if let Some(error) = source_error {
+            origin.error = Some(failure(&origin.name, snapshot.link.bytes(), &error));
+            exit = Exit::Failed;
+        }
+        if snapshot.timing.samples == 0 {
+            origin.error.get_or_insert_with(|| {
+                let bytes = snapshot.link.bytes();
+                match snapshot.timing.left_out {
+                    0 => format!("{}: no valid sample in {bytes} bytes", origin.name),
+                    left_out => format!("{}: all {left_out} samples lie in the time to be skipped", origin.name),
+                }
+            });
+            exit = Exit::NoData;
+        }
+        Self { origin, snapshot, exit }
+    }
+
+    pub(crate) fn document(&self) -> Document {
+        Document::new(&self.origin, &self.snapshot)
+    }
+}
+
+/// A source that never gave a byte was not cut short.
+fn failure(name: &str, bytes: u64, error: &io::Error) -> String {
+    match bytes {
+        0 => format!("{name}: {error}"),
+        _ => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
+    }
+}
+
+/// How results are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Telling {
+    /// As text, each when it is there.
+    Text,
+    /// As one JSON document at the end.
+    Json,
+    /// As JSON documents in lines, which whoever measures writes.
+    Ndjson,
+}
+
+/// Tells results in the order of the sources.
+pub(crate) struct Teller {
+    telling: Telling,
+    documents: Vec<Document>,
+    exit: Exit,
+}
+
+impl Teller {
+    pub(crate) fn new(telling: Telling) -> Self {
+        Self { telling, documents: Vec::new(), exit: Exit::Good }
+    }
+
+    /// Takes the next one.
+    pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
+        self.exit = self.exit.max(measured.exit);
+        if let Some(error) = &measured.origin.error {
+            report(error);
+        }
+        match self.telling {
+            Telling::Json => self.documents.push(measured.document()),
+            Telling::Text if measured.origin.kind.is_some() => {
+                print(&text::result(&measured.origin, &measured.snapshot))?;
+            }
+            Telling::Text | Telling::Ndjson => {}
+        }
+        Ok(())
+    }
+
+    /// After the last: what became of the command.
+    pub(crate) fn finish(self) -> Result<Exit> {
+        if self.telling == Telling::Json {
+            let document = match &self.documents[..] {
+                [document] => serde_json::to_string_pretty(document),
+                documents => serde_json::to_string_pretty(documents),
+            };
+            print(&(document? + "\n"))?;
+        }
+        Ok(self.exit)
+    }
+}
+
+/// Writes a document in a line.
+pub(crate) fn print_line(document: &Document) -> Result<()> {
+    print(&(serde_json::to_string(document)? + "\n"))
+}

@@ -1,0 +1,109 @@
+//! One line on stderr for each live source, while it is measured without a view.
+
+use std::{borrow::Cow, time::Duration};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use vn100_driver::{LinkState, Up};
+use vn100_pipeline::Snapshot;
+
+use crate::exit::{printable, report};
+
+/// The lines of all sources. Where stderr is no terminal, only what befalls a link is written.
+pub(crate) struct Status {
+    lines: MultiProgress,
+}
+
+impl Status {
+    /// How often a line is worth writing anew.
+    pub(crate) const PERIOD: Duration = Duration::from_millis(500);
+
+    pub(crate) fn new() -> Self {
+        Self { lines: MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(4)) }
+    }
+
+    /// A line for the source of that name.
+    pub(crate) fn line(&self, name: &str) -> StatusLine {
+        let bar = self.lines.add(ProgressBar::no_length());
+        // the default style stands in for a template it does not understand
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
+            bar.set_style(style);
+        }
+        StatusLine { bar, name: printable(name), told: None }
+    }
+
+    /// Takes the lines away while `print` writes to the terminal.
+    pub(crate) fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.lines.suspend(print)
+    }
+}
+
+/// The line of one source.
+pub(crate) struct StatusLine {
+    bar: ProgressBar,
+    name: String,
+    /// What of the link was last told for good.
+    told: Option<LinkState>,
+}
+
+impl StatusLine {
+    /// Shows where the source is, and tells what befell its link.
+    pub(crate) fn show(&mut self, link: Option<&LinkState>, snapshot: &Snapshot) {
+        if let Some(state) = link
+            && self.told.as_ref() != Some(state)
+        {
+            if let Some(event) = event(state) {
+                self.bar.suspend(|| report(&format!("{}: {event}", self.name)));
+            }
+            self.told = Some(state.clone());
+        }
+        let state = link.map_or("reading".into(), short_state);
+        self.bar.set_message(format!("{}  {state}  {}", self.name, counts(snapshot)));
+        self.bar.tick();
+    }
+}
+
+impl Drop for StatusLine {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// What is worth a line of its own; the coming and going of single attempts is not.
+fn event(state: &LinkState) -> Option<String> {
+    match state {
+        LinkState::Up(Up { port, baud, .. }) => {
+            let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
+            Some(format!("connected to {port}{speed}"))
+        }
+        LinkState::Silent(_) => Some("the sensor is silent".into()),
+        LinkState::Down { cause, retry_in } => {
+            Some(format!("lost: {cause}; trying again in {} ms", retry_in.as_millis()))
+        }
+        _ => None,
+    }
+}
+
+fn short_state(state: &LinkState) -> Cow<'static, str> {
+    match state {
+        LinkState::Opening => "opening".into(),
+        LinkState::Probing { baud: Some(baud), .. } => format!("listening at {baud} baud").into(),
+        LinkState::Probing { baud: None, .. } => "listening".into(),
+        LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud").into(),
+        LinkState::Up(_) => "connected".into(),
+        LinkState::Silent(_) => "SILENT".into(),
+        LinkState::Down { .. } => "LOST".into(),
+        _ => "ending".into(),
+    }
+}
+
+fn counts(snapshot: &Snapshot) -> String {
+    let timing = &snapshot.timing;
+    format!(
+        "{} samples in {:.0} s at {} Hz, {} bad lines, {} missing",
+        timing.samples,
+        timing.duration_s(),
+        timing.rate_hz,
+        snapshot.link.tally.bad.total(),
+        timing.missing
+    )
+}
