@@ -2,11 +2,13 @@
 
 use std::{io, time::Duration};
 
-use bytes::Buf;
 use tokio::time::{Instant, timeout, timeout_at};
 use vn100_protocol::{Frame, Framer, Options};
 
-use crate::{connect::Connection, source::Input};
+use crate::{
+    connect::Connection,
+    source::{Chunk, Input},
+};
 
 /// The speeds of a VN-100 in the order they are tried: the one it is delivered with, the other fast ones, the slow ones.
 pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
@@ -19,6 +21,9 @@ const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
 /// How long the sensor may take to answer, besides the time on the line.
 const ANSWER: Duration = Duration::from_millis(100);
+
+/// What a network adds to that, there and back.
+const NETWORK: Duration = Duration::from_millis(500);
 
 /// The longest line under way when the question comes, and the answer behind it.
 const BYTES_BEFORE_ANSWER: u32 = 256;
@@ -37,13 +42,13 @@ pub(crate) struct Trial {
     pub(crate) accept_unchecked: bool,
 }
 
-/// What a trial heard.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
-    /// A sensor. What came is handed out from the beginning of the first good line or packet.
-    Sensor { inputs: Vec<Input>, bytes_before: u64 },
-    /// Nothing that a sensor would send at this speed.
-    Nothing { bytes: u64 },
+/// What a trial heard, in two parts.
+#[derive(Debug)]
+pub(crate) struct Heard {
+    /// What came before anything good; all of it where nothing good came.
+    pub(crate) before: Vec<Input>,
+    /// What came from the beginning of the first good line or packet on; `None` where no sensor was heard.
+    pub(crate) sensor: Option<Vec<Input>>,
 }
 
 impl Trial {
@@ -52,10 +57,8 @@ impl Trial {
     /// # Errors
     /// When the link goes down.
     pub(crate) async fn run(self, connection: &mut impl Connection) -> io::Result<Heard> {
-        let line_time = self.baud.map_or(Duration::ZERO, |baud| {
-            // ten bits a byte
-            Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1)
-        });
+        // ten bits a byte
+        let line_time = self.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1));
         let mut listener = Listener::new(self.accept_unchecked);
         let listen = if self.listen_only { LISTEN_ONLY + line_time } else { LISTEN };
         let mut found_at = listener.listen(connection, listen).await?;
@@ -63,21 +66,17 @@ impl Trial {
             connection.write(QUESTION).await?;
             found_at = listener.listen(connection, ANSWER + line_time).await?;
         }
-        Ok(listener.result(found_at))
+        Ok(listener.heard(found_at))
     }
 }
 
-/// Takes what has come at the speed before, so that it is not taken for something of the next: the number of bytes.
-pub(crate) async fn drain(connection: &mut impl Connection) -> io::Result<u64> {
-    let mut bytes = 0;
+/// Takes what has come at the speed before, so that it is not taken for something of the next.
+pub(crate) async fn drain(connection: &mut impl Connection) -> io::Result<Vec<Input>> {
+    let mut inputs = Vec::new();
     while let Ok(input) = timeout(Duration::ZERO, connection.next_input()).await {
-        match input? {
-            Some(Input::Chunk(chunk)) => bytes += chunk.bytes.len() as u64,
-            Some(Input::Link(_)) => {}
-            None => return Err(io::ErrorKind::UnexpectedEof.into()),
-        }
+        inputs.push(input?.ok_or(io::ErrorKind::UnexpectedEof)?);
     }
-    Ok(bytes)
+    Ok(inputs)
 }
 
 struct Listener {
@@ -124,22 +123,24 @@ impl Listener {
         }
     }
 
-    fn result(self, found_at: Option<u64>) -> Heard {
-        match found_at {
-            Some(bytes_before) => Heard::Sensor { inputs: without_head(self.inputs, bytes_before), bytes_before },
-            None => Heard::Nothing { bytes: self.bytes.len() as u64 },
+    fn heard(self, found_at: Option<u64>) -> Heard {
+        let Some(found_at) = found_at else { return Heard { before: self.inputs, sensor: None } };
+        let (mut before, mut sensor) = (Vec::new(), Vec::new());
+        let mut left = usize::try_from(found_at).unwrap_or(usize::MAX);
+        for input in self.inputs {
+            match input {
+                Input::Chunk(mut chunk) if left > 0 => {
+                    let head = chunk.bytes.split_to(left.min(chunk.bytes.len()));
+                    left -= head.len();
+                    before.push(Chunk { bytes: head, at_ns: chunk.at_ns }.into());
+                    if !chunk.bytes.is_empty() {
+                        sensor.push(chunk.into());
+                    }
+                }
+                Input::Link(_) if left > 0 => before.push(input),
+                Input::Chunk(_) | Input::Link(_) => sensor.push(input),
+            }
         }
+        Heard { before, sensor: Some(sensor) }
     }
-}
-
-/// Leaves the first bytes out.
-fn without_head(inputs: Vec<Input>, mut head: u64) -> Vec<Input> {
-    let keep = |input| {
-        let Input::Chunk(mut chunk) = input else { return Some(input) };
-        let cut = usize::try_from(head).unwrap_or(usize::MAX).min(chunk.bytes.len());
-        head -= cut as u64;
-        chunk.bytes.advance(cut);
-        (!chunk.bytes.is_empty()).then(|| chunk.into())
-    };
-    inputs.into_iter().filter_map(keep).collect()
 }

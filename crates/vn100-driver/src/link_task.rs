@@ -11,7 +11,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    autobaud::{BAUD_RATES, Heard, Trial, drain},
+    autobaud::{BAUD_RATES, Trial, drain},
     back_off::BackOff,
     connect::{Connect, Connection},
     connect_error::ConnectError,
@@ -184,7 +184,7 @@ impl<C: Connect> LinkTask<C> {
         rates: &[Option<u32>],
     ) -> Result<(Option<u32>, Vec<Input>), Trouble> {
         let mut tried = Vec::new();
-        let mut bytes_heard = 0;
+        let mut bytes = 0;
         for (index, &baud) in rates.iter().enumerate() {
             if index > 0
                 && let Some(baud) = baud
@@ -193,32 +193,33 @@ impl<C: Connect> LinkTask<C> {
                 if connection.set_baud(baud).is_err() {
                     continue;
                 }
-                let late = drain(connection).await?;
-                self.tell_probed(late).await?;
+                bytes += self.set_aside(drain(connection).await?).await?;
             }
             tried.extend(baud);
             self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
             let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
             let heard = self.stop.run_until_cancelled(trial.run(connection)).await.ok_or(Trouble::Stopped)??;
-            match heard {
-                Heard::Sensor { inputs, bytes_before } => {
-                    self.tell_probed(bytes_before).await?;
-                    return Ok((baud, inputs));
-                }
-                Heard::Nothing { bytes } => {
-                    bytes_heard += bytes;
-                    self.tell_probed(bytes).await?;
-                }
+            bytes += self.set_aside(heard.before).await?;
+            if let Some(inputs) = heard.sensor {
+                return Ok((baud, inputs));
             }
         }
-        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes: bytes_heard })
+        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes })
     }
 
-    async fn tell_probed(&mut self, bytes: u64) -> Result<(), Trouble> {
+    /// Takes what came before the sensor was heard: how many bytes.
+    async fn set_aside(&mut self, inputs: Vec<Input>) -> Result<u64, NobodyListens> {
+        let mut bytes = 0;
+        for input in inputs {
+            match input {
+                Input::Chunk(chunk) => bytes += chunk.bytes.len() as u64,
+                Input::Link(event) => self.tell(event.kind).await?,
+            }
+        }
         if bytes > 0 {
             self.tell(LinkEventKind::Probed { bytes }).await?;
         }
-        Ok(())
+        Ok(bytes)
     }
 
     async fn tell(&mut self, kind: LinkEventKind) -> Result<(), NobodyListens> {
@@ -249,7 +250,7 @@ impl<C: Connect> LinkTask<C> {
     ) -> Result<std::convert::Infallible, Trouble> {
         self.state.send_replace(LinkState::Up(up.clone()));
         self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await?;
-        let mut health = Health::new(self.output.good());
+        let mut health = Health::new(self.output.understood());
         for input in held {
             self.take(input, &mut health).await?;
         }
@@ -287,7 +288,7 @@ impl<C: Connect> LinkTask<C> {
         };
         self.output.put(input, now_ns).await?;
         let Some((at_ns, length)) = read else { return Ok(()) };
-        match health.read(at_ns, length, self.output.good()) {
+        match health.read(at_ns, length, self.output.understood()) {
             Reading::Good => self.back_off.reset(),
             Reading::Open => {}
             Reading::Garbled { bytes, lasted } => return Err(Trouble::Garbled { bytes, ms: lasted.as_millis() }),

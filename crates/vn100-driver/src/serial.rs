@@ -61,20 +61,18 @@ impl Connect for SerialPorts {
     const HAS_BAUD: bool = true;
 
     async fn open(&mut self, baud: u32) -> Result<SerialConnection, ConnectError> {
-        let ports = list_ports();
-        let mut failure = None;
-        for name in self.address.candidates(&ports) {
-            match SerialConnection::open(&name, baud, self.clock) {
-                Ok(connection) => {
-                    self.address.learn(&name, &ports);
-                    return Ok(connection);
-                }
-                Err(error) => failure = failure.or(Some(ConnectError::of_port(&name, baud, error, ports.clone()))),
-            }
-        }
-        // there is always a candidate
-        let missing = || ConnectError::NotFound { port: self.address.given().into(), baud, candidates: ports };
-        Err(failure.unwrap_or_else(missing))
+        let (mut address, clock) = (self.address.clone(), self.clock);
+        // looking through the system's ports and opening one can take its time
+        let opening = tokio::task::spawn_blocking(move || {
+            let connection = open_at(&mut address, baud, clock)?;
+            Ok((address, connection))
+        });
+        let opened = opening.await.unwrap_or_else(|error| {
+            Err(ConnectError::Other { port: self.name(), baud: Some(baud), source: error.into() })
+        });
+        let (address, connection) = opened?;
+        self.address = address;
+        Ok(connection)
     }
 
     fn now_ns(&self) -> i64 {
@@ -84,6 +82,23 @@ impl Connect for SerialPorts {
     fn name(&self) -> String {
         self.address.given().into()
     }
+}
+
+/// Opens the first of the names that lead to the port.
+fn open_at(address: &mut PortAddress, baud: u32, clock: Clock) -> Result<SerialConnection, ConnectError> {
+    let ports = list_ports();
+    let mut failure = None;
+    for name in address.candidates(&ports) {
+        match SerialConnection::open(&name, baud, clock) {
+            Ok(connection) => {
+                address.learn(&name, &ports);
+                return Ok(connection);
+            }
+            Err(error) => failure = failure.or(Some(ConnectError::of_port(&name, baud, error, ports.clone()))),
+        }
+    }
+    // there is always a candidate
+    Err(failure.unwrap_or_else(|| ConnectError::NotFound { port: address.given().into(), baud, candidates: ports }))
 }
 
 /// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for that.

@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::time::Duration;
+
 use serialport::{SerialPort, TTYPort};
 use vn100_driver::{Clock, Connect, Connection, SerialPorts};
 
@@ -11,8 +13,17 @@ fn count(folder: &str) -> usize {
     std::fs::read_dir(folder).unwrap().count()
 }
 
-#[tokio::test]
-async fn nothing_is_left_behind() {
+#[test]
+fn nothing_is_left_behind() {
+    // one thread that opens ports, and it stays
+    let mut runtime = tokio::runtime::Builder::new_current_thread();
+    let runtime = runtime.enable_all().max_blocking_threads(1).thread_keep_alive(Duration::from_secs(3600));
+    let runtime = runtime.build().unwrap();
+    runtime.block_on(async { tokio::task::spawn_blocking(|| ()).await }).unwrap();
+    runtime.block_on(open_and_close());
+}
+
+async fn open_and_close() {
     let terminals: Vec<_> = (0..AT_ONCE).map(|_| TTYPort::pair().unwrap()).collect();
     let names: Vec<_> = terminals.iter().map(|(_, ours)| ours.name().unwrap()).collect();
     let (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
