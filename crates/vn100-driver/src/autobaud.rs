@@ -144,3 +144,40 @@ impl Listener {
         Heard { before, sensor: Some(sensor) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+
+    fn chunk(text: &'static str) -> Input {
+        Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()
+    }
+
+    /// What is told of pieces that come in this order.
+    fn heard(pieces: &[&'static str]) -> Heard {
+        let mut listener = Listener::new(false);
+        let mut found_at = None;
+        for piece in pieces {
+            listener.inputs.push(chunk(piece));
+            found_at = found_at.or(listener.search(piece.as_bytes()));
+        }
+        listener.heard(found_at)
+    }
+
+    #[test]
+    fn the_stream_begins_with_the_first_good_line() {
+        let heard = heard(&["\u{7f}junk*00\r\n$VN", "YMR,-0$VNRRG,01,VN", "-100S-CR*35\r\n"]);
+        assert_eq!(heard.before, [chunk("\u{7f}junk*00\r\n$VN"), chunk("YMR,-0")]);
+        assert_eq!(heard.sensor, Some(vec![chunk("$VNRRG,01,VN"), chunk("-100S-CR*35\r\n")]));
+    }
+
+    #[test]
+    fn other_sentences_are_no_sensor() {
+        // a satellite receiver on the same kind of adapter
+        let heard =
+            heard(&["$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n", "$VNYPR,+010.071,+000.278,-002.026*61\r\n"]);
+        assert_eq!((heard.before.len(), heard.sensor), (2, None));
+    }
+}

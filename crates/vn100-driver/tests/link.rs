@@ -102,6 +102,22 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn the_speed_it_had_is_tried_first() {
+    let sensor = Sensor::new(9600, 5);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(1000)).await;
+    sensor.world().cut_at = Some(LINE.len());
+    link.until_down().await;
+    sensor.world().plugged = true;
+    link.until_up().await;
+    let told = link.stop().await;
+    let [.., (down, _), (up, _)] = told.link[..] else { panic!("{:?}", told.link) };
+    // the first wait, and at most a line's time and the question
+    assert!(up - down < 500, "{:?}", told.link);
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again() {
     let sensor = Sensor::new(115_200, 40);
     let mut link = sensor.link(LinkOptions::default());
