@@ -33,7 +33,7 @@ impl LiveSource {
             Baud::Auto => None,
             Baud::Fixed(baud) => Some(baud),
         };
-        let options = LinkOptions { baud, listen_only: args.listen_only, read, recording: None };
+        let options = LinkOptions { baud, listen_only: args.listen_only, read, ..LinkOptions::default() };
         let (kind, (link, events)) = match source {
             SourceName::Port(name) => ("serial", open_link(SerialPorts::new(name, clock), options, stop)),
             SourceName::Tcp(address) => ("tcp", open_link(TcpServer::new(address, clock)?, options, stop)),

@@ -1,19 +1,19 @@
 //! A live link to a sensor, for whoever uses it: what to ask for, what to watch, what comes.
 
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::{Arc, atomic::Ordering},
     time::Duration,
 };
 
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 
 use crate::{
+    command::{Answer, Command, CommandError},
     connect::Connect,
+    conversation::Request,
     event::Event,
+    link_output::{Counters, LinkOutput},
     link_task::LinkTask,
     read_samples::{ReadOptions, WAITING_BATCHES},
     source::Input,
@@ -31,7 +31,13 @@ pub struct LinkOptions {
     /// Where a copy of everything that comes is sent, in order. What it does not take at once is dropped and told in it as
     /// [`Overrun`](crate::LinkEventKind::Overrun): recording never delays measuring.
     pub recording: Option<mpsc::Sender<Input>>,
+    /// Read the temperature and the uncompensated measurements (register 54) this often between the lines, where the line has room for it.
+    /// The answers are among the [`registers`](crate::Batch::registers) of the batches.
+    pub poll_temperature: Option<Duration>,
 }
+
+/// Requests that may wait to be taken by the link; whoever asks then waits.
+const WAITING_REQUESTS: usize = 16;
 
 /// What a link is doing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,10 +84,31 @@ pub struct Up {
 #[derive(Debug, Clone)]
 pub struct LinkHandle {
     state: watch::Receiver<LinkState>,
-    unrecorded_bytes: Arc<AtomicU64>,
+    requests: mpsc::Sender<Request>,
+    counters: Arc<Counters>,
 }
 
 impl LinkHandle {
+    /// Asks the sensor for something. Samples keep flowing meanwhile, and the answer is also among them.
+    ///
+    /// Commands are sent one at a time, in the order they are asked for; those that do no harm twice are sent up to three times. While the
+    /// speed of the line is looked for, they wait.
+    ///
+    /// # Errors
+    /// When it refuses, or does not answer, or the link is lost.
+    pub async fn request(&self, command: Command) -> Result<Answer, CommandError> {
+        let (answer, answered) = oneshot::channel();
+        let request = Request { command, answer: Some(answer) };
+        self.requests.send(request).await.map_err(|_| CommandError::LinkDown)?;
+        answered.await.unwrap_or(Err(CommandError::LinkDown))
+    }
+
+    /// Good measurements that the link has carried so far.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.counters.samples.load(Ordering::Relaxed)
+    }
+
     /// What the link is doing, now and whenever that changes.
     #[must_use]
     pub fn state(&self) -> watch::Receiver<LinkState> {
@@ -91,7 +118,7 @@ impl LinkHandle {
     /// Bytes that the recording did not take in time.
     #[must_use]
     pub fn unrecorded_bytes(&self) -> u64 {
-        self.unrecorded_bytes.load(Ordering::Relaxed)
+        self.counters.unrecorded_bytes.load(Ordering::Relaxed)
     }
 }
 
@@ -113,9 +140,11 @@ pub fn open_link(
 ) -> (LinkHandle, mpsc::Receiver<Event>) {
     let (events_sender, events) = mpsc::channel(WAITING_BATCHES);
     let (state_sender, state) = watch::channel(LinkState::Opening);
-    let unrecorded_bytes = Arc::new(AtomicU64::new(0));
-    let task = LinkTask::new(connect, options, stop, events_sender, state_sender, Arc::clone(&unrecorded_bytes));
+    let (requests_sender, requests) = mpsc::channel(WAITING_REQUESTS);
+    let counters = Arc::new(Counters::default());
+    let output = LinkOutput::new(options.read, options.recording.clone(), events_sender, Arc::clone(&counters));
+    let task = LinkTask::new(connect, &options, stop, output, state_sender, requests);
     // ends on `stop`, with the events' receiver, or when the link cannot be opened
     tokio::spawn(task.run());
-    (LinkHandle { state, unrecorded_bytes }, events)
+    (LinkHandle { state, requests: requests_sender, counters }, events)
 }

@@ -12,6 +12,7 @@ use tokio::sync::mpsc;
 
 use crate::{
     event::{End, Event},
+    health::Seen,
     lossy_sender::LossySender,
     read_samples::{Parser, ReadOptions},
     source::Input,
@@ -21,11 +22,20 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct NobodyListens;
 
+/// What others may look up at any time.
+#[derive(Debug, Default)]
+pub(crate) struct Counters {
+    /// Bytes that the recording did not take in time.
+    pub(crate) unrecorded_bytes: AtomicU64,
+    /// Good measurements so far.
+    pub(crate) samples: AtomicU64,
+}
+
 pub(crate) struct LinkOutput {
     parser: Parser,
     events: mpsc::Sender<Event>,
     recording: Option<LossySender>,
-    unrecorded_bytes: Arc<AtomicU64>,
+    counters: Arc<Counters>,
 }
 
 impl LinkOutput {
@@ -33,9 +43,11 @@ impl LinkOutput {
         options: ReadOptions,
         recording: Option<mpsc::Sender<Input>>,
         events: mpsc::Sender<Event>,
-        unrecorded_bytes: Arc<AtomicU64>,
+        counters: Arc<Counters>,
     ) -> Self {
-        Self { parser: Parser::new(options), events, recording: recording.map(LossySender::new), unrecorded_bytes }
+        let mut parser = Parser::new(options);
+        parser.keep_replies();
+        Self { parser, events, recording: recording.map(LossySender::new), counters }
     }
 
     /// Takes the next input of the link.
@@ -43,18 +55,27 @@ impl LinkOutput {
         if let Some(recording) = &mut self.recording {
             // bytes are shared, not copied
             recording.send(input.clone(), now_ns);
-            self.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
+            self.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
         }
-        for event in self.parser.take_input(input) {
+        let events = self.parser.take_input(input);
+        self.counters.samples.store(self.parser.tally().samples, Ordering::Relaxed);
+        for event in events {
             self.events.send(event).await.map_err(|_| NobodyListens)?;
         }
         Ok(())
     }
 
-    /// Lines and packets so far whose checksum was right, whatever else may be wrong with them: the link carries a sensor.
-    pub(crate) fn understood(&self) -> u64 {
+    /// What the stream has carried so far. A line with a right checksum counts, whatever else may be wrong with it: the link carries a
+    /// sensor.
+    pub(crate) fn seen(&self) -> Seen {
         let tally = self.parser.tally();
-        tally.good_lines() + tally.packets + tally.bad.grammar + tally.bad.range
+        let unasked = tally.samples + tally.other + tally.packets + tally.bad.grammar + tally.bad.range;
+        Seen { understood: unasked + tally.replies, unasked }
+    }
+
+    /// The bodies of the sensor's answers since the last call.
+    pub(crate) fn take_replies(&mut self) -> Vec<String> {
+        self.parser.take_replies()
     }
 
     /// Waits until nobody receives the events any more.

@@ -1,6 +1,6 @@
 //! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
 
-use std::{io, sync::Arc, sync::atomic::AtomicU64};
+use std::{convert::Infallible, io, time::Duration};
 
 use thiserror::Error;
 use tokio::{
@@ -15,7 +15,7 @@ use crate::{
     back_off::BackOff,
     connect::{Connect, Connection},
     connect_error::ConnectError,
-    event::Event,
+    conversation::{Consequence, Conversation, Request},
     health::{Health, Reading},
     link::{LinkOptions, LinkState, Up},
     link_output::{LinkOutput, NobodyListens},
@@ -24,6 +24,9 @@ use crate::{
 
 /// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
 const FIRST_SWEEPS: u32 = 2;
+
+/// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
+const SILENCE: Duration = Duration::from_secs(10);
 
 pub(crate) struct LinkTask<C> {
     connect: C,
@@ -37,6 +40,10 @@ pub(crate) struct LinkTask<C> {
     output: LinkOutput,
     state: watch::Sender<LinkState>,
     back_off: BackOff,
+    requests: mpsc::Receiver<Request>,
+    conversation: Conversation,
+    /// Origin of the conversation's times.
+    start: Instant,
 }
 
 /// Why a link does not go on.
@@ -56,6 +63,8 @@ enum Trouble {
     Garbled { bytes: u64, ms: u128 },
     #[error("the other end closed the link")]
     Closed,
+    #[error("the sensor says nothing and does not answer")]
+    Silent,
 }
 
 impl From<NobodyListens> for Trouble {
@@ -82,11 +91,11 @@ fn heard_instead(bytes: u64) -> String {
 impl<C: Connect> LinkTask<C> {
     pub(crate) fn new(
         connect: C,
-        options: LinkOptions,
+        options: &LinkOptions,
         stop: CancellationToken,
-        events: mpsc::Sender<Event>,
+        output: LinkOutput,
         state: watch::Sender<LinkState>,
-        unrecorded_bytes: Arc<AtomicU64>,
+        requests: mpsc::Receiver<Request>,
     ) -> Self {
         Self {
             connect,
@@ -95,9 +104,12 @@ impl<C: Connect> LinkTask<C> {
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
             stop,
-            output: LinkOutput::new(options.read, options.recording, events, unrecorded_bytes),
+            output,
             state,
             back_off: BackOff::new(),
+            requests,
+            conversation: Conversation::new(options.listen_only, options.poll_temperature),
+            start: Instant::now(),
         }
     }
 
@@ -130,7 +142,7 @@ impl<C: Connect> LinkTask<C> {
                 Trouble::Stopped | Trouble::NobodyListens => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
                 Trouble::Unheard { .. } => was_up || !self.listen_only && sweeps < FIRST_SWEEPS,
-                Trouble::Lost(_) | Trouble::Garbled { .. } | Trouble::Closed => was_up,
+                Trouble::Lost(_) | Trouble::Garbled { .. } | Trouble::Closed | Trouble::Silent => was_up,
             };
             if !again {
                 return trouble;
@@ -233,6 +245,7 @@ impl<C: Connect> LinkTask<C> {
             Ok(never) => match never {},
             Err(trouble) => trouble,
         };
+        self.conversation.link_down();
         // whoever stops has not lost the link
         if !matches!(trouble, Trouble::Stopped | Trouble::NobodyListens)
             && self.tell(LinkEventKind::Down { cause: trouble.to_string() }).await.is_err()
@@ -245,38 +258,97 @@ impl<C: Connect> LinkTask<C> {
     async fn pass_on(
         &mut self,
         connection: &mut C::Connection,
-        up: Up,
+        mut up: Up,
         held: Vec<Input>,
-    ) -> Result<std::convert::Infallible, Trouble> {
-        self.state.send_replace(LinkState::Up(up.clone()));
-        self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await?;
-        let mut health = Health::new(self.output.understood());
+    ) -> Result<Infallible, Trouble> {
+        self.greet(&up).await?;
+        let mut health = Health::new(self.output.seen());
         for input in held {
             self.take(input, &mut health).await?;
         }
+        // what was answered here was the question by which it was found
+        self.output.take_replies();
         let mut heard = Instant::now();
-        let mut silent = false;
+        let mut silent_since = None;
         loop {
-            let silence = sleep_until(heard + health.silent_after());
+            while let Some(line) = self.conversation.next_line(self.start.elapsed(), up.baud) {
+                connection.write(line.as_bytes()).await?;
+            }
+            let silence = silent_since.map_or(heard + health.silent_after(), |since| since + SILENCE);
+            let wake = self.conversation.wake_at().map(|wake| self.start + wake);
             let input = select! {
                 // checked first: a link that always has data must not outrun the request to stop
                 biased;
                 () = self.stop.cancelled() => return Err(Trouble::Stopped),
                 () = self.output.nobody_listens() => return Err(Trouble::NobodyListens),
-                input = connection.next_input() => input?.ok_or(Trouble::Closed)?,
-                () = silence, if !silent => {
-                    silent = true;
-                    self.state.send_replace(LinkState::Silent(up.clone()));
-                    continue;
+                Some(request) = self.requests.recv() => {
+                    self.conversation.ask(request);
+                    None
                 }
+                input = connection.next_input() => Some(input?.ok_or(Trouble::Closed)?),
+                () = sleep_until(wake.unwrap_or(silence).min(silence)) => None,
             };
-            heard = Instant::now();
-            if silent {
-                silent = false;
-                self.state.send_replace(LinkState::Up(up.clone()));
+            let mut consequences = Vec::new();
+            if let Some(input) = input {
+                let before = self.output.seen();
+                self.take(input, &mut health).await?;
+                let replies = self.output.take_replies();
+                // an answer is no sign that the output goes on
+                if replies.is_empty() || self.output.seen().unasked > before.unasked {
+                    heard = Instant::now();
+                    if silent_since.take().is_some() {
+                        self.state.send_replace(LinkState::Up(up.clone()));
+                        // it may have been switched off and on meanwhile
+                        self.conversation.meet(self.start.elapsed());
+                    }
+                }
+                for body in replies {
+                    consequences.extend(self.conversation.take_reply(&body));
+                }
+            } else if Instant::now() >= silence {
+                if self.listen_only && silent_since.is_some() {
+                    return Err(Trouble::Silent);
+                }
+                if !self.listen_only {
+                    self.conversation.ask_presence();
+                }
+                silent_since = Some(Instant::now());
+                self.state.send_replace(LinkState::Silent(up.clone()));
             }
-            self.take(input, &mut health).await?;
+            consequences.extend(self.conversation.handle_timeout(self.start.elapsed()));
+            for consequence in consequences {
+                match consequence {
+                    Consequence::Baud(baud) => self.change_baud(connection, &mut up, baud)?,
+                    Consequence::Absent if silent_since.is_some() => return Err(Trouble::Silent),
+                    Consequence::Absent => {}
+                    Consequence::Restarted(why) => {
+                        self.tell(LinkEventKind::Down { cause: format!("the sensor restarts: {why}") }).await?;
+                        up.since_ns = self.connect.now_ns();
+                        self.greet(&up).await?;
+                    }
+                }
+            }
         }
+    }
+
+    /// Tells that a sensor is there, and asks it who it is.
+    async fn greet(&mut self, up: &Up) -> Result<(), NobodyListens> {
+        self.state.send_replace(LinkState::Up(up.clone()));
+        self.conversation.meet(self.start.elapsed());
+        self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await
+    }
+
+    /// Follows the sensor to another speed.
+    fn change_baud(&mut self, connection: &mut C::Connection, up: &mut Up, baud: u32) -> Result<(), Trouble> {
+        if !C::HAS_BAUD {
+            return Ok(());
+        }
+        connection.set_baud(baud)?;
+        up.baud = Some(baud);
+        self.last_baud = Some(baud);
+        self.fixed_baud = self.fixed_baud.map(|_| baud);
+        self.state.send_replace(LinkState::Up(up.clone()));
+        Ok(())
     }
 
     /// Takes one input of a link that is up, and judges by it whether it still is.
@@ -288,7 +360,8 @@ impl<C: Connect> LinkTask<C> {
         };
         self.output.put(input, now_ns).await?;
         let Some((at_ns, length)) = read else { return Ok(()) };
-        match health.read(at_ns, length, self.output.understood()) {
+        self.conversation.read(length);
+        match health.read(at_ns, length, self.output.seen()) {
             Reading::Good => self.back_off.reset(),
             Reading::Open => {}
             Reading::Garbled { bytes, lasted } => return Err(Trouble::Garbled { bytes, ms: lasted.as_millis() }),
@@ -300,10 +373,17 @@ impl<C: Connect> LinkTask<C> {
     async fn wait(&mut self, trouble: &Trouble) -> Result<(), Trouble> {
         let retry_in = self.back_off.wait();
         self.state.send_replace(LinkState::Down { cause: trouble.to_string(), retry_in });
-        select! {
-            () = self.stop.cancelled() => Err(Trouble::Stopped),
-            () = self.output.nobody_listens() => Err(Trouble::NobodyListens),
-            () = tokio::time::sleep(retry_in) => Ok(()),
+        let end = Instant::now() + retry_in;
+        loop {
+            select! {
+                () = self.stop.cancelled() => return Err(Trouble::Stopped),
+                () = self.output.nobody_listens() => return Err(Trouble::NobodyListens),
+                Some(request) = self.requests.recv() => {
+                    self.conversation.ask(request);
+                    self.conversation.link_down();
+                }
+                () = sleep_until(end) => return Ok(()),
+            }
         }
     }
 }

@@ -86,6 +86,8 @@ struct Stream {
     link: LinkCounts,
     open: Batch,
     sealed: Vec<Batch>,
+    /// The bodies of answers, where somebody takes them.
+    replies: Option<Vec<String>>,
 }
 
 impl Parser {
@@ -107,6 +109,16 @@ impl Parser {
             }
         };
         self.take_batches().into_iter().map(Event::Batch).chain(link_event.map(Event::Link))
+    }
+
+    /// Keeps the bodies of the sensor's answers for [`take_replies`](Self::take_replies).
+    pub(crate) fn keep_replies(&mut self) {
+        self.stream.replies = Some(Vec::new());
+    }
+
+    /// The bodies of the answers since the last call, such as `VNRRG,07,40`.
+    pub(crate) fn take_replies(&mut self) -> Vec<String> {
+        self.stream.replies.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// What the stream has carried so far.
@@ -186,6 +198,9 @@ impl Stream {
             Item::Reply(sentence) => {
                 let before_row = self.row();
                 self.open.registers.extend(RegisterValue::from_reply(sentence.body, before_row));
+                if let Some(replies) = &mut self.replies {
+                    replies.push(String::from_utf8_lossy(sentence.body).into_owned());
+                }
             }
             // in the tally
             Item::Packet(_) | Item::Bad(_) => {}

@@ -5,9 +5,9 @@ mod support;
 
 use std::time::Duration;
 
-use support::{LINE, QUESTION, Sensor};
+use support::{LINE, Sensor};
 use tokio::sync::mpsc;
-use vn100_driver::{BAUD_RATES, Input, LinkEventKind, LinkOptions, LinkState};
+use vn100_driver::{BAUD_RATES, Command, CommandError, Input, LinkEventKind, LinkOptions, LinkState};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -45,21 +45,132 @@ async fn listen_only_writes_nothing_and_waits_for_slow_lines() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_sensor_that_sends_nothing_is_asked() {
+async fn a_sensor_whose_output_is_paused_is_asked_and_made_to_go_on() {
     let sensor = Sensor::new(57_600, 40);
     sensor.world().streams = false;
     let mut link = sensor.link(LinkOptions::default());
     let mut state = link.handle.state();
     link.until_up().await;
-    link.run(ms(4000)).await;
-    assert!(matches!(&*state.borrow_and_update(), LinkState::Silent(up) if up.baud == Some(57_600)));
-    sensor.world().streams = true;
-    link.run(ms(100)).await;
+    link.run(ms(2900)).await;
+    assert!(!sensor.world().streams);
+    state.wait_for(|state| matches!(state, LinkState::Silent(up) if up.baud == Some(57_600))).await.unwrap();
+    link.run(ms(200)).await;
+    assert!(sensor.world().streams);
     assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
+    link.stop().await;
+    state.wait_for(|state| *state == LinkState::Closed).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(1000)).await;
+    // no message is chosen: it answers, and sends nothing
+    sensor.world().period = ms(3_600_000);
+    link.run(ms(60_000)).await;
+    assert!(matches!(&*link.handle.state().borrow(), LinkState::Silent(_)));
+    assert_eq!(link.told.counts.connects, 1);
+    let written = sensor.world().written.len();
+    assert!(written < 40, "{written} commands: asked every ten seconds, not identified again and again");
+    // switched off behind its adapter
+    sensor.world().answers = false;
+    link.until_down().await;
+    let cause = "the sensor says nothing and does not answer".into();
+    assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
+    link.run(ms(5000)).await;
+    sensor.world().answers = true;
+    sensor.world().period = ms(25);
+    link.until_up().await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_sensor_is_identified_while_it_streams() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let first = sensor.world().lines;
+    link.run(ms(3000)).await;
     let told = link.stop().await;
-    assert_eq!(told.counts.tally.replies, 1, "the answer by which it was found");
-    assert!(sensor.world().written.iter().all(|(_, bytes)| bytes == QUESTION));
-    assert!(matches!(&*state.borrow_and_update(), LinkState::Closed));
+    let expected = [(1, "VN-100S-CR"), (5, "115200"), (6, "14"), (7, "40")];
+    let expected: Vec<_> = expected.into_iter().map(|(register, fields)| (register, fields.to_owned())).collect();
+    assert_eq!(told.registers, expected);
+    assert_eq!(told.counts.tally.replies, 24, "the others do not exist, and the sensor says so");
+    assert!(told.rows >= first + 119, "samples flow meanwhile");
+}
+
+#[tokio::test(start_paused = true)]
+async fn requests_are_answered_between_the_lines() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move {
+        let answer = handle.request(Command::ReadRegister(7)).await;
+        let refused = handle.request(Command::ReadRegister(99)).await;
+        let written = handle.request(Command::WriteRegister { register: 7, fields: "50".into() }).await;
+        (answer, refused, written)
+    });
+    link.run(ms(2000)).await;
+    let (answer, refused, written) = asked.await.unwrap();
+    assert_eq!((answer.unwrap().fields.as_str(), written.unwrap().fields.as_str()), ("40", "50"));
+    let text = refused.unwrap_err().to_string();
+    assert_eq!(text, "the sensor refuses $VNRRG,99: VNERR,08, it has no such register");
+    // nothing is lost by it, and a lost link answers at once
+    sensor.world().cut_at = Some(LINE.len());
+    link.until_down().await;
+    assert_eq!(link.handle.request(Command::ReadRegister(7)).await, Err(CommandError::LinkDown));
+    assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_link_follows_the_sensor_to_another_speed() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(2000)).await;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move {
+        handle.request(Command::WriteRegister { register: 5, fields: "921600".into() }).await?;
+        handle.request(Command::ReadRegister(5)).await
+    });
+    link.run(ms(1000)).await;
+    assert_eq!(asked.await.unwrap().unwrap().fields, "921600");
+    assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
+    assert_eq!(link.stop().await.counts.connects, 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_restart_of_the_sensor_begins_a_new_segment() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(2000)).await;
+    sensor.world().says = Some("VNERR,0A");
+    link.until_down().await;
+    link.until_up().await;
+    let cause = "the sensor restarts: VNERR,0A, its watchdog restarted it".into();
+    assert!(link.told.link.iter().any(|(_, kind)| *kind == LinkEventKind::Down { cause: String::clone(&cause) }));
+    link.run(ms(2000)).await;
+    let told = link.stop().await;
+    assert_eq!((told.counts.connects, sensor.world().opened.len()), (2, 1));
+    assert_eq!(told.registers.len(), 8, "identified again");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_temperature_is_read_between_the_lines() {
+    let sensor = Sensor::new(115_200, 40);
+    let reading =
+        "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
+    sensor.world().registers.insert(54, reading.into());
+    let poll_temperature = Some(ms(10_000));
+    let mut link = sensor.link(LinkOptions { poll_temperature, ..LinkOptions::default() });
+    link.until_up().await;
+    link.run(ms(31_000)).await;
+    let told = link.stop().await;
+    let readings = told.registers.iter().filter(|(register, fields)| *register == 54 && fields == reading);
+    assert_eq!(readings.count(), 3);
 }
 
 #[tokio::test(start_paused = true)]
@@ -161,13 +272,15 @@ async fn the_recording_holds_what_came_and_never_delays() {
     let mut link = sensor.link(LinkOptions { recording: Some(recording), ..LinkOptions::default() });
     link.until_up().await;
     link.run(ms(1000)).await;
-    let lines = sensor.world().lines;
-    assert!(lines > 35, "not delayed by a recording that nobody takes");
-    assert_eq!(link.handle.unrecorded_bytes(), (lines - 9) * LINE.len() as u64);
+    assert!(sensor.world().lines > 35, "not delayed by a recording that nobody takes");
     assert!(
         matches!(recorded.recv().await, Some(Input::Link(event)) if matches!(event.kind, LinkEventKind::Up { .. }))
     );
-    while recorded.try_recv().is_ok() {}
+    let mut recorded_bytes = 0;
+    while let Ok(Input::Chunk(chunk)) = recorded.try_recv() {
+        recorded_bytes += chunk.bytes.len() as u64;
+    }
+    assert_eq!(link.handle.unrecorded_bytes() + recorded_bytes, sensor.world().bytes);
     link.run(ms(30)).await;
     let unrecorded = link.handle.unrecorded_bytes();
     let overrun = LinkEventKind::Overrun { bytes: unrecorded };

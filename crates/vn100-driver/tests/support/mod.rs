@@ -2,7 +2,7 @@
 #![allow(dead_code, clippy::unwrap_used, reason = "each test target uses its part of it; a test fails by panicking")]
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeMap, VecDeque},
     io,
     sync::{Arc, Mutex, MutexGuard},
     time::Duration,
@@ -21,7 +21,6 @@ use vn100_driver::{
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 pub(crate) const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
-const MODEL: &[u8] = b"$VNRRG,01,VN-100S-CR*35\r\n";
 
 /// The sensor, the cable and what was done to them.
 pub(crate) struct World {
@@ -39,11 +38,55 @@ pub(crate) struct World {
     pub(crate) written: Vec<(u32, Vec<u8>)>,
     /// When it was opened, since the start, with success or without.
     pub(crate) opened: Vec<(Duration, bool)>,
+    /// Registers that it has, and what they say.
+    pub(crate) registers: BTreeMap<u8, String>,
+    /// A register that it does not let be written.
+    pub(crate) read_only: Option<u8>,
+    /// Whether it answers.
+    pub(crate) answers: bool,
+    /// What it says next by itself.
+    pub(crate) says: Option<&'static str>,
     /// Bytes handed out.
     pub(crate) bytes: u64,
     /// Whole good lines handed out at the right speed.
     pub(crate) lines: u64,
     start: Instant,
+}
+
+impl World {
+    /// Does what a command says and answers it.
+    fn carry_out(&mut self, body: &str) -> Vec<u8> {
+        let mut fields = body.splitn(3, ',');
+        let (name, number) = (fields.next().unwrap(), fields.next());
+        let register: u8 = number.and_then(|number| number.parse().ok()).unwrap_or_default();
+        let known = self.registers.contains_key(&register);
+        let answer = match (name, fields.next()) {
+            ("VNRRG", None) if known => format!("VNRRG,{register:02},{}", self.registers[&register]),
+            ("VNWRG", Some(_)) if self.read_only == Some(register) => "VNERR,09".into(),
+            ("VNWRG", Some(written)) if known => {
+                self.registers.insert(register, written.into());
+                match register {
+                    5 => self.baud = written.parse().unwrap(),
+                    7 => self.period = Duration::from_secs(1) / written.parse::<u32>().unwrap(),
+                    _ => {}
+                }
+                body.into()
+            }
+            ("VNRRG" | "VNWRG", _) => "VNERR,08".into(),
+            ("VNASY", None) => {
+                self.streams = register == 1;
+                body.into()
+            }
+            _ => "VNERR,04".into(),
+        };
+        sentence(&answer)
+    }
+}
+
+/// With its checksum and line end.
+pub(crate) fn sentence(body: &str) -> Vec<u8> {
+    let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
+    format!("${body}*{check:02X}\r\n").into_bytes()
 }
 
 #[derive(Clone)]
@@ -59,6 +102,11 @@ impl Sensor {
             garbled: false,
             cut_at: None,
             written: Vec::new(),
+            registers: [(1, "VN-100S-CR".into()), (5, baud.to_string()), (6, "14".into()), (7, rate_hz.to_string())]
+                .into(),
+            read_only: None,
+            answers: true,
+            says: None,
             opened: Vec::new(),
             bytes: 0,
             lines: 0,
@@ -107,7 +155,7 @@ pub(crate) struct Port {
     sensor: Sensor,
     baud: u32,
     next_line: Instant,
-    replies: VecDeque<(Instant, &'static [u8])>,
+    replies: VecDeque<(Instant, String)>,
 }
 
 impl Port {
@@ -119,7 +167,10 @@ impl Port {
             return Some(Err(io::ErrorKind::BrokenPipe.into()));
         }
         if self.replies.front().is_some_and(|(at, _)| *at <= now) {
-            return self.replies.pop_front().map(|(_, reply)| Ok(reply.to_vec()));
+            return self.replies.pop_front().map(|(_, reply)| Ok(world.carry_out(&reply)));
+        }
+        if let Some(says) = world.says.take() {
+            return Some(Ok(sentence(says)));
         }
         if self.next_line > now {
             return None;
@@ -170,8 +221,11 @@ impl Connection for Port {
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut world = self.sensor.world();
         world.written.push((self.baud, bytes.to_vec()));
-        if world.baud == self.baud && bytes == QUESTION {
-            self.replies.push_back((Instant::now() + Duration::from_millis(20), MODEL));
+        let text = String::from_utf8(bytes.to_vec()).unwrap();
+        let body = text.strip_prefix('$').and_then(|text| text.split_once('*')).unwrap().0;
+        if world.baud == self.baud && world.answers {
+            assert_eq!(sentence(body), bytes);
+            self.replies.push_back((Instant::now() + Duration::from_millis(20), body.into()));
         }
         Ok(())
     }
@@ -193,6 +247,8 @@ pub(crate) struct Link {
 #[derive(Debug, Default)]
 pub(crate) struct Told {
     pub(crate) rows: u64,
+    /// What the sensor said of its registers.
+    pub(crate) registers: Vec<(u8, String)>,
     pub(crate) counts: LinkCounts,
     /// When it was told, in milliseconds since the start, and what.
     pub(crate) link: Vec<(i64, LinkEventKind)>,
@@ -246,6 +302,7 @@ impl Link {
             Event::Batch(batch) => {
                 self.told.rows += batch.row_count() as u64;
                 self.told.counts = batch.link;
+                self.told.registers.extend(batch.registers.into_iter().map(|value| (value.register, value.fields)));
                 let tally = batch.link.tally;
                 let told = batch.link.samples() + tally.replies + batch.link.other_messages();
                 assert_eq!(tally.good_lines(), told);
