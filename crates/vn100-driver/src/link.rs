@@ -103,6 +103,11 @@ impl LinkHandle {
         answered.await.unwrap_or(Err(CommandError::LinkDown))
     }
 
+    /// Asks for something whose answer nobody waits for; lost when too many requests wait.
+    pub(crate) fn send(&self, command: Command) {
+        let _ = self.requests.try_send(Request { command, answer: None });
+    }
+
     /// Good measurements that the link has carried so far.
     #[must_use]
     pub fn samples(&self) -> u64 {

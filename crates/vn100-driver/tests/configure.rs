@@ -1,0 +1,92 @@
+//! Setting a sensor over a live link: what is written, what is undone, and that its output goes on whatever happens.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::time::Duration;
+
+use support::Sensor;
+use vn100_driver::{ConfigureError, LinkOptions, LinkState, OutputSettings, configure, restore};
+
+const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
+const FILTER: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
+
+fn sensor() -> Sensor {
+    let sensor = Sensor::new(115_200, 40);
+    sensor.world().registers.extend([PROTOCOL, FILTER].map(|(register, fields)| (register, fields.to_owned())));
+    sensor
+}
+
+#[tokio::test(start_paused = true)]
+async fn rate_and_speed_are_changed_measured_and_put_back() {
+    let sensor = sensor();
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings =
+            OutputSettings { baud: Some(921_600), rate_hz: Some(200), window: Some(4), ..OutputSettings::default() };
+        let configured = configure(&handle, &settings).await.unwrap();
+        assert!(matches!(&*handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
+        let written: Vec<_> = configured.changes.iter().map(|change| change.register).collect();
+        assert_eq!(written, [5, 7], "the window is what it was");
+        assert!((configured.measured_hz - 200.0).abs() < 1.0 && configured.rate_is_kept(), "{configured:?}");
+        restore(&handle, &configured.changes).await.unwrap();
+    });
+    link.run(Duration::from_secs(8)).await;
+    work.await.unwrap();
+    let told = link.stop().await;
+    let world = sensor.world();
+    assert_eq!((world.registers[&5].as_str(), world.registers[&7].as_str()), ("115200", "40"));
+    assert!(world.streams);
+    assert_eq!(told.rows, world.lines);
+    assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_does_not_fit_is_not_written() {
+    let sensor = sensor();
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
+        configure(&handle, &settings).await.unwrap_err()
+    });
+    link.run(Duration::from_secs(5)).await;
+    assert!(matches!(work.await.unwrap(), ConfigureError::Plan(_)));
+    assert!(sensor.world().written.iter().all(|(_, bytes)| bytes.starts_with(b"$VNRRG,")));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_output_goes_on_after_a_refusal_and_after_an_interruption() {
+    for interrupted in [false, true] {
+        let sensor = sensor();
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        link.run(Duration::from_secs(2)).await;
+        // it has the register to be read, and not to be written
+        sensor.world().read_only = Some(85);
+        let handle = link.handle.clone();
+        let work = tokio::spawn(async move {
+            let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+            configure(&handle, &settings).await
+        });
+        if interrupted {
+            while sensor.world().streams {
+                link.run(Duration::from_millis(10)).await;
+            }
+            work.abort();
+        } else {
+            link.run(Duration::from_secs(5)).await;
+            let error = work.await.unwrap().unwrap_err().to_string();
+            assert!(
+                error.contains("VNERR,09") && error.ends_with("; written before that: register 7 was 40"),
+                "{error}"
+            );
+        }
+        link.run(Duration::from_millis(200)).await;
+        assert!(sensor.world().streams, "interrupted: {interrupted}");
+        link.stop().await;
+    }
+}
