@@ -1,5 +1,33 @@
 //! Where VN-100 bytes come from, and how they become typed samples.
 //!
+//! # A sensor on a port
+//!
+//! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), finds the speed, hands out [`Event`]s, and opens the link again
+//! when it is lost. [`LinkHandle`] asks the sensor for things meanwhile; [`configure`](configure()) changes what it sends.
+//!
+//! ```no_run
+//! use tokio_util::sync::CancellationToken;
+//! use vn100_driver::{Clock, Command, Event, LinkOptions, SerialPorts, open_link};
+//!
+//! # #[tokio::main(flavor = "current_thread")] async fn main() {
+//! let port = SerialPorts::new("/dev/ttyUSB0", Clock::start());
+//! let (link, mut events) = open_link(port, LinkOptions::default(), CancellationToken::new());
+//! tokio::spawn(async move {
+//!     let rate = link.request(Command::ReadRegister(7)).await;
+//!     println!("set to {rate:?}");
+//! });
+//! while let Some(event) = events.recv().await {
+//!     match event {
+//!         Event::Batch(batch) => println!("{} samples", batch.row_count()),
+//!         Event::Link(event) => println!("{:?}", event.kind),
+//!         Event::End(end) => println!("the end: {:?}", end.error),
+//!     }
+//! }
+//! # }
+//! ```
+//!
+//! # A recording
+//!
 //! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of that read. [`read_samples`] turns
 //! them into [`Event`]s: one [`Batch`] of samples per chunk, with everything that was not a sample counted and placed between them.
 //! Only a failing read ends a stream; bad content never does.
