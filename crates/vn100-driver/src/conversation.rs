@@ -18,6 +18,7 @@ const IMU_MEASUREMENTS: u8 = 54;
 /// Bytes that a reading of it takes from the line.
 const READING_BYTES: f64 = 128.0;
 
+const MODEL: u8 = 1;
 const BAUD_RATE: u8 = 5;
 
 /// A command with whom to answer.
@@ -43,6 +44,8 @@ pub(crate) struct Conversation {
     exchange: Exchange<Asker>,
     /// Registers to read when nothing else is asked for.
     to_read: VecDeque<u8>,
+    /// Whether a caller has paused the output, and wants it so.
+    paused: bool,
     temperature: Option<TemperaturePoll>,
 }
 
@@ -68,7 +71,7 @@ pub(crate) enum Consequence {
 impl Conversation {
     pub(crate) fn new(listen_only: bool, poll_temperature: Option<Duration>) -> Self {
         let temperature = poll_temperature.map(|every| TemperaturePoll { every, last: Duration::ZERO, bytes: 0 });
-        Self { listen_only, exchange: Exchange::new(), to_read: VecDeque::new(), temperature }
+        Self { listen_only, exchange: Exchange::new(), to_read: VecDeque::new(), paused: false, temperature }
     }
 
     /// A sensor is heard, perhaps another one, perhaps after a restart: asks for all that identifies it.
@@ -91,10 +94,11 @@ impl Conversation {
         }
     }
 
-    /// Asks a sensor that says nothing whether it is there, with the command that makes it speak again if an exchange was broken off while
-    /// its output was paused.
+    /// Asks a sensor that says nothing whether it is there: unless it is silent on request, with the command that makes it speak again if an
+    /// exchange was broken off while its output was paused.
     pub(crate) fn ask_presence(&mut self) {
-        self.exchange.submit(Command::Output(true), Asker::Presence);
+        let question = if self.paused { Command::ReadRegister(MODEL) } else { Command::Output(true) };
+        self.exchange.submit(question, Asker::Presence);
     }
 
     /// What is to be sent now, on a line of this speed.
@@ -141,6 +145,8 @@ impl Conversation {
     /// The link is down.
     pub(crate) fn link_down(&mut self) {
         self.to_read.clear();
+        // whoever paused it is told that the link is down; the next session begins with the output on
+        self.paused = false;
         self.exchange.handle_link_down();
         // nothing follows for a link that is no more
         while self.settle().is_some() {}
@@ -150,8 +156,12 @@ impl Conversation {
     fn settle(&mut self) -> Option<Consequence> {
         let mut consequence = None;
         while let Some((asker, command, result)) = self.exchange.poll_done() {
-            if let (Command::WriteRegister { register: BAUD_RATE, .. }, Ok(written)) = (&command, &result) {
-                consequence = written.fields.parse().ok().map(Consequence::Baud);
+            match (&command, &result) {
+                (Command::WriteRegister { register: BAUD_RATE, .. }, Ok(written)) => {
+                    consequence = written.fields.parse().ok().map(Consequence::Baud);
+                }
+                (Command::Output(on), Ok(_)) => self.paused = !on,
+                _ => {}
             }
             let silent = matches!(result, Err(CommandError::NoAnswer { .. }));
             match asker {

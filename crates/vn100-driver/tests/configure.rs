@@ -39,6 +39,8 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
     let world = sensor.world();
     assert_eq!((world.registers[&5].as_str(), world.registers[&7].as_str()), ("115200", "40"));
     assert!(world.streams);
+    let resumed = world.written.iter().filter(|(_, bytes)| bytes.starts_with(b"$VNASY,1")).count();
+    assert_eq!(resumed, 2, "once each way");
     assert_eq!(told.rows, world.lines);
     assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
 }

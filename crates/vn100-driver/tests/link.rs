@@ -39,7 +39,12 @@ async fn listen_only_writes_nothing_and_waits_for_slow_lines() {
         link.until_up().await;
         sensor.world().streams = false;
         link.run(ms(20_000)).await;
-        assert_eq!(link.stop().await.counts.tally.bad.total(), 0);
+        let told = link.stop().await;
+        assert_eq!(told.counts.tally.bad.total(), 0);
+        assert!(
+            matches!(told.link.last(), Some((_, LinkEventKind::Down { .. }))),
+            "silent for so long, it is looked for again"
+        );
         assert_eq!(sensor.world().written, []);
     }
 }
@@ -117,10 +122,16 @@ async fn requests_are_answered_between_the_lines() {
     assert_eq!((answer.unwrap().fields.as_str(), written.unwrap().fields.as_str()), ("40", "50"));
     let text = refused.unwrap_err().to_string();
     assert_eq!(text, "the sensor refuses $VNRRG,99: VNERR,08, it has no such register");
-    // nothing is lost by it, and a lost link answers at once
+    // a lost link answers at once: what was under way, and what comes then
+    sensor.world().answers = false;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move { handle.request(Command::ReadRegister(7)).await });
+    link.run(ms(30)).await;
     sensor.world().cut_at = Some(LINE.len());
     link.until_down().await;
+    assert_eq!(asked.await.unwrap(), Err(CommandError::LinkDown));
     assert_eq!(link.handle.request(Command::ReadRegister(7)).await, Err(CommandError::LinkDown));
+    // and no sample was lost by all that
     assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
 }
 

@@ -54,6 +54,13 @@ pub(crate) struct World {
 }
 
 impl World {
+    /// Whether the line would carry its messages after this was written.
+    fn fits(&self, register: u8, written: &str) -> bool {
+        let value = |wanted: u8| if register == wanted { written } else { &self.registers[&wanted] };
+        let number = |wanted| value(wanted).parse::<u32>().unwrap();
+        LINE.len() as u32 * number(7) <= number(5) / 10
+    }
+
     /// Does what a command says and answers it.
     fn carry_out(&mut self, body: &str) -> Vec<u8> {
         let mut fields = body.splitn(3, ',');
@@ -63,6 +70,7 @@ impl World {
         let answer = match (name, fields.next()) {
             ("VNRRG", None) if known => format!("VNRRG,{register:02},{}", self.registers[&register]),
             ("VNWRG", Some(_)) if self.read_only == Some(register) => "VNERR,09".into(),
+            ("VNWRG", Some(written)) if known && !self.fits(register, written) => "VNERR,0C".into(),
             ("VNWRG", Some(written)) if known => {
                 self.registers.insert(register, written.into());
                 match register {
