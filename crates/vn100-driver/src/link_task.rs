@@ -55,7 +55,7 @@ enum Trouble {
     NobodyListens,
     #[error(transparent)]
     Refused(#[from] ConnectError),
-    #[error(transparent)]
+    #[error("the link was lost: {0}")]
     Lost(#[from] io::Error),
     #[error("no sensor is heard on {port}{}: {}; check the cable, the power of the sensor and --baud", at_speeds(tried), heard_instead(*bytes))]
     Unheard { port: String, tried: Vec<u32>, bytes: u64 },
