@@ -156,5 +156,6 @@ fn kind(capture: &Capture, name: &str) -> &'static str {
         Format::Text => "text",
         Format::Raw => "raw",
         Format::Csv => "csv",
+        Format::Mcap => "mcap",
     }
 }

@@ -20,6 +20,7 @@ use crate::{
     event::Event,
     read_samples::{ReadOptions, read_samples},
     recognise::{Format, Recognised, recognise},
+    recording::{Recorded, RecordingError, RecordingReader, read_recording},
     rows::read_rows,
     source::ReaderSource,
     timing::{Sidecar, read_timed},
@@ -36,6 +37,8 @@ pub struct Capture {
     pub stored_bytes: Option<u64>,
     /// How many stored bytes have been read so far; grows while the source is read.
     pub stored_bytes_read: Arc<AtomicU64>,
+    /// What it says of itself, where it is a recording of this program.
+    pub recorded: Option<Recorded>,
     input: Input,
 }
 
@@ -43,6 +46,7 @@ enum Input {
     Bytes(ReaderSource),
     TimedBytes(Box<dyn Read + Send>, Sidecar),
     Rows(Plan, Box<dyn Read + Send>),
+    Recording(Box<RecordingReader<Box<dyn Read + Send>>>),
 }
 
 impl Capture {
@@ -50,7 +54,7 @@ impl Capture {
     /// `t_ns,offset` for each read of the port, gives the bytes their arrival times.
     ///
     /// # Errors
-    /// [`OpenError`] when the file cannot be read, or when it is text that holds nothing of a VN-100.
+    /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds nothing of a VN-100.
     pub fn open(path: impl AsRef<Path>, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };
@@ -84,6 +88,7 @@ impl Capture {
             Input::Bytes(source) => Ok(read_samples(source, options, stop)),
             Input::TimedBytes(reader, sidecar) => read_timed(reader, sidecar, options, stop),
             Input::Rows(plan, reader) => read_rows(plan, reader, options, stop),
+            Input::Recording(recording) => read_recording(*recording, options, stop),
         }
     }
 
@@ -99,15 +104,24 @@ impl Capture {
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let mut reader = decompressed(counted).map_err(failed)?;
         let (head, recognised) = recognise(&mut reader, columns).map_err(failed)?;
-        let reader = Box::new(head.chain(reader));
+        let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
+        let mut recorded = None;
         let (format, input) = match recognised {
             Recognised::Csv(plan) => (Format::Csv, Input::Rows(plan, reader)),
             Recognised::Text => (Format::Text, bytes(reader, sidecar).map_err(failed)?),
             Recognised::Raw => (Format::Raw, bytes(reader, sidecar).map_err(failed)?),
+            Recognised::Mcap => {
+                let recording = RecordingReader::open(reader).map_err(|problem| match problem {
+                    RecordingError::Io(source) => failed(source),
+                    problem => OpenError::Recording { path: path.to_owned(), problem },
+                })?;
+                recorded = Some(recording.recorded().clone());
+                (Format::Mcap, Input::Recording(Box::new(recording)))
+            }
             Recognised::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Recognised::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
         };
-        Ok(Self { format, stored_bytes, stored_bytes_read, input })
+        Ok(Self { format, stored_bytes, stored_bytes_read, recorded, input })
     }
 }
 
@@ -143,10 +157,18 @@ pub enum OpenError {
         /// What is wrong with its columns.
         problem: CsvError,
     },
+    /// An MCAP file that is not read.
+    #[error("{} is not a recording this program reads: {problem}", path.display())]
+    Recording {
+        /// The file, `-` for standard input.
+        path: PathBuf,
+        /// What it is instead.
+        problem: RecordingError,
+    },
     /// Readable, but not a capture of a VN-100.
     #[error(
         "{} is not a capture this program reads: looked for VectorNav sentences ($VNYMR,… or $VNIMU,… with a checksum), 0xFA \
-         binary packets and CSV columns of known names, also inside gzip and zstd; found {found}",
+         binary packets, CSV columns of known names and MCAP recordings, also inside gzip and zstd; found {found}",
         path.display()
     )]
     NotACapture {

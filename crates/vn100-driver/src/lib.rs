@@ -74,6 +74,7 @@ mod port_address;
 mod ports;
 mod read_samples;
 mod recognise;
+mod recording;
 mod rows;
 mod serial;
 mod source;
@@ -98,6 +99,9 @@ pub use output_plan::{OutputSettings, PlanError};
 pub use ports::{PortEntry, UsbAdapter, list_ports};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;
+pub use recording::{
+    RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingReader, RecordingState, RecordingWriter,
+};
 pub use serial::{SerialConnection, SerialPorts};
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};
 pub use tcp::{TcpConnection, TcpServer};

@@ -4,7 +4,10 @@ use std::io::{self, Read};
 
 use vn100_protocol::{BadKind, Check, Decoder, Item, Options};
 
-use crate::csv::{self, ColumnMap, CsvError, Plan};
+use crate::{
+    csv::{self, ColumnMap, CsvError, Plan},
+    recording,
+};
 
 /// How much of a file is searched for a first sentence: much may stand before it, such as the log of a boot.
 const HEAD_BYTES: usize = 1024 * 1024;
@@ -19,7 +22,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"\xfd7zXZ", "xz data, which is not unpacked"),
     (b"\x7fELF", "a program"),
     (b"SQLite format 3", "an SQLite database"),
-    (b"\x89MCAP", "an MCAP recording without sentences"),
     (b"#ROSBAG", "a ROS bag without sentences"),
     (b"\xff\xfe", "text in UTF-16, or nothing known"),
     (b"\xfe\xff", "text in UTF-16, or nothing known"),
@@ -34,6 +36,8 @@ pub enum Format {
     Raw,
     /// Rows of a CSV file, numbers or sentences with their stamps.
     Csv,
+    /// A recording of this program: the bytes with the times of their reads, and what befell the link.
+    Mcap,
 }
 
 /// What the head of a file was taken for.
@@ -42,6 +46,7 @@ pub(crate) enum Recognised {
     Text,
     Raw,
     Csv(Plan),
+    Mcap,
     /// A CSV file whose columns cannot be used; holds why.
     UnusableCsv(CsvError),
     /// Nothing of a VN-100 in it; holds what was found instead, in words.
@@ -73,8 +78,13 @@ impl Read for Head {
 /// and reading on is how its owner learns it. A map of columns says that it is a CSV file.
 pub(crate) fn recognise(reader: &mut impl Read, columns: Option<&ColumnMap>) -> io::Result<(Head, Recognised)> {
     let mut head = Head::default();
+    while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
+    if columns.is_none() && head.bytes.starts_with(recording::MAGIC) {
+        return Ok((head, Recognised::Mcap));
+    }
     let mut decoder = Decoder::new(Options { accept_unchecked: true });
     let mut sentence_seen = false;
+    decoder.push(&head.bytes, |item| sentence_seen |= is_evidence(&item));
     while head.bytes.len() < HEAD_BYTES && !sentence_seen {
         let note = |item: Item<'_>| sentence_seen |= is_evidence(&item);
         let more = head.grow(reader)?;

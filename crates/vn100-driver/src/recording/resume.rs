@@ -1,0 +1,102 @@
+//! Goes on with a recording: copies what of it can be read, and puts the copy in its place.
+
+use std::{
+    collections::BTreeMap,
+    ffi::OsString,
+    fs::{self, File},
+    io::{self, ErrorKind, Read},
+    path::{Path, PathBuf},
+};
+
+use super::{
+    reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
+    recorder::RecordError,
+    writer::{RecordingWriter, head},
+};
+use crate::source::{Chunk, Input, LinkEvent, LinkEventKind};
+use bytes::Bytes;
+
+/// Gives the writer behind the copy, which then bears the name of the recording. That stays as it was until the copy is on the disk.
+pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result<RecordingWriter<File>, RecordError> {
+    let failed = |source| RecordError::Io { path: path.to_owned(), source };
+    if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
+        return Err(RecordError::SymbolicLink { path: path.to_owned() });
+    }
+    let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
+    let mut recording = RecordingReader::open(File::open(path).map_err(failed)?).map_err(not_resumable)?;
+    if !recording.has_our_topics() {
+        return Err(not_resumable(RecordingError::Foreign { topics: Vec::new() }));
+    }
+    let copy = Copy::beside(path);
+    copy.remove_leftover().map_err(failed)?;
+    let file = File::create_new(&copy.path).map_err(failed)?;
+    let mut writer = RecordingWriter::begin(file.try_clone().map_err(failed)?, recording.head()).map_err(failed)?;
+    copy_inputs(&mut recording, &mut writer).map_err(failed)?;
+    writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
+    file.sync_all().map_err(failed)?;
+    copy.take_place_of(path).map_err(failed)?;
+    Ok(writer)
+}
+
+/// Copies all that can be read, and tells that there was a break.
+fn copy_inputs(recording: &mut RecordingReader<impl Read>, writer: &mut RecordingWriter<File>) -> io::Result<()> {
+    let mut copy = |entry: Entry<'_>| match entry {
+        Entry::Bytes { at_ns, bytes } => {
+            writer.write(&Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+        }
+        Entry::Link(event) => writer.write(&Input::Link(event)),
+        Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
+    };
+    while let Some(copied) = recording.next_entry(&mut copy)? {
+        copied?;
+    }
+    let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
+        // nothing came, so that nothing was interrupted
+        return Ok(());
+    };
+    let cause = match reason {
+        Some(reason) => format!("recording ended ({reason}) and resumed"),
+        None => "recording interrupted".into(),
+    };
+    writer.write(&Input::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))
+}
+
+/// The copy as long as it has not taken its place; removed if it never does.
+struct Copy {
+    path: PathBuf,
+}
+
+impl Copy {
+    fn beside(recording: &Path) -> Self {
+        let mut name = OsString::from(".");
+        name.push(recording.file_name().unwrap_or_default());
+        name.push(".resuming");
+        Self { path: recording.with_file_name(name) }
+    }
+
+    /// Removes the copy of a program that was killed at it.
+    fn remove_leftover(&self) -> io::Result<()> {
+        match fs::remove_file(&self.path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    fn take_place_of(self, recording: &Path) -> io::Result<()> {
+        fs::rename(&self.path, recording)?;
+        // the name is safe when its folder is
+        #[cfg(unix)]
+        {
+            let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Copy {
+    fn drop(&mut self) {
+        // it is gone already if it took its place
+        let _ = fs::remove_file(&self.path);
+    }
+}
