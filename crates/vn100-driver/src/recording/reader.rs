@@ -59,6 +59,12 @@ pub enum RecordingError {
     /// The file could not be read.
     #[error("{0}")]
     Io(#[from] io::Error),
+    /// Something else.
+    #[error("it is no MCAP file")]
+    NotMcap,
+    /// A file that was cut before its first topic.
+    #[error("it was cut before it began")]
+    NotBegun,
     /// An MCAP file of another program.
     #[error("it is an MCAP file without the topic {BYTES_TOPIC}; it has {}", list(topics))]
     Foreign {
@@ -96,12 +102,20 @@ pub struct RecordingReader<R> {
 }
 
 impl<R: Read> RecordingReader<R> {
-    /// Reads up to the first input.
+    /// Reads up to the first input. A file that was cut before its first topic counts as a recording without any.
     ///
     /// # Errors
     /// [`RecordingError`] when this is no recording, or cannot be read.
-    pub fn open(reader: R) -> Result<Self, RecordingError> {
-        let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(RECORD_BYTES);
+    pub fn open(mut reader: R) -> Result<Self, RecordingError> {
+        let mut magic = Vec::new();
+        reader.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
+        if !mcap::MAGIC.starts_with(&magic) {
+            return Err(RecordingError::NotMcap);
+        }
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_record_length_limit(RECORD_BYTES);
         let mut new = Self {
             reader,
             records: LinearReader::new_with_options(options),
@@ -120,9 +134,8 @@ impl<R: Read> RecordingReader<R> {
                 break;
             }
         }
-        // one that was cut before its first topic may well be ours
-        let begun = new.recorded.end.get().is_some_and(|end| !end.complete) && new.contents.other_topics.is_empty();
-        if new.contents.carries.is_empty() && !begun {
+        let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
+        if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
             return Err(RecordingError::Foreign { topics: new.contents.other_topics.into_values().collect() });
         }
         Ok(new)

@@ -188,3 +188,6 @@ fn record<W: Write>(
     states.send_modify(|state| state.bytes = bytes);
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests;

@@ -25,7 +25,7 @@ pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
     let mut recording = RecordingReader::open(File::open(path).map_err(failed)?).map_err(not_resumable)?;
     if !recording.has_our_topics() {
-        return Err(not_resumable(RecordingError::Foreign { topics: Vec::new() }));
+        return Err(not_resumable(RecordingError::NotBegun));
     }
     let copy = Copy::beside(path);
     copy.remove_leftover().map_err(failed)?;
