@@ -140,3 +140,57 @@ fn any_sensor_is_read_by_a_map_of_its_columns() {
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8(wrong.stderr).unwrap().contains("deg/s"));
 }
+
+/// The minute as `vn100 sim` records it.
+fn recorded(folder: &Path) -> PathBuf {
+    let path = folder.join("minute.mcap");
+    let sim = "sim --profile lab3 --duration 60s --rate 40 --seed 1 -o".split(' ');
+    assert!(vn100().args(sim).arg(&path).status().unwrap().success());
+    path
+}
+
+#[test]
+fn a_recording_reads_as_its_lines_and_knows_their_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let (document, exit) = replay(&recorded(folder.path()), &[]);
+    let (lines, _) = replay(&replay_log(CLEAN), &["--rate", "40"]);
+    assert_eq!((exit, &document["source"]["kind"]), (0, &"mcap".into()));
+    assert_eq!((&document["channels"], &document["link"]), (&lines["channels"], &lines["link"]));
+    let timing = &document["timing"];
+    assert_eq!((&timing["rate_from"], &timing["rate_hz"]), (&"arrival".into(), &40.0.into()));
+    assert_eq!(timing["interarrival_us"]["max"], 25_000);
+    let recorded = &document["source"]["recorded"];
+    assert_eq!(recorded["started"], "1970-01-01T00:00:00.000Z");
+    assert_eq!(recorded["ended"], "1970-01-01T00:00:59.975Z");
+    assert_eq!(recorded["complete"], true);
+    assert_eq!(document["source"]["meta"]["sim.seed"], "1");
+}
+
+#[test]
+fn a_recording_that_was_cut_gives_what_it_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recorded(folder.path());
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    let (document, exit) = replay(&path, &[]);
+    let samples = document["timing"]["samples"].as_u64().unwrap();
+    assert_eq!(exit, 0);
+    assert!((1150..=1200).contains(&samples), "{samples}");
+    assert_eq!(document["link"]["bytes"], samples * 122, "whole lines only");
+    assert_eq!(document["source"]["recorded"]["complete"], false);
+    let text = String::from_utf8(vn100().arg("replay").arg(&path).output().unwrap().stdout).unwrap();
+    assert!(text.contains("cut there"), "{text}");
+}
+
+#[test]
+fn a_recording_of_another_program_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.mcap");
+    // the magic number, the end of the data without a checksum, and no summary
+    let end = [&b"\x89MCAP0\r\n"[..], &[0x0f, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]].concat();
+    fs::write(&path, end).unwrap();
+    let (document, exit) = replay(&path, &[]);
+    assert_eq!((exit, &document["source"]["kind"]), (3, &Value::Null));
+    let error = document["source"]["error"].as_str().unwrap();
+    assert!(error.contains("without the topic /vn100/bytes"), "{error}");
+}

@@ -52,7 +52,7 @@ pub(crate) struct AttachArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReplayArgs {
-    /// Captures: text, raw bytes or CSV, also gzip or zstd, recognised by content; "-" is standard input
+    /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is standard input
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -67,7 +67,7 @@ pub(crate) struct ReplayArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimArgs {
-    /// The capture to write; "-" is standard output
+    /// The capture to write, with a time for each line where the name ends in .mcap; "-" is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 

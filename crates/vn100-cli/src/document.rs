@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
-use vn100_driver::CsvReport;
+use vn100_driver::{CsvReport, Recorded};
 use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 
-use crate::units::{ChannelValues, channel_values};
+use crate::{
+    recorded::{RecordedDocument, conditions},
+    units::{ChannelValues, channel_values},
+};
 
 /// Where the samples came from, as far as the document names it.
 #[derive(Debug, Clone, Default)]
@@ -21,6 +24,8 @@ pub(crate) struct Origin {
     pub(crate) error: Option<String>,
     /// What became of the lines of a CSV file.
     pub(crate) csv: Option<CsvReport>,
+    /// What a recording says of itself.
+    pub(crate) recorded: Option<Recorded>,
 }
 
 #[derive(Debug, Serialize)]
@@ -40,8 +45,8 @@ struct Source {
     message: Option<String>,
     compensated: Option<bool>,
     device: Option<Device>,
-    recorded: Option<Value>,
-    meta: Option<Value>,
+    recorded: Option<RecordedDocument>,
+    meta: Option<BTreeMap<String, String>>,
     error: Option<String>,
     csv: Option<Csv>,
 }
@@ -206,8 +211,8 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
         message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
         compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
         device: Device::new(&snapshot.registers),
-        recorded: None,
-        meta: None,
+        recorded: origin.recorded.as_ref().map(RecordedDocument::new),
+        meta: origin.recorded.as_ref().and_then(conditions),
         error: origin.error.clone(),
         csv: origin.csv.clone().map(csv),
     }

@@ -9,6 +9,7 @@ mod live_source;
 mod measured;
 mod ports;
 mod progress;
+mod recorded;
 mod replay;
 mod sim;
 mod status;

@@ -93,6 +93,7 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         }
     };
     origin.kind = Some(kind(&capture, &origin.name));
+    origin.recorded = capture.recorded.clone();
 
     let outcome = measure(capture, &origin, &job).await?;
     let mut measured = Measured::of(origin, outcome);

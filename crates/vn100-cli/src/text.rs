@@ -10,6 +10,7 @@ use vn100_protocol::{Quantity, Tally};
 use crate::{
     document::Origin,
     exit::printable,
+    recorded::RecordedDocument,
     units::{ChannelValues, channel_values},
 };
 
@@ -28,6 +29,10 @@ fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::
     write_head(out, origin, snapshot)?;
     if let Some(csv) = &origin.csv {
         write_csv(out, csv)?;
+    }
+    if let Some(recorded) = &origin.recorded {
+        let text = format!("  recorded   {}", printable(&RecordedDocument::new(recorded).text()));
+        writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }
     for warning in &snapshot.warnings {
         let options = textwrap::Options::new(WIDTH).initial_indent("! ").subsequent_indent("  ");

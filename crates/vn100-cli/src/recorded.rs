@@ -1,0 +1,74 @@
+//! What a recording says of itself, in documents and in text.
+
+use std::{
+    collections::BTreeMap,
+    time::{Duration, SystemTime},
+};
+
+use serde::Serialize;
+use vn100_driver::Recorded;
+
+#[derive(Debug, Serialize)]
+pub(crate) struct RecordedDocument {
+    program: Option<String>,
+    started: Option<String>,
+    ended: Option<String>,
+    complete: Option<bool>,
+    end_reason: Option<String>,
+}
+
+impl RecordedDocument {
+    /// What is known so far; how the recording ended is known when it was read to there.
+    pub(crate) fn new(recorded: &Recorded) -> Self {
+        let end = recorded.end.get();
+        Self {
+            program: recorded.program.clone(),
+            started: recorded.started_ns.and_then(utc),
+            ended: end.and_then(|end| end.ended_ns).and_then(utc),
+            complete: end.map(|end| end.complete),
+            end_reason: end.and_then(|end| end.reason.clone()),
+        }
+    }
+
+    /// In words.
+    pub(crate) fn text(&self) -> String {
+        let unknown = || "an unknown time".to_owned();
+        let started = self.started.clone().unwrap_or_else(unknown);
+        let ended = self.ended.clone().unwrap_or_else(unknown);
+        let how = match (&self.end_reason, self.complete) {
+            (Some(reason), Some(true)) => format!(", ended: {reason}"),
+            (_, Some(false)) => ", cut there: the file has no end".to_owned(),
+            _ => String::new(),
+        };
+        format!("{started} to {ended}{how}")
+    }
+}
+
+/// The conditions that were recorded with the data.
+pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>> {
+    (!recorded.metadata.is_empty()).then(|| recorded.metadata.clone())
+}
+
+/// To the millisecond, as the clock of a host is not better than that; `None` for a time before 1970.
+fn utc(at_ns: i64) -> Option<String> {
+    let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
+    Some(humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_driver::RecordingEnd;
+
+    use super::*;
+
+    #[test]
+    fn times_are_utc_and_a_cut_is_said() {
+        let recorded = Recorded { started_ns: Some(1_763_700_000_123_456_789), ..Recorded::default() };
+        let started = "2025-11-21T04:40:00.123Z";
+        assert_eq!(RecordedDocument::new(&recorded).text(), format!("{started} to an unknown time"));
+        let end = RecordingEnd { ended_ns: Some(-1), complete: false, reason: None };
+        recorded.end.set(end).unwrap();
+        let text = RecordedDocument::new(&recorded).text();
+        assert_eq!(text, format!("{started} to an unknown time, cut there: the file has no end"));
+    }
+}
