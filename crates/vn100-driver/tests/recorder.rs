@@ -125,6 +125,16 @@ async fn a_whole_recording_goes_on_behind_a_break() {
     assert_eq!((recorded.started_ns, &recorded.metadata), (Some(5), &conditions("me")));
     assert_eq!(recorded.end.get().unwrap().reason.as_deref(), Some("stopped again"));
     assert_eq!(files(&folder), ["day.mcap"]);
+
+    // the reason of the first end is not that of a later cut
+    let whole = fs::read(&path).unwrap();
+    let mut cuts = (0..whole.len()).rev().map(|cut| {
+        fs::write(&path, &whole[..cut]).unwrap();
+        replay(&path)
+    });
+    let (_, recorded) =
+        cuts.find(|(inputs, recorded)| inputs.len() == 4 && recorded.end.get().unwrap().reason.is_none()).unwrap();
+    assert!(!recorded.end.get().unwrap().complete);
 }
 
 #[tokio::test]

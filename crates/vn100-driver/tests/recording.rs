@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeMap,
-    io::{self, Cursor},
+    io::{self, Cursor, Read},
 };
 
 use bytes::Bytes;
@@ -229,6 +229,15 @@ fn another_programs_file_is_refused_by_its_topics() {
 }
 
 #[test]
+fn another_programs_file_without_an_end_is_not_searched_for_ever() {
+    // a message of 1 MiB on a channel that nobody has told of
+    let length = (1_u64 << 20).to_le_bytes();
+    let message = [&[5][..], &length, &[0; 1 << 20]].concat();
+    let reader = mcap::MAGIC.chain(Endless { record: &message, at: 0 });
+    assert!(matches!(RecordingReader::open(reader), Err(RecordingError::Foreign { topics }) if topics.is_empty()));
+}
+
+#[test]
 fn a_later_form_is_refused_by_its_name() {
     let file = recording(&session());
     let at = file.windows(6).position(|text| text == b"format").unwrap() + 10;
@@ -248,10 +257,24 @@ fn any_input() -> impl Strategy<Value = Input> {
     ]
 }
 
+/// Gives a record again and again.
+struct Endless<'a> {
+    record: &'a [u8],
+    at: usize,
+}
+
+impl Read for Endless<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = (&self.record[self.at..]).read(buffer)?;
+        self.at = (self.at + read) % self.record.len();
+        Ok(read)
+    }
+}
+
 /// Gives a few bytes at a time.
 struct Dribble<'a>(&'a [u8], usize);
 
-impl io::Read for Dribble<'_> {
+impl Read for Dribble<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let most = self.1.min(buffer.len());
         self.0.read(&mut buffer[..most])
