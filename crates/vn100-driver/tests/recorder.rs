@@ -70,6 +70,7 @@ async fn what_was_recorded_is_in_the_file() {
 async fn each_second_of_stream_and_each_event_is_flushed() {
     let (_folder, path) = place();
     let recorder = Recorder::create(&path, &conditions("me")).unwrap();
+    assert_eq!(replay(&path).1.metadata, conditions("me"), "what was given is there from the start");
     let mut state = recorder.state();
     let mut sent = Vec::new();
     let mut bytes = 0;

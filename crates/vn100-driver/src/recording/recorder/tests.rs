@@ -92,6 +92,23 @@ async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
     assert!(whole > 0 && cut > 0 && unended > 0, "{whole} whole, {cut} cut, {unended} without an end");
 }
 
+#[tokio::test]
+async fn a_record_that_a_full_disk_tore_is_never_mended_with_something_else() {
+    // more than the buffer holds within a second, so that a write fails in the middle of a record
+    for length in 60..160 {
+        let read = |number: u8| Input::from(Chunk { bytes: vec![number; length].into(), at_ns: Some(0) });
+        let reads: Vec<Input> = (0..1000).map(|number| read((number % 251) as u8)).collect();
+        let disk = Disk { room: 50_000, freed: true, ..Disk::default() };
+        let recorder = start(disk.clone()).unwrap();
+        for read in &reads {
+            let _ = recorder.inputs().send(read.clone()).await;
+        }
+        assert!(recorder.finish("done").await.error.is_some());
+        let kept = replay(&disk);
+        assert!(!kept.is_empty() && kept[..] == reads[..kept.len()], "reads of {length} bytes: {} kept", kept.len());
+    }
+}
+
 fn length(input: &Input) -> usize {
     match input {
         Input::Chunk(chunk) => chunk.bytes.len(),
