@@ -54,6 +54,6 @@ fn at_ns(log_time: u64) -> i64 {
 fn io_error(error: mcap::McapError) -> std::io::Error {
     match error {
         mcap::McapError::Io(error) => error,
-        error => std::io::Error::new(std::io::ErrorKind::InvalidData, error),
+        error => std::io::Error::new(std::io::ErrorKind::InvalidData, format!("not readable as MCAP: {error}")),
     }
 }

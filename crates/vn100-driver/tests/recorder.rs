@@ -1,14 +1,23 @@
 //! Recorders and their files: begun, flushed, ended, gone on with.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod support;
+
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
+use support::Sensor;
 use tempfile::TempDir;
-use vn100_driver::{Chunk, Input, LinkEvent, LinkEventKind, RecordError, Recorded, Recorder, RecordingReader};
+use tokio::{sync::mpsc, time::sleep};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    Arrival, Capture, Chunk, Event, Input, LinkCounts, LinkEvent, LinkEventKind, LinkOptions, ReadOptions, RecordError,
+    Recorded, Recorder, RecordingReader, open_link,
+};
 
 const SECOND_NS: i64 = 1_000_000_000;
 
@@ -175,6 +184,15 @@ async fn what_is_no_recording_is_left_alone() {
         assert!(error.to_string().ends_with(problem), "{error}");
         assert_eq!((fs::read_to_string(&path).unwrap(), files(&folder)), (content.into(), vec!["day.mcap".into()]));
     }
+    let mut mixed = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    for topic in ["/vn100/bytes", "/camera"] {
+        mixed.add_channel(0, topic, "application/octet-stream", &BTreeMap::new()).unwrap();
+    }
+    mixed.finish().unwrap();
+    let content = fs::read(&path).unwrap();
+    let error = Recorder::resume(&path, &BTreeMap::new()).unwrap_err().to_string();
+    assert!(error.ends_with("did not record: /camera"), "{error}");
+    assert_eq!((fs::read(&path).unwrap(), files(&folder)), (content, vec!["day.mcap".into()]));
     let missing = Recorder::resume(folder.path().join("none.mcap"), &BTreeMap::new());
     assert!(matches!(missing, Err(RecordError::Io { .. })));
     #[cfg(unix)]
@@ -184,4 +202,47 @@ async fn what_is_no_recording_is_left_alone() {
         let resumed = Recorder::resume(&link, &BTreeMap::new());
         assert!(matches!(resumed, Err(RecordError::SymbolicLink { .. })));
     }
+}
+
+/// All that events tell of samples and of the link: rows, the times they came, events with the rows before them, counts.
+async fn told(mut events: mpsc::Receiver<Event>) -> (Vec<i32>, Vec<Arrival>, Vec<(usize, LinkEvent)>, LinkCounts) {
+    let (mut counts, mut arrivals, mut link, mut totals) = (Vec::new(), Vec::new(), Vec::new(), LinkCounts::default());
+    let mut rows = 0;
+    while let Some(event) = events.recv().await {
+        match event {
+            Event::Batch(batch) => {
+                let place = |arrival: &Arrival| Arrival { from_row: rows + arrival.from_row, ..*arrival };
+                arrivals.extend(batch.arrivals.iter().map(place));
+                counts.extend_from_slice(&batch.counts);
+                rows += batch.row_count();
+                totals = batch.link;
+            }
+            Event::Link(event) => link.push((rows, event)),
+            Event::End(end) => assert!(end.error.is_none()),
+        }
+    }
+    (counts, arrivals, link, totals)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_link_that_was_lost_and_found_replays_as_it_was_measured() {
+    let (_folder, path) = place();
+    let recorder = Recorder::create(&path, &BTreeMap::new()).unwrap();
+    let sensor = Sensor::new(57_600, 40);
+    let stop = CancellationToken::new();
+    let options = LinkOptions { recording: Some(recorder.inputs()), ..LinkOptions::default() };
+    let (handle, events) = open_link(sensor.clone(), options, stop.clone());
+    let live = tokio::spawn(told(events));
+    sleep(Duration::from_secs(6)).await;
+    sensor.world().cut_at = Some(50);
+    sleep(Duration::from_secs(1)).await;
+    sensor.world().plugged = true;
+    sleep(Duration::from_secs(6)).await;
+    stop.cancel();
+    let live = live.await.unwrap();
+    assert_eq!((live.3.connects, handle.unrecorded_bytes()), (2, 0));
+    assert!(recorder.finish("stopped").await.error.is_none());
+    let capture = Capture::open(&path, None).unwrap();
+    let replayed = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
+    assert_eq!(replayed, live);
 }

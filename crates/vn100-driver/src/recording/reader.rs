@@ -71,6 +71,12 @@ pub enum RecordingError {
         /// Its topics, in order.
         topics: Vec<String>,
     },
+    /// A recording that another program has put more into; a copy by this one would lose that.
+    #[error("it also holds what this program did not record: {}", list(topics))]
+    Mixed {
+        /// The other topics, in order.
+        topics: Vec<String>,
+    },
     /// A recording of a form that this program does not know.
     #[error(
         "it has the form \"{found}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
@@ -136,7 +142,7 @@ impl<R: Read> RecordingReader<R> {
         }
         let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
         if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
-            return Err(RecordingError::Foreign { topics: new.contents.other_topics.into_values().collect() });
+            return Err(RecordingError::Foreign { topics: new.other_topics() });
         }
         Ok(new)
     }
@@ -168,6 +174,11 @@ impl<R: Read> RecordingReader<R> {
     /// Whether what was read has a topic of ours.
     pub(super) fn has_our_topics(&self) -> bool {
         !self.contents.carries.is_empty()
+    }
+
+    /// Topics of others, as far as it was read.
+    pub(super) fn other_topics(&self) -> Vec<String> {
+        self.contents.other_topics.values().cloned().collect()
     }
 
     /// All metadata before the first input.
@@ -332,12 +343,13 @@ impl Contents {
     }
 }
 
-/// Some names in words.
+/// Some names in words, whatever stands in the file.
 fn list(topics: &[String]) -> String {
     const NAMED: usize = 8;
-    match topics {
-        [] => "no topic".into(),
-        _ if topics.len() <= NAMED => topics.join(", "),
-        _ => format!("{} and {} more", topics[..NAMED].join(", "), topics.len() - NAMED),
+    let named: Vec<String> = topics.iter().take(NAMED).map(|topic| format!("{topic:.60}")).collect();
+    match topics.len() {
+        0 => "no topic".into(),
+        count if count <= NAMED => named.join(", "),
+        count => format!("{} and {} more", named.join(", "), count - NAMED),
     }
 }

@@ -96,7 +96,8 @@ impl Recorder {
     /// Goes on with a recording, whole or cut: its readable part, then [`Down`](crate::LinkEventKind::Down), then what comes now.
     ///
     /// The readable part is copied to a file beside it, which takes its place only when it is safely on the disk. Until then the
-    /// recording stays as it is, and there must be room for both.
+    /// recording stays as it is, and there must be room for both. No other program may be recording to it.
+    /// Blocks while it copies.
     ///
     /// # Errors
     /// [`RecordError`] when it cannot be read or is no recording, or when the copy cannot be written.

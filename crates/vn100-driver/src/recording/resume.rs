@@ -32,6 +32,10 @@ pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result
     let file = File::create_new(&copy.path).map_err(failed)?;
     let mut writer = RecordingWriter::begin(file.try_clone().map_err(failed)?, recording.head()).map_err(failed)?;
     copy_inputs(&mut recording, &mut writer).map_err(failed)?;
+    let topics = recording.other_topics();
+    if !topics.is_empty() {
+        return Err(not_resumable(RecordingError::Mixed { topics }));
+    }
     writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
     file.sync_all().map_err(failed)?;
     copy.take_place_of(path).map_err(failed)?;
