@@ -57,7 +57,7 @@ impl Generator {
 }
 
 /// The same direction in (-180, 180].
-fn wrapped_deg(angle_deg: f64) -> f32 {
+pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
     let turned = angle_deg % 360.0;
     let wrapped = if turned > 180.0 {
         turned - 360.0

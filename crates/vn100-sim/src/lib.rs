@@ -22,15 +22,19 @@
 //! | [`generator`] | rows of twelve values |
 //! | [`sentence`] | one row as text |
 //! | [`capture`] | many rows as a file |
+//! | [`device`] | the whole sensor behind its serial line, on a clock passed in |
 
 pub mod capture;
+pub mod device;
 mod flicker;
 pub mod generator;
 pub mod noise;
 pub mod onboard;
 pub mod profile;
+mod sensor;
 pub mod sentence;
 
 pub use capture::write_capture;
+pub use device::{Device, DeviceConfig};
 pub use generator::{Generator, UnsupportedRate};
 pub use profile::{Profile, UnknownProfile};

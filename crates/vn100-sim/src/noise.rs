@@ -35,6 +35,17 @@ pub struct ChannelNoise {
     pub line: Option<Line>,
 }
 
+impl ChannelNoise {
+    /// What is no noise: mean, ramp and line at a time.
+    pub(crate) fn steady(&self, time_s: f64, line_phase_turns: f64) -> f64 {
+        let line = self.line.map_or(0.0, |line| {
+            let turns = line.frequency_hz * time_s + line_phase_turns;
+            line.amplitude * (TAU * turns.fract()).sin()
+        });
+        self.mean + self.ramp * time_s + line
+    }
+}
+
 /// A sinusoid; its phase comes from the seed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -77,7 +88,7 @@ impl ChannelStream {
             index: 0,
             white: White::new(noise.white_density, window, rate_hz, rng(Component::White)),
             flicker: Flicker::new(noise.bias_instability, interval_s, rng(Component::Flicker)),
-            walk: RandomWalk { step: noise.random_walk * interval_s.sqrt(), level: 0.0, rng: rng(Component::Walk) },
+            walk: RandomWalk::new(noise.random_walk, interval_s, rng(Component::Walk)),
             line_phase_turns: rng(Component::LinePhase).random(),
         }
     }
@@ -87,13 +98,7 @@ impl ChannelStream {
     pub fn next_sample(&mut self) -> f64 {
         let time_s = self.index as f64 / self.rate_hz;
         self.index += 1;
-        let line = self.noise.line.map_or(0.0, |line| {
-            let turns = line.frequency_hz * time_s + self.line_phase_turns;
-            line.amplitude * (TAU * turns.fract()).sin()
-        });
-        self.noise.mean
-            + self.noise.ramp * time_s
-            + line
+        self.noise.steady(time_s, self.line_phase_turns)
             + self.white.advance()
             + self.flicker.advance()
             + self.walk.advance()
@@ -102,14 +107,19 @@ impl ChannelStream {
 
 /// Sum of independent steps; the first sample is zero.
 #[derive(Debug, Clone)]
-struct RandomWalk {
+pub(crate) struct RandomWalk {
     step: f64,
     level: f64,
     rng: ChaCha8Rng,
 }
 
 impl RandomWalk {
-    fn advance(&mut self) -> f64 {
+    /// A walk of coefficient K, u/√s, sampled every `interval_s`.
+    pub(crate) fn new(coefficient: f64, interval_s: f64, rng: ChaCha8Rng) -> Self {
+        Self { step: coefficient * interval_s.sqrt(), level: 0.0, rng }
+    }
+
+    pub(crate) fn advance(&mut self) -> f64 {
         let level = self.level;
         if self.step != 0.0 {
             self.level += self.step * normal(&mut self.rng);
@@ -125,14 +135,15 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
 
 /// Numbers of the random streams of one channel. They are part of every capture's recipe: append only.
 #[derive(Debug, Clone, Copy)]
-enum Component {
+pub(crate) enum Component {
     White = 0,
     Flicker = 1,
     Walk = 2,
     LinePhase = 3,
+    TurnOnBias = 4,
 }
 
-fn random_stream(seed: u64, channel: u32, component: Component) -> ChaCha8Rng {
+pub(crate) fn random_stream(seed: u64, channel: u32, component: Component) -> ChaCha8Rng {
     // room for components to come, so that they do not renumber those of the next channel
     const STREAMS_PER_CHANNEL: u64 = 16;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -39,35 +39,76 @@ impl Window {
     pub const MAG_DEFAULT: Self = Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0 };
 }
 
-/// White noise behind the window, one value per output sample.
+/// The latest white values of the sensor, as many as its window averages.
 #[derive(Debug, Clone)]
-pub(crate) struct White {
+pub(crate) struct Boxcar {
     sigma: f64,
-    refresh_hz: u64,
-    rate_hz: u64,
-    /// The values in the window, a ring.
+    /// A ring; never empty.
     recent: Vec<f64>,
     oldest: usize,
-    /// Output samples sent.
-    sent: u64,
     rng: ChaCha8Rng,
 }
 
+impl Boxcar {
+    /// Values of standard deviation `sigma`; a window of 0 and of 1 averages nothing. The window is filled from the start.
+    pub(crate) fn new(sigma: f64, samples: u32, mut rng: ChaCha8Rng) -> Self {
+        let recent = (0..samples.max(1)).map(|_| sigma * normal(&mut rng)).collect();
+        Self { sigma, recent, oldest: 0, rng }
+    }
+
+    /// Another window from here on: the latest values stay, values before the beginning are drawn where more are needed.
+    pub(crate) fn set_window(&mut self, samples: u32) {
+        let samples = samples.max(1) as usize;
+        if samples == self.recent.len() {
+            return;
+        }
+        self.recent.rotate_left(self.oldest);
+        self.oldest = 0;
+        let surplus = self.recent.len().saturating_sub(samples);
+        self.recent.drain(..surplus);
+        let older: Vec<f64> = (self.recent.len()..samples).map(|_| self.sigma * normal(&mut self.rng)).collect();
+        self.recent.splice(..0, older);
+    }
+
+    /// The sensor takes a new value.
+    pub(crate) fn refresh(&mut self) {
+        self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
+        self.oldest = (self.oldest + 1) % self.recent.len();
+    }
+
+    /// The newest value.
+    pub(crate) fn latest(&self) -> f64 {
+        let len = self.recent.len();
+        self.recent[(self.oldest + len - 1) % len]
+    }
+
+    /// The mean of the window.
+    pub(crate) fn mean(&self) -> f64 {
+        self.recent.iter().sum::<f64>() / self.recent.len() as f64
+    }
+}
+
+/// White noise behind the window, one value per output sample.
+#[derive(Debug, Clone)]
+pub(crate) struct White {
+    boxcar: Boxcar,
+    refresh_hz: u64,
+    rate_hz: u64,
+    /// Output samples sent.
+    sent: u64,
+}
+
 impl White {
-    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, mut rng: ChaCha8Rng) -> Self {
+    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, rng: ChaCha8Rng) -> Self {
         let (refresh_hz, samples) = match window {
             Window::None => (rate_hz.get(), 1),
-            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples.max(1)),
+            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples),
         };
-        let sigma = density * f64::from(refresh_hz).sqrt();
         Self {
-            sigma,
+            boxcar: Boxcar::new(density * f64::from(refresh_hz).sqrt(), samples, rng),
             refresh_hz: u64::from(refresh_hz),
             rate_hz: u64::from(rate_hz.get()),
-            recent: (0..samples).map(|_| sigma * normal(&mut rng)).collect(),
-            oldest: 0,
             sent: 0,
-            rng,
         }
     }
 
@@ -76,11 +117,10 @@ impl White {
         let fresh = refreshes_until(self.sent + 1) - refreshes_until(self.sent);
         self.sent += 1;
         // values that would leave the window before it is read need not be drawn
-        for _ in 0..fresh.min(self.recent.len() as u64) {
-            self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
-            self.oldest = (self.oldest + 1) % self.recent.len();
+        for _ in 0..fresh.min(self.boxcar.recent.len() as u64) {
+            self.boxcar.refresh();
         }
-        self.recent.iter().sum::<f64>() / self.recent.len() as f64
+        self.boxcar.mean()
     }
 }
 

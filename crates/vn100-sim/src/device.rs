@@ -1,0 +1,474 @@
+//! The sensor as its serial line shows it: commands in, output out, time passed in.
+//!
+//! ```
+//! use std::time::Duration;
+//! use vn100_sim::device::{Device, DeviceConfig};
+//!
+//! let mut device = Device::new(DeviceConfig::default());
+//! let mut now = Duration::from_secs(2);
+//! device.poll_output(now);
+//! device.receive(b"$VNASY,0*4F\r\n$VNRRG,04*77\r\n", now);
+//! now += Duration::from_millis(20);
+//! let output = device.poll_output(now);
+//! assert!(output.ends_with(b"$VNASY,0*4F\r\n$VNRRG,04,3.1.0.0*77\r\n"));
+//! ```
+//!
+//! Nothing here waits or knows a clock: every call names the time since power-up, and what is due by then has happened when it
+//! returns. Equal configuration and equal calls at equal times give equal bytes.
+//!
+//! # Where the maker leaves a choice
+//!
+//! - Check digits of a command may be of either kind; those of all output are of the kind register 30 asks for.
+//! - A command is answered at once; an answer waits behind the bytes that are being sent. `VNWNV` is answered when the flash is written.
+//! - A write is answered with the settings as a read would print them.
+//! - With nothing wired to SyncIn its count stays 0 and its time stands at 12 ms.
+//! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
+//! - `VNIMU` prints pressure ten wide.
+
+mod attitude;
+mod binary;
+mod command;
+mod error_code;
+mod messages;
+mod output;
+mod register_table;
+mod registers;
+mod uart;
+
+use std::{collections::VecDeque, time::Duration};
+
+use command::{Command, CommandBuffer, RECEIVE_BUFFER};
+use error_code::ErrorCode;
+use messages::MESSAGES;
+use output::SyncOut;
+use registers::Registers;
+use uart::Uart;
+pub use {registers::Firmware, uart::SentByte};
+
+use crate::{
+    profile::Profile,
+    sensor::{Deltas, Processing, Sensor},
+};
+
+/// From power-up, or from the answer to a restart, to the first output.
+pub const BOOT: Duration = Duration::from_millis(1250);
+
+/// How long the flash takes to be written.
+pub const FLASH_WRITE: Duration = Duration::from_millis(500);
+
+/// Ticks of the sensor, Hz.
+const TICK_HZ: u64 = 800;
+
+/// What is emulated.
+#[derive(Debug, Clone)]
+pub struct DeviceConfig {
+    /// The truth of its channels. A density stated for the output ([`Window::None`](crate::onboard::Window::None)) is taken to be that at
+    /// 40 Hz behind the delivered window.
+    pub profile: Profile,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Register 3.
+    pub serial: u32,
+    /// Register 4, and the differences that come with it.
+    pub firmware: Firmware,
+    /// Error of the sensor's clock in parts per million; above zero it runs fast, and its lines come early.
+    pub clock_error_ppm: f64,
+}
+
+impl Default for DeviceConfig {
+    /// The sensor of the data sheet with firmware 3.1, seed 1, serial number 0100000001 and an exact clock.
+    fn default() -> Self {
+        Self {
+            profile: Profile::datasheet(),
+            seed: 1,
+            serial: 100_000_001,
+            firmware: Firmware::default(),
+            clock_error_ppm: 0.0,
+        }
+    }
+}
+
+/// What the sensor is busy with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Silent and deaf until this time.
+    Booting { until_ns: u64 },
+    /// Ticks are counted from this time.
+    Running { since_ns: u64 },
+}
+
+/// An emulated VN-100 on its first serial port.
+#[derive(Debug, Clone)]
+pub struct Device {
+    config: DeviceConfig,
+    now_ns: u64,
+    phase: Phase,
+    /// Ticks taken since the last start.
+    ticks: u64,
+    registers: Registers,
+    flash: Registers,
+    started_with: Registers,
+    sensor: Sensor,
+    /// What `registers` make of raw values.
+    processing: Processing,
+    /// What the integrals were when they were last taken, and after how many ticks.
+    deltas: Deltas,
+    deltas_tick: Option<u64>,
+    uart: Uart,
+    buffer: CommandBuffer,
+    /// A restart follows when this is reached.
+    restart_ns: Option<u64>,
+    /// The flash is being written until then.
+    flash_until_ns: Option<u64>,
+    /// Commands that wait for the flash.
+    waiting: VecDeque<Vec<u8>>,
+    paused: bool,
+    sync_out: SyncOut,
+    known_disturbances: u16,
+}
+
+/// The port the sensor is connected by: the first.
+const PORT: usize = 0;
+
+impl Device {
+    /// A sensor that is switched on at time zero, with the settings it is delivered with.
+    #[must_use]
+    pub fn new(config: DeviceConfig) -> Self {
+        let registers = Registers::delivered(config.firmware, config.serial);
+        Self {
+            now_ns: 0,
+            phase: Phase::Booting { until_ns: ns(BOOT) },
+            ticks: 0,
+            flash: registers.clone(),
+            started_with: registers.clone(),
+            sensor: Sensor::new(&config.profile, config.seed),
+            processing: registers.processing(&registers),
+            deltas: Deltas::default(),
+            deltas_tick: None,
+            uart: Uart::new(registers.port(PORT).baud),
+            registers,
+            buffer: CommandBuffer::default(),
+            restart_ns: None,
+            flash_until_ns: None,
+            waiting: VecDeque::new(),
+            paused: false,
+            sync_out: SyncOut::default(),
+            known_disturbances: 0,
+            config,
+        }
+    }
+
+    /// The known truth behind the output.
+    #[must_use]
+    pub fn profile(&self) -> &Profile {
+        &self.config.profile
+    }
+
+    /// The rate at which the sensor listens, and sends what it has not yet queued. Bytes of a reply that is still being sent can be
+    /// slower or faster: see [`SentByte::baud`].
+    #[must_use]
+    pub fn baud(&self) -> u32 {
+        self.uart.baud()
+    }
+
+    /// Takes bytes that reach the sensor at `now`, cut anyhow. A time before that of an earlier call counts as that.
+    pub fn receive(&mut self, bytes: &[u8], now: Duration) {
+        self.advance(ns(now));
+        for byte in bytes {
+            // a restart makes it deaf
+            if self.restart_ns.is_some() || matches!(self.phase, Phase::Booting { .. }) {
+                return;
+            }
+            match self.buffer.push(*byte) {
+                Some(Ok(line)) if self.flash_until_ns.is_some() => self.queue(line),
+                Some(Ok(line)) => self.obey(&line),
+                Some(Err(code)) => self.report(code),
+                None => {}
+            }
+        }
+    }
+
+    /// The bytes that are on the line by `now` and were not handed out before.
+    #[must_use]
+    pub fn poll_output(&mut self, now: Duration) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.poll_bytes(now, |sent| bytes.push(sent.byte));
+        bytes
+    }
+
+    /// The same, each byte with the time at which it was on the line, and its rate.
+    pub fn poll_bytes(&mut self, now: Duration, mut sink: impl FnMut(SentByte)) {
+        self.advance(ns(now));
+        self.uart.take(self.now_ns, &mut sink);
+    }
+
+    /// When to poll again: the end of the next piece of output, or the next thing the sensor does; a second after the last call at the
+    /// latest, so that a silent sensor need not take all its ticks at once.
+    #[must_use]
+    pub fn next_wakeup(&self) -> Duration {
+        let tick_ns = match self.phase {
+            Phase::Running { since_ns } if self.restart_ns.is_none() => {
+                let idle_tick = self.ticks + TICK_HZ;
+                let tick = self.next_output_tick().map_or(idle_tick, |tick| tick.min(idle_tick));
+                Some(self.tick_ns(since_ns, tick))
+            }
+            _ => None,
+        };
+        let times = [self.uart.next_piece_ns(), tick_ns, self.next_event_ns()];
+        // one of the three is always there
+        Duration::from_nanos(times.into_iter().flatten().min().unwrap_or(self.now_ns))
+    }
+
+    /// Lets the program of the sensor fail: it reports a hard fault (`$VNERR,01`) and starts anew, from flash.
+    pub fn crash(&mut self, now: Duration) {
+        self.advance(ns(now));
+        if matches!(self.phase, Phase::Running { .. }) && self.restart_ns.is_none() {
+            self.report(ErrorCode::HardFault);
+            self.restart();
+        }
+    }
+
+    /// Cuts the power for an instant: bytes not yet sent are lost, and it starts from flash.
+    pub fn power_cycle(&mut self, now: Duration) {
+        self.advance(ns(now));
+        self.uart = Uart::new(self.flash.port(PORT).baud);
+        self.start(self.now_ns);
+    }
+
+    /// Makes the line run at another rate, as if another program had asked for it; any rate but zero.
+    pub fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
+        self.advance(ns(now));
+        self.registers.set_baud(PORT, baud.get());
+        self.uart.set_baud(baud.get());
+    }
+
+    /// Lets all happen that is due by a time, in order.
+    fn advance(&mut self, now_ns: u64) {
+        let now_ns = self.now_ns.max(now_ns);
+        while let Some(event_ns) = self.next_event_ns().filter(|event_ns| *event_ns <= now_ns) {
+            self.run_until(event_ns);
+            self.now_ns = self.now_ns.max(event_ns);
+            if self.restart_ns == Some(event_ns) {
+                self.start(event_ns);
+            } else if self.flash_until_ns == Some(event_ns) {
+                self.end_flash_write();
+            } else {
+                self.phase = Phase::Running { since_ns: event_ns };
+            }
+        }
+        self.run_until(now_ns);
+        self.now_ns = now_ns;
+    }
+
+    /// The end of a boot, of writing the flash, or of the answer to a restart.
+    fn next_event_ns(&self) -> Option<u64> {
+        let boot_ns = match self.phase {
+            Phase::Booting { until_ns } => Some(until_ns),
+            Phase::Running { .. } => None,
+        };
+        [self.restart_ns, self.flash_until_ns, boot_ns].into_iter().flatten().min()
+    }
+
+    /// Starts anew as soon as what is queued has been sent.
+    fn restart(&mut self) {
+        self.restart_ns = Some(self.uart.idle_ns().max(self.now_ns));
+    }
+
+    /// From flash: the first output comes a boot later.
+    fn start(&mut self, now_ns: u64) {
+        self.registers = self.flash.clone();
+        self.started_with = self.flash.clone();
+        self.processing = self.registers.processing(&self.started_with);
+        self.uart.set_baud(self.registers.port(PORT).baud);
+        self.phase = Phase::Booting { until_ns: now_ns + ns(BOOT) };
+        self.ticks = 0;
+        self.deltas_tick = None;
+        self.restart_ns = None;
+        self.flash_until_ns = None;
+        self.waiting.clear();
+        self.buffer = CommandBuffer::default();
+        self.paused = false;
+        self.sync_out = SyncOut::default();
+        self.known_disturbances = 0;
+    }
+
+    fn end_flash_write(&mut self) {
+        self.flash_until_ns = None;
+        self.flash = self.registers.clone();
+        self.answer("VNWNV");
+        // commands that came meanwhile
+        while self.flash_until_ns.is_none() && self.restart_ns.is_none() {
+            let Some(line) = self.waiting.pop_front() else { break };
+            self.obey(&line);
+        }
+    }
+
+    /// A command waits its turn while the flash is written, in the buffer it came into.
+    fn queue(&mut self, line: Vec<u8>) {
+        let waiting: usize = self.waiting.iter().map(Vec::len).sum();
+        if waiting + line.len() > RECEIVE_BUFFER {
+            self.report(ErrorCode::InputOverflow);
+        } else {
+            self.waiting.push_back(line);
+        }
+    }
+
+    fn obey(&mut self, line: &[u8]) {
+        let outcome = Command::parse(line).and_then(|command| self.execute(&command));
+        if let Err(code) = outcome {
+            self.report(code);
+        }
+    }
+
+    fn execute(&mut self, command: &Command<'_>) -> Result<(), ErrorCode> {
+        let name = command.name;
+        match name {
+            "RRG" => return self.read_register(&command.parameters),
+            "WRG" => return self.write_register(&command.parameters),
+            "BOM" => return self.poll_binary(&command.parameters),
+            "ASY" => self.paused = !flag(&command.parameters)?,
+            "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
+            "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
+            "SGB" => {
+                nothing(&command.parameters)?;
+                self.registers.set_start_up_bias(self.sensor.bias_rad_s());
+            }
+            "TAR" if self.registers.firmware() == Firmware::V2_1 => nothing(&command.parameters)?,
+            "WNV" => {
+                nothing(&command.parameters)?;
+                self.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
+                return Ok(());
+            }
+            "RST" | "RFS" => {
+                nothing(&command.parameters)?;
+                if name == "RFS" {
+                    self.flash = Registers::delivered(self.config.firmware, self.config.serial);
+                }
+                self.answer(&format!("VN{name}"));
+                self.restart();
+                return Ok(());
+            }
+            _ => return Err(ErrorCode::UnknownCommand),
+        }
+        let parameters: String = command.parameters.iter().map(|parameter| format!(",{parameter}")).collect();
+        self.answer(&format!("VN{name}{parameters}"));
+        Ok(())
+    }
+
+    fn read_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+        let (number, rest) = register_number(parameters)?;
+        let (port, echo) = match rest {
+            [] => (PORT, String::new()),
+            [port] if matches!(number, 5..=7) => (port_index(port)?, format!(",{port}")),
+            _ => return Err(ErrorCode::TooManyParameters),
+        };
+        let mut body = format!("VNRRG,{number:02}");
+        if let Some(message) = MESSAGES.iter().find(|message| message.register == number) {
+            self.print_values(message, &mut body);
+        } else {
+            let settings = match number {
+                33 => Some(self.sync_status()),
+                _ => self.registers.print(number, port),
+            };
+            body = format!("{body},{}{echo}", settings.ok_or(ErrorCode::Register)?);
+        }
+        self.answer(&body);
+        Ok(())
+    }
+
+    fn write_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+        let (number, rest) = register_number(parameters)?;
+        if MESSAGES.iter().any(|message| message.register == number) {
+            return Err(ErrorCode::NotPermitted);
+        }
+        let (rest, port, echo) = match rest {
+            [value, port] if matches!(number, 5..=7) => {
+                (std::slice::from_ref(value), port_index(port)?, format!(",{port}"))
+            }
+            _ => (rest, PORT, String::new()),
+        };
+        let count = self.sync_out_count();
+        if number == 33 {
+            self.clear_sync_status(rest)?;
+        } else {
+            self.registers.write(number, rest, port)?;
+        }
+        self.processing = self.registers.processing(&self.started_with);
+        match number {
+            33 => {
+                self.answer("VNWRG,33,0,0,0");
+                return Ok(());
+            }
+            // the count goes on at another pace
+            32 => self.sync_out = SyncOut::starting_at(count, self.ticks),
+            _ => {}
+        }
+        let settings = self.registers.print(number, port).unwrap_or_default();
+        self.answer(&format!("VNWRG,{number:02},{settings}{echo}"));
+        if number == 5 && port == PORT {
+            self.uart.set_baud(self.registers.port(PORT).baud);
+        }
+        Ok(())
+    }
+
+    /// Register 33 takes nothing but zeros.
+    fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+        match parameters {
+            ["0", "0", "0"] => self.sync_out = SyncOut::starting_at(0, self.ticks),
+            [_, _, _] => return Err(ErrorCode::Parameter),
+            [_, _, _, _, ..] => return Err(ErrorCode::TooManyParameters),
+            _ => return Err(ErrorCode::TooFewParameters),
+        }
+        Ok(())
+    }
+
+    fn poll_binary(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+        let index = match parameters {
+            [] => return Err(ErrorCode::TooFewParameters),
+            ["1"] => 0,
+            ["2"] => 1,
+            ["3"] => 2,
+            [_] => return Err(ErrorCode::Parameter),
+            _ => return Err(ErrorCode::TooManyParameters),
+        };
+        self.answer_packet(index);
+        Ok(())
+    }
+
+    fn note_disturbance(&mut self, bit: u32, present: bool) {
+        self.known_disturbances &= !(1 << bit);
+        self.known_disturbances |= u16::from(present) << bit;
+    }
+}
+
+fn ns(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The number of a register, with or without leading zeros, and the parameters behind it.
+fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b str]), ErrorCode> {
+    let (number, rest) = parameters.split_first().ok_or(ErrorCode::TooFewParameters)?;
+    Ok((number.parse().map_err(|_| ErrorCode::Register)?, rest))
+}
+
+fn port_index(text: &str) -> Result<usize, ErrorCode> {
+    match text {
+        "1" => Ok(0),
+        "2" => Ok(1),
+        _ => Err(ErrorCode::Parameter),
+    }
+}
+
+fn flag(parameters: &[&str]) -> Result<bool, ErrorCode> {
+    match parameters {
+        [] => Err(ErrorCode::TooFewParameters),
+        ["0"] => Ok(false),
+        ["1"] => Ok(true),
+        [_] => Err(ErrorCode::Parameter),
+        _ => Err(ErrorCode::TooManyParameters),
+    }
+}
+
+fn nothing(parameters: &[&str]) -> Result<(), ErrorCode> {
+    if parameters.is_empty() { Ok(()) } else { Err(ErrorCode::TooManyParameters) }
+}

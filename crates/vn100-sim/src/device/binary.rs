@@ -1,0 +1,223 @@
+//! Binary output: registers 75 to 77 and the packets they ask for.
+
+use std::fmt::Write;
+
+use vn100_protocol::crc16;
+
+use super::{
+    attitude::{direction_cosines, linear_accel_body, linear_accel_ned, quaternion, to_ned},
+    error_code::ErrorCode,
+};
+use crate::sensor::{Deltas, Measurement};
+
+/// What one packet can say.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contents<'a> {
+    pub(crate) measured: &'a Measurement,
+    pub(crate) deltas: &'a Deltas,
+    /// Time since start-up, ns.
+    pub(crate) time_ns: u64,
+    pub(crate) sync_out_count: u32,
+    pub(crate) vpe_status: u16,
+}
+
+/// Bytes of each field by its bit, 0 where a VN-100 has none. Fields of a satellite receiver are sent as zeros.
+///
+/// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet with any other group is refused.
+#[rustfmt::skip]
+const FIELD_BYTES: [[u32; 16]; 5] = [
+    [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0],
+    [8, 8, 8, 2, 8, 8, 8, 4, 4, 1, 0, 0, 0, 0, 0, 0],
+    [2, 12, 12, 12, 4, 4, 16, 12, 12, 12, 12, 2, 0, 0, 0, 0],
+    [0; 16],
+    [2, 12, 16, 36, 12, 12, 12, 12, 12, 0, 0, 0, 0, 0, 0, 0],
+];
+
+/// One of the three binary outputs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct BinaryOutput {
+    /// 0 off, 1 first port, 2 second port, 3 both.
+    mode: u32,
+    /// Ticks of 800 Hz from packet to packet; 0 only when asked.
+    divisor: u32,
+    groups: u8,
+    words: Vec<u16>,
+}
+
+impl BinaryOutput {
+    /// As delivered: nothing is sent; a poll gives the time.
+    pub(crate) fn off() -> Self {
+        Self { mode: 0, divisor: 0, groups: 1, words: vec![1] }
+    }
+
+    pub(crate) fn parse(parameters: &[&str]) -> Result<Self, ErrorCode> {
+        let [mode, divisor, groups, words @ ..] = parameters else {
+            return Err(ErrorCode::TooFewParameters);
+        };
+        let mode = mode.parse().ok().filter(|mode| *mode <= 3).ok_or(ErrorCode::Parameter)?;
+        let divisor: u16 = divisor.parse().map_err(|_| ErrorCode::Parameter)?;
+        let groups = u8::from_str_radix(groups, 16).map_err(|_| ErrorCode::Parameter)?;
+        let expected = groups.count_ones() as usize;
+        if words.len() < expected {
+            return Err(ErrorCode::TooFewParameters);
+        }
+        if words.len() > expected {
+            return Err(ErrorCode::TooManyParameters);
+        }
+        let words: Result<Vec<u16>, _> = words.iter().map(|word| u16::from_str_radix(word, 16)).collect();
+        let words = words.map_err(|_| ErrorCode::Parameter)?;
+        let output = Self { mode, divisor: u32::from(divisor), groups, words };
+        let known = groups != 0
+            && groups < 1 << FIELD_BYTES.len()
+            && output.words().all(|(group, word)| word != 0 && bits(word).all(|bit| FIELD_BYTES[group][bit] != 0));
+        if known { Ok(output) } else { Err(ErrorCode::Parameter) }
+    }
+
+    pub(crate) fn print(&self) -> String {
+        let mut text = format!("{},{},{:02X}", self.mode, self.divisor, self.groups);
+        for word in &self.words {
+            // writing to a String cannot fail
+            _ = write!(text, ",{word:04X}");
+        }
+        text
+    }
+
+    /// Ticks from packet to packet on a port, when it sends any by itself.
+    pub(crate) fn divisor_on(&self, port: usize) -> Option<u64> {
+        (self.mode >> port & 1 == 1 && self.divisor > 0).then_some(u64::from(self.divisor))
+    }
+
+    /// Bytes in 800 s on a port.
+    pub(crate) fn bytes_per_800_s(&self, port: usize) -> u64 {
+        self.divisor_on(port).map_or(0, |divisor| u64::from(self.packet_bytes()) * 800 * 800 / divisor)
+    }
+
+    /// Whether it carries integrals since it was last sent.
+    pub(crate) fn has_deltas(&self) -> bool {
+        self.words().any(|(group, word)| match group {
+            0 => word & 1 << 11 != 0,
+            2 => word & 0b11 << 6 != 0,
+            _ => false,
+        })
+    }
+
+    fn packet_bytes(&self) -> u32 {
+        let payload: u32 =
+            self.words().map(|(group, word)| 2 + bits(word).map(|bit| FIELD_BYTES[group][bit]).sum::<u32>()).sum();
+        4 + payload
+    }
+
+    /// Each group that is sent, with its fields.
+    fn words(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
+        bits(u16::from(self.groups)).zip(self.words.iter().copied())
+    }
+
+    /// ```text
+    /// FA | groups | field word, little-endian, for each group | fields | CRC-16, high byte first
+    /// ```
+    pub(crate) fn packet(&self, contents: &Contents<'_>) -> Vec<u8> {
+        let mut packet = vec![0xFA, self.groups];
+        packet.extend(self.words.iter().flat_map(|word| word.to_le_bytes()));
+        for (group, word) in self.words() {
+            for bit in bits(word) {
+                let start = packet.len();
+                match group {
+                    0 => common(bit, contents, &mut packet),
+                    1 => time(bit, contents, &mut packet),
+                    2 => inertial(bit, contents, &mut packet),
+                    _ => attitude(bit, contents, &mut packet),
+                }
+                // what a VN-100 cannot know
+                packet.resize(start + FIELD_BYTES[group][bit] as usize, 0);
+            }
+        }
+        let crc = crc16(&packet[1..]);
+        packet.extend(crc.to_be_bytes());
+        packet
+    }
+}
+
+fn bits(word: u16) -> impl Iterator<Item = usize> {
+    (0..16).filter(move |bit| word >> bit & 1 == 1)
+}
+
+fn floats(out: &mut Vec<u8>, values: &[f32]) {
+    out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+}
+
+fn common(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
+    let measured = contents.measured;
+    match bit {
+        0 => out.extend(contents.time_ns.to_le_bytes()),
+        3 => floats(out, &measured.ypr_deg),
+        4 => floats(out, &quaternion(measured.ypr_deg)),
+        5 => floats(out, &measured.gyro_rad_s),
+        8 => floats(out, &measured.accel_m_s2),
+        9 => {
+            floats(out, &measured.uncompensated_accel_m_s2);
+            floats(out, &measured.uncompensated_gyro_rad_s);
+        }
+        10 => {
+            floats(out, &measured.mag_gauss);
+            floats(out, &[measured.temperature_c, measured.pressure_kpa]);
+        }
+        11 => {
+            delta_theta(contents.deltas, out);
+            floats(out, &contents.deltas.velocity_m_s.map(|velocity| velocity as f32));
+        }
+        12 => out.extend(contents.vpe_status.to_le_bytes()),
+        _ => {}
+    }
+}
+
+fn time(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
+    match bit {
+        0 => out.extend(contents.time_ns.to_le_bytes()),
+        8 => out.extend(contents.sync_out_count.to_le_bytes()),
+        _ => {}
+    }
+}
+
+fn inertial(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
+    let measured = contents.measured;
+    match bit {
+        1 => floats(out, &measured.uncompensated_mag_gauss),
+        2 => floats(out, &measured.uncompensated_accel_m_s2),
+        3 => floats(out, &measured.uncompensated_gyro_rad_s),
+        4 => floats(out, &[measured.temperature_c]),
+        5 => floats(out, &[measured.pressure_kpa]),
+        6 => delta_theta(contents.deltas, out),
+        7 => floats(out, &contents.deltas.velocity_m_s.map(|velocity| velocity as f32)),
+        8 => floats(out, &measured.mag_gauss),
+        9 => floats(out, &measured.accel_m_s2),
+        10 => floats(out, &measured.gyro_rad_s),
+        _ => {}
+    }
+}
+
+fn attitude(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
+    let measured = contents.measured;
+    let ypr_deg = measured.ypr_deg;
+    match bit {
+        0 => out.extend(contents.vpe_status.to_le_bytes()),
+        1 => floats(out, &ypr_deg),
+        2 => floats(out, &quaternion(ypr_deg)),
+        3 => {
+            let rows = direction_cosines(ypr_deg);
+            // column by column
+            floats(out, &std::array::from_fn::<f32, 9, _>(|index| rows[index % 3 * 3 + index / 3] as f32));
+        }
+        4 => floats(out, &to_ned(ypr_deg, measured.mag_gauss)),
+        5 => floats(out, &to_ned(ypr_deg, measured.accel_m_s2)),
+        6 => floats(out, &linear_accel_body(measured)),
+        7 => floats(out, &linear_accel_ned(measured)),
+        // the uncertainty a level sensor settles at
+        8 => floats(out, &[1.0, 0.1, 0.1]),
+        _ => {}
+    }
+}
+
+fn delta_theta(deltas: &Deltas, out: &mut Vec<u8>) {
+    floats(out, &[deltas.time_s as f32]);
+    floats(out, &deltas.theta_deg.map(|angle| angle as f32));
+}

@@ -1,0 +1,90 @@
+//! Commands on their way in: lines out of bytes, and the parts of a line.
+
+use vn100_protocol::{crc16, xor8};
+
+use super::error_code::ErrorCode;
+
+/// Bytes that a command can have.
+pub(crate) const RECEIVE_BUFFER: usize = 256;
+
+/// Gathers the bytes of one command, however they are cut.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct CommandBuffer {
+    /// From the `$` on; empty between commands.
+    bytes: Vec<u8>,
+    overflown: bool,
+}
+
+impl CommandBuffer {
+    /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or why there is none.
+    ///
+    /// Bytes before a `$` are nobody's; a `$` always begins anew.
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, ErrorCode>> {
+        match byte {
+            b'$' => {
+                self.bytes.clear();
+                self.overflown = false;
+                self.bytes.push(byte);
+                None
+            }
+            _ if self.bytes.is_empty() => None,
+            b'\n' => {
+                let mut line = std::mem::take(&mut self.bytes).split_off(1);
+                if std::mem::take(&mut self.overflown) {
+                    return None;
+                }
+                if line.last() == Some(&b'\r') {
+                    line.pop();
+                }
+                Some(Ok(line))
+            }
+            _ if self.overflown => None,
+            _ if self.bytes.len() == RECEIVE_BUFFER => {
+                self.overflown = true;
+                Some(Err(ErrorCode::InputOverflow))
+            }
+            _ => {
+                self.bytes.push(byte);
+                None
+            }
+        }
+    }
+}
+
+/// The parts of a command whose check digits are right.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Command<'a> {
+    /// Three letters behind `VN`.
+    pub(crate) name: &'a str,
+    pub(crate) parameters: Vec<&'a str>,
+}
+
+impl<'a> Command<'a> {
+    /// From the text between `$` and the line end.
+    pub(crate) fn parse(line: &'a [u8]) -> Result<Self, ErrorCode> {
+        let star = line.iter().rposition(|byte| *byte == b'*').ok_or(ErrorCode::Checksum)?;
+        let (body, digits) = (&line[..star], &line[star + 1..]);
+        if !is_checked_by(body, digits) {
+            return Err(ErrorCode::Checksum);
+        }
+        let text = std::str::from_utf8(body).ok().filter(|text| text.bytes().all(|byte| matches!(byte, b' '..=b'~')));
+        let mut parts = text.ok_or(ErrorCode::UnknownCommand)?.split(',');
+        let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(ErrorCode::UnknownCommand)?;
+        Ok(Self { name, parameters: parts.collect() })
+    }
+}
+
+/// Two digits are an XOR, four a CRC; `XX` and `XXXX` skip the check.
+fn is_checked_by(body: &[u8], digits: &[u8]) -> bool {
+    let value = || {
+        let digits =
+            std::str::from_utf8(digits).ok().filter(|text| text.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
+        u16::from_str_radix(digits, 16).ok()
+    };
+    match digits {
+        b"XX" | b"XXXX" => true,
+        [_, _] => value() == Some(u16::from(xor8(body))),
+        [_, _, _, _] => value() == Some(crc16(body)),
+        _ => false,
+    }
+}

@@ -1,0 +1,208 @@
+//! What the sensor sends, by itself and in answer, and how every sentence is closed.
+
+use std::fmt::Write;
+
+use vn100_protocol::{crc16, xor8};
+
+use super::{
+    Device, PORT, Phase, TICK_HZ,
+    binary::{BinaryOutput, Contents},
+    error_code::ErrorCode,
+    messages::{MESSAGES, Message},
+    registers::Registers,
+};
+use crate::sensor::Deltas;
+
+/// SyncInTime with nothing wired to it, µs: it does not run.
+const SYNC_IN_US: u32 = 12_000;
+
+/// The counter of SyncOut edges.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SyncOut {
+    /// Its value when it was last set.
+    count: u32,
+    /// The tick at which it was.
+    since_tick: u64,
+}
+
+impl SyncOut {
+    pub(super) fn starting_at(count: u32, since_tick: u64) -> Self {
+        Self { count, since_tick }
+    }
+
+    /// Its value after a number of ticks: one edge a tick where register 32 asks for those of the sensors, one in two ticks where it
+    /// asks for those of the attitude, and fewer by what is skipped.
+    pub(super) fn count_at(&self, ticks: u64, registers: &Registers) -> u32 {
+        let ticks_per_edge = match registers.whole(32, 4) {
+            1 | 2 => 1,
+            3 => 2,
+            _ => return self.count,
+        };
+        let skipped = u64::from(registers.whole(32, 6)) + 1;
+        let edges = (ticks - self.since_tick) / (ticks_per_edge * skipped);
+        // the counter wraps
+        self.count.wrapping_add(edges as u32)
+    }
+}
+
+impl Device {
+    /// Takes all ticks up to a time, and queues what they send.
+    pub(super) fn run_until(&mut self, until_ns: u64) {
+        let Phase::Running { since_ns } = self.phase else { return };
+        // behind the answer to a restart nothing is sent
+        while self.restart_ns.is_none() && self.tick_ns(since_ns, self.ticks) <= until_ns {
+            let tick = self.ticks;
+            self.ticks += 1;
+            self.sensor.advance(&self.processing.filter);
+            if !self.paused {
+                self.send_due(tick, self.tick_ns(since_ns, tick));
+            }
+        }
+    }
+
+    /// When a tick comes. A fast clock is early.
+    pub(super) fn tick_ns(&self, since_ns: u64, tick: u64) -> u64 {
+        let exact_ns = tick * 1_000_000_000 / TICK_HZ;
+        let early_ns = exact_ns as f64 * self.config.clock_error_ppm * 1e-6;
+        (since_ns + exact_ns).saturating_add_signed(-(early_ns as i64))
+    }
+
+    /// The next tick that sends anything.
+    pub(super) fn next_output_tick(&self) -> Option<u64> {
+        if self.paused {
+            return None;
+        }
+        let packets = self.registers.binary().iter().filter_map(|output| output.divisor_on(PORT));
+        let ticks_apart = packets.chain(self.message().map(|(_, ticks_apart)| ticks_apart));
+        ticks_apart.map(|apart| self.ticks.next_multiple_of(apart)).min()
+    }
+
+    /// The sentence that is sent by itself, and the ticks from one to the next.
+    fn message(&self) -> Option<(&'static Message, u64)> {
+        let port = self.registers.port(PORT);
+        let message = MESSAGES.iter().find(|message| message.code == port.message)?;
+        Some((message, TICK_HZ.checked_div(u64::from(port.rate_hz))?))
+    }
+
+    /// Packets come before the line of the same tick.
+    fn send_due(&mut self, tick: u64, at_ns: u64) {
+        for index in 0..3 {
+            let apart = self.registers.binary()[index].divisor_on(PORT);
+            if apart.is_some_and(|apart| tick.is_multiple_of(apart)) {
+                let packet = self.packet(index);
+                self.send(at_ns, packet);
+            }
+        }
+        let Some((message, ticks_apart)) = self.message() else { return };
+        if tick.is_multiple_of(ticks_apart) {
+            let mut body = message.header.to_owned();
+            self.print_values(message, &mut body);
+            self.print_suffix(&mut body);
+            let line = self.closed(&body);
+            self.send(at_ns, line);
+        }
+    }
+
+    /// Appends the present values of a sentence.
+    pub(super) fn print_values(&mut self, message: &Message, body: &mut String) {
+        let deltas = if message.has_deltas() { self.take_deltas() } else { Deltas::default() };
+        message.print(&self.sensor.measure(&self.processing), &deltas, body);
+    }
+
+    /// A packet of the present values.
+    pub(super) fn packet(&mut self, index: usize) -> Vec<u8> {
+        let deltas = if self.registers.binary()[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
+        let output: &BinaryOutput = &self.registers.binary()[index];
+        output.packet(&Contents {
+            measured: &self.sensor.measure(&self.processing),
+            deltas: &deltas,
+            // by its own clock, which runs from the start of the boot
+            time_ns: super::ns(super::BOOT) + self.ticks.saturating_sub(1) * 1_000_000_000 / TICK_HZ,
+            sync_out_count: self.sync_out_count(),
+            vpe_status: self.known_disturbances,
+        })
+    }
+
+    /// Integrals since the last output that had any; the same for all output of one tick.
+    fn take_deltas(&mut self) -> Deltas {
+        if self.deltas_tick != Some(self.ticks) {
+            self.deltas_tick = Some(self.ticks);
+            self.deltas = self.sensor.take_deltas();
+        }
+        self.deltas
+    }
+
+    /// Register 33, but for its number.
+    pub(super) fn sync_status(&self) -> String {
+        format!("0,{SYNC_IN_US},{}", self.sync_out_count())
+    }
+
+    pub(super) fn sync_out_count(&self) -> u32 {
+        self.sync_out.count_at(self.ticks, &self.registers)
+    }
+
+    /// Count and status behind the values, as register 30 asks.
+    fn print_suffix(&self, body: &mut String) {
+        let count = match self.registers.whole(30, 0) {
+            0 => None,
+            2 => Some(SYNC_IN_US),
+            3 => Some(self.sync_out_count()),
+            // no edge of SyncIn, no satellite
+            _ => Some(0),
+        };
+        if let Some(count) = count {
+            // writing to a String cannot fail
+            _ = write!(body, ",T{count}");
+        }
+        match self.registers.whole(30, 1) {
+            0 => {}
+            1 => _ = write!(body, ",S{:04X}", self.known_disturbances),
+            _ => body.push_str(",S0000"),
+        }
+    }
+
+    /// A sentence of this body.
+    fn closed(&self, body: &str) -> Vec<u8> {
+        let digits = match self.registers.whole(30, 4) {
+            3 => format!("{:04X}", crc16(body.as_bytes())),
+            _ => format!("{:02X}", xor8(body.as_bytes())),
+        };
+        format!("${body}*{digits}\r\n").into_bytes()
+    }
+
+    /// Queues a whole message, or drops it and says so.
+    fn send(&mut self, at_ns: u64, message: Vec<u8>) {
+        if self.uart.send(at_ns, message).is_err() && self.registers.whole(30, 6) > 0 {
+            let error = self.closed(&error_body(ErrorCode::OutputOverflow));
+            // where that does not fit either, nothing can be said
+            _ = self.uart.send(at_ns, error);
+        }
+    }
+
+    /// Answers a command now.
+    pub(super) fn answer(&mut self, body: &str) {
+        let line = self.closed(body);
+        self.send(self.now_ns, line);
+    }
+
+    /// Answers a command now with bytes that need no closing.
+    pub(super) fn answer_packet(&mut self, index: usize) {
+        let packet = self.packet(index);
+        self.send(self.now_ns, packet);
+    }
+
+    /// Tells of an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after which the lines stop.
+    pub(super) fn report(&mut self, code: ErrorCode) {
+        let mode = self.registers.whole(30, 6);
+        if mode > 0 {
+            self.answer(&error_body(code));
+        }
+        if mode == 2 {
+            self.registers.silence(PORT);
+        }
+    }
+}
+
+fn error_body(code: ErrorCode) -> String {
+    format!("VNERR,{:02X}", code as u8)
+}

@@ -1,0 +1,120 @@
+//! Every register with settings: its fields, what they may hold, and what they hold on delivery.
+
+use super::registers::Firmware;
+
+/// What a field may hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Field {
+    /// Printable text without `$ , *`, at most this long.
+    Text(usize),
+    /// A whole number in a range, both ends included.
+    Whole(u32, u32),
+    /// One of some whole numbers.
+    OneOf(&'static [u32]),
+    /// A finite number, at most this large, printed as short as its value allows.
+    Real(f32),
+    /// A finite number, printed like an angular rate.
+    Rate,
+}
+
+/// One register.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) number: u16,
+    pub(crate) read_only: bool,
+    pub(crate) fields: &'static [Field],
+    pub(crate) default: &'static str,
+}
+
+use Field::{OneOf, Rate, Real, Text, Whole};
+
+/// Rates of the line in baud.
+pub(crate) const BAUD_RATES: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 128_000, 230_400, 460_800, 921_600];
+
+const FLAG: Field = Whole(0, 1);
+const ANY: Field = Real(f32::MAX);
+const CALIBRATION: &[Field] = &[ANY; 12];
+const NO_CALIBRATION: &str = "1,0,0,0,1,0,0,0,1,0,0,0";
+
+/// The longest window of register 85. The maker states none; this is as long as a reading at 0.8 Hz needs.
+const MAX_WINDOW: u32 = 1000;
+
+const fn writable(number: u16, fields: &'static [Field], default: &'static str) -> Row {
+    Row { number, read_only: false, fields, default }
+}
+
+const fn read_only(number: u16, fields: &'static [Field], default: &'static str) -> Row {
+    Row { number, read_only: true, fields, default }
+}
+
+/// All registers with settings but those that are kept by port (5, 6, 7), hold masks (75 to 77), or are counted (33).
+///
+/// Ranges the maker does not state are as wide as the named values of the field. Register 83 has no agreed defaults: all zero but the
+/// distance that makes it compute anew.
+pub(crate) const ROWS: &[Row] = &[
+    writable(0, &[Text(20)], ""),
+    read_only(1, &[Text(24)], "VN-100S-CR"),
+    read_only(2, &[Whole(0, u32::MAX)], "7"),
+    writable(21, &[ANY; 6], "1,0,1.8,0,0,-9.793746"),
+    writable(23, CALIBRATION, NO_CALIBRATION),
+    writable(25, CALIBRATION, NO_CALIBRATION),
+    // its being orthonormal is checked apart
+    writable(26, &[Real(1.0); 9], "1,0,0,0,1,0,0,0,1"),
+    writable(
+        30,
+        &[Whole(0, 4), Whole(0, 2), Whole(0, 4), Whole(0, 2), OneOf(&[1, 3]), OneOf(&[0, 1, 3]), Whole(0, 2)],
+        "0,0,0,0,1,0,1",
+    ),
+    writable(
+        32,
+        &[
+            Whole(3, 6),
+            FLAG,
+            Whole(0, 65_535),
+            Whole(0, 0),
+            OneOf(&[0, 1, 2, 3, 6]),
+            FLAG,
+            Whole(0, 65_535),
+            Whole(0, u32::MAX),
+            Whole(0, 0),
+        ],
+        "3,0,0,0,0,0,0,100000000,0",
+    ),
+    writable(35, &[FLAG, Whole(0, 2), FLAG, FLAG], "1,1,1,1"),
+    writable(36, &[Real(10.0); 9], "4,4,4,5,5,5,5.5,5.5,5.5"),
+    writable(38, &[Real(10.0); 9], "6,6,6,3,3,3,5,5,5"),
+    writable(43, &[Rate; 3], "0,0,0"),
+    writable(44, &[Whole(0, 2), OneOf(&[1, 3]), Whole(1, 5)], "0,1,5"),
+    read_only(47, CALIBRATION, NO_CALIBRATION),
+    writable(82, &[FLAG, FLAG, Whole(0, 3), FLAG, Whole(0, 0)], "0,0,0,0,0"),
+    writable(
+        83,
+        &[FLAG, FLAG, Whole(0, 0), Whole(0, 0), Whole(0, u32::MAX), ANY, Real(90.0), Real(180.0), ANY],
+        "0,0,0,0,1000,0,0,0,0",
+    ),
+    writable(84, CALIBRATION, NO_CALIBRATION),
+    writable(
+        85,
+        &[
+            Whole(0, MAX_WINDOW),
+            Whole(0, MAX_WINDOW),
+            Whole(0, MAX_WINDOW),
+            Whole(0, MAX_WINDOW),
+            Whole(0, MAX_WINDOW),
+            Whole(0, 3),
+            Whole(0, 3),
+            Whole(0, 3),
+            Whole(0, 3),
+            Whole(0, 3),
+        ],
+        "0,4,4,4,0,0,3,3,3,0",
+    ),
+];
+
+/// Defaults of one firmware that differ from the table.
+pub(crate) fn default_of(row: &Row, firmware: Firmware) -> &'static str {
+    match (row.number, firmware) {
+        (44, Firmware::V2_1) => "1,3,5",
+        _ => row.default,
+    }
+}

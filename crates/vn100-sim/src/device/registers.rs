@@ -1,0 +1,266 @@
+//! The settings of the sensor: one set in memory, one in flash.
+
+use std::{collections::BTreeMap, fmt::Write};
+
+use super::{
+    binary::BinaryOutput,
+    error_code::ErrorCode,
+    messages::MESSAGES,
+    register_table::{BAUD_RATES, Field, ROWS, default_of},
+};
+use crate::sensor::{Calibration, ImuFilter, Processing};
+
+/// The program of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Firmware {
+    /// 2.1.0.0
+    V2_1,
+    /// 3.1.0.0
+    #[default]
+    V3_1,
+}
+
+/// The largest departure from an orthonormal matrix that register 26 takes.
+const ORTHONORMAL_WITHIN: f64 = 1e-5;
+
+const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
+
+#[derive(Debug, Clone, PartialEq)]
+enum Value {
+    Text(String),
+    Whole(u32),
+    Real(f32),
+    Rate(f32),
+}
+
+/// One of the two serial ports of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Port {
+    pub(crate) baud: u32,
+    /// Register 6.
+    pub(crate) message: u32,
+    pub(crate) rate_hz: u32,
+}
+
+/// All settings, in memory or in flash.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Registers {
+    firmware: Firmware,
+    serial: u32,
+    values: BTreeMap<u16, Vec<Value>>,
+    ports: [Port; 2],
+    binary: [BinaryOutput; 3],
+}
+
+impl Registers {
+    pub(crate) fn delivered(firmware: Firmware, serial: u32) -> Self {
+        let values = ROWS.iter().map(|row| {
+            let default: Vec<&str> = default_of(row, firmware).split(',').collect();
+            (row.number, parse_values(row.fields, &default).unwrap_or_default())
+        });
+        Self {
+            firmware,
+            serial,
+            values: values.collect(),
+            ports: [Port { baud: 115_200, message: 14, rate_hz: 40 }; 2],
+            binary: std::array::from_fn(|_| BinaryOutput::off()),
+        }
+    }
+
+    /// The settings as a read would print them; `None` where no such register is kept here.
+    ///
+    /// `port` is the port the command names, or came in on.
+    pub(crate) fn print(&self, number: u16, port: usize) -> Option<String> {
+        let port = &self.ports[port];
+        Some(match number {
+            3 => format!("{:010}", self.serial),
+            4 => match self.firmware {
+                Firmware::V2_1 => "2.1.0.0".to_owned(),
+                Firmware::V3_1 => "3.1.0.0".to_owned(),
+            },
+            5 => port.baud.to_string(),
+            6 => port.message.to_string(),
+            7 => port.rate_hz.to_string(),
+            75..=77 => self.binary[usize::from(number - 75)].print(),
+            _ => print_values(self.values.get(&number)?),
+        })
+    }
+
+    /// Takes new settings, or leaves all as it was.
+    pub(crate) fn write(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), ErrorCode> {
+        match number {
+            3 | 4 => return Err(ErrorCode::NotPermitted),
+            5..=7 => return self.write_port(number, parameters, port),
+            75..=77 => {
+                let before =
+                    std::mem::replace(&mut self.binary[usize::from(number - 75)], BinaryOutput::parse(parameters)?);
+                if !self.fits(0) || !self.fits(1) {
+                    self.binary[usize::from(number - 75)] = before;
+                    return Err(ErrorCode::InsufficientBaud);
+                }
+                return Ok(());
+            }
+            _ => {}
+        }
+        let row = ROWS.iter().find(|row| row.number == number).ok_or(ErrorCode::Register)?;
+        if row.read_only {
+            return Err(ErrorCode::NotPermitted);
+        }
+        let values = parse_values(row.fields, parameters)?;
+        if number == 26 && !is_orthonormal(&reals(&values)) {
+            return Err(ErrorCode::Parameter);
+        }
+        self.values.insert(number, values);
+        Ok(())
+    }
+
+    fn write_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), ErrorCode> {
+        let [value] = parameters else {
+            return Err(if parameters.is_empty() { ErrorCode::TooFewParameters } else { ErrorCode::TooManyParameters });
+        };
+        let value: u32 = value.parse().map_err(|_| ErrorCode::Parameter)?;
+        let before = self.ports[port];
+        let (setting, allowed) = match number {
+            5 => (&mut self.ports[port].baud, BAUD_RATES.contains(&value)),
+            6 => (&mut self.ports[port].message, value == 0 || MESSAGES.iter().any(|message| message.code == value)),
+            _ => {
+                let off = value == 0 && self.firmware == Firmware::V3_1;
+                (&mut self.ports[port].rate_hz, off || OUTPUT_RATES_HZ.contains(&value))
+            }
+        };
+        if !allowed {
+            return Err(ErrorCode::Parameter);
+        }
+        *setting = value;
+        if !self.fits(port) {
+            self.ports[port] = before;
+            return Err(ErrorCode::InsufficientBaud);
+        }
+        Ok(())
+    }
+
+    /// Whether all output of a port fits its line: the sum of bytes times rate is at most baud/10.
+    fn fits(&self, port: usize) -> bool {
+        let settings = &self.ports[port];
+        let lines = MESSAGES
+            .iter()
+            .find(|message| message.code == settings.message)
+            .map_or(0, |message| message.usual_bytes * settings.rate_hz);
+        // in units of bytes a second times 800, as 800/divisor need not be whole
+        let packets: u64 = self.binary.iter().map(|output| output.bytes_per_800_s(port)).sum();
+        u64::from(lines) * 800 + packets <= u64::from(settings.baud) / 10 * 800
+    }
+
+    pub(crate) fn port(&self, port: usize) -> &Port {
+        &self.ports[port]
+    }
+
+    /// Turns the lines of a port off: what ErrorMode 2 does.
+    pub(crate) fn silence(&mut self, port: usize) {
+        self.ports[port].message = 0;
+    }
+
+    pub(crate) fn set_baud(&mut self, port: usize, baud: u32) {
+        self.ports[port].baud = baud;
+    }
+
+    pub(crate) fn set_start_up_bias(&mut self, bias_rad_s: [f64; 3]) {
+        self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
+    }
+
+    pub(crate) fn binary(&self) -> &[BinaryOutput; 3] {
+        &self.binary
+    }
+
+    pub(crate) fn firmware(&self) -> Firmware {
+        self.firmware
+    }
+
+    /// A whole number of a register, by the index of its field; 0 where there is none.
+    pub(crate) fn whole(&self, number: u16, field: usize) -> u32 {
+        match self.values.get(&number).and_then(|values| values.get(field)) {
+            Some(Value::Whole(value)) => *value,
+            _ => 0,
+        }
+    }
+
+    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`: it takes effect at start-up.
+    pub(crate) fn processing(&self, started_with: &Self) -> Processing {
+        let real =
+            |registers: &Self, number| registers.values.get(&number).map(|values| reals(values)).unwrap_or_default();
+        let calibration = |number| {
+            let numbers = real(self, number);
+            let at = |index: usize| numbers.get(index).copied().unwrap_or_default();
+            Calibration { matrix: std::array::from_fn(at), offset: std::array::from_fn(|axis| at(9 + axis)) }
+        };
+        let frame = real(started_with, 26);
+        let modes = [0, 1, 2].map(|triad| self.whole(85, 5 + triad));
+        Processing {
+            filter: ImuFilter {
+                windows: [0, 1, 2].map(|triad| self.whole(85, triad)),
+                uncompensated: modes.map(|mode| mode & 1 != 0),
+                compensated: modes.map(|mode| mode & 2 != 0),
+            },
+            mag: calibration(23),
+            accel: calibration(25),
+            gyro: calibration(84),
+            frame: std::array::from_fn(|index| frame.get(index).copied().unwrap_or_default()),
+        }
+    }
+}
+
+fn parse_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<Value>, ErrorCode> {
+    if parameters.len() < fields.len() {
+        return Err(ErrorCode::TooFewParameters);
+    }
+    if parameters.len() > fields.len() {
+        return Err(ErrorCode::TooManyParameters);
+    }
+    fields.iter().zip(parameters).map(|(field, text)| parse_value(*field, text).ok_or(ErrorCode::Parameter)).collect()
+}
+
+fn parse_value(field: Field, text: &str) -> Option<Value> {
+    let whole = || text.parse::<u32>().ok();
+    let real = || text.parse::<f32>().ok().filter(|value| value.is_finite());
+    match field {
+        Field::Text(longest) => (text.len() <= longest).then(|| Value::Text(text.to_owned())),
+        Field::Whole(least, most) => whole().filter(|value| (least..=most).contains(value)).map(Value::Whole),
+        Field::OneOf(allowed) => whole().filter(|value| allowed.contains(value)).map(Value::Whole),
+        Field::Real(most) => real().filter(|value| value.abs() <= most).map(Value::Real),
+        Field::Rate => real().map(Value::Rate),
+    }
+}
+
+fn print_values(values: &[Value]) -> String {
+    let mut text = String::new();
+    for (index, value) in values.iter().enumerate() {
+        let comma = if index == 0 { "" } else { "," };
+        // writing to a String cannot fail
+        _ = match value {
+            Value::Text(value) => write!(text, "{comma}{value}"),
+            Value::Whole(value) => write!(text, "{comma}{value}"),
+            Value::Real(value) => write!(text, "{comma}{value}"),
+            Value::Rate(value) => write!(text, "{comma}{value:+010.6}"),
+        };
+    }
+    text
+}
+
+fn reals(values: &[Value]) -> Vec<f64> {
+    let real = |value: &Value| match value {
+        Value::Real(value) | Value::Rate(value) => f64::from(*value),
+        Value::Whole(value) => f64::from(*value),
+        Value::Text(_) => 0.0,
+    };
+    values.iter().map(real).collect()
+}
+
+fn is_orthonormal(matrix: &[f64]) -> bool {
+    let rows: Vec<&[f64]> = matrix.chunks(3).collect();
+    rows.iter().enumerate().all(|(i, one)| {
+        rows.iter().enumerate().all(|(j, other)| {
+            let product: f64 = one.iter().zip(*other).map(|(a, b)| a * b).sum();
+            (product - f64::from(u8::from(i == j))).abs() <= ORTHONORMAL_WITHIN
+        })
+    })
+}

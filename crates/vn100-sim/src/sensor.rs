@@ -1,0 +1,268 @@
+//! What the emulated sensor measures, tick by tick: the truth of a profile behind the window of register 85.
+
+use crate::{
+    flicker::Flicker,
+    generator::wrapped_deg,
+    noise::{ChannelNoise, Component, RandomWalk, normal, random_stream},
+    onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
+    profile::Profile,
+};
+
+/// The window a sensor is delivered with, at the rate it is delivered with.
+const DELIVERED_WINDOW: u32 = 4;
+const DELIVERED_RATE_HZ: f64 = 40.0;
+
+/// Attitude is computed on every second tick.
+const ATTITUDE_REFRESH_HZ: u32 = 400;
+
+/// Ticks between two values of everything slow: flicker, walk, temperature and pressure.
+const SLOW_TICKS: u64 = 20;
+const SLOW_INTERVAL_S: f64 = SLOW_TICKS as f64 / IMU_REFRESH_HZ as f64;
+
+/// Time constant of the attitude filter's gyro bias. The maker states none; recorded streams ask for tens of seconds.
+const BIAS_TRACKING_S: f64 = 30.0;
+
+/// Standard deviation of the gyro bias at turn-on, rad/s; one recorded unit shows 0.020, -0.030 and -0.011.
+const TURN_ON_BIAS_RAD_S: f64 = 0.02;
+
+/// Warm-up from the temperature of the room, as a first-order lag.
+const ROOM_C: f64 = 22.0;
+const WARM_UP_C: f64 = 11.0;
+const WARM_UP_S: f64 = 900.0;
+const TEMPERATURE_SIGMA_C: f64 = 0.02;
+/// Slow change of the weather: a sine.
+const PRESSURE_KPA: f64 = 101.325;
+const WEATHER_KPA: f64 = 0.05;
+const WEATHER_S: f64 = 7200.0;
+const PRESSURE_SIGMA_KPA: f64 = 0.003;
+
+/// Number of the random stream of temperature and pressure, behind those of the twelve channels.
+const SURROUNDINGS: u32 = 12;
+
+/// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the uncompensated output
+/// passes each: register 85.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ImuFilter {
+    pub(crate) windows: [u32; 3],
+    pub(crate) uncompensated: [bool; 3],
+    pub(crate) compensated: [bool; 3],
+}
+
+/// User calibration of one triad, y = C (x - B), row by row: registers 23, 25 and 84.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Calibration {
+    pub(crate) matrix: [f64; 9],
+    pub(crate) offset: [f64; 3],
+}
+
+impl Calibration {
+    fn apply(&self, value: [f64; 3]) -> [f64; 3] {
+        rotated(&self.matrix, [0, 1, 2].map(|axis| value[axis] - self.offset[axis]))
+    }
+}
+
+/// The product of a matrix, given row by row, and a column.
+pub(crate) fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
+    [0, 3, 6].map(|row| (0..3).map(|column| matrix[row + column] * value[column]).sum())
+}
+
+/// How raw values become output.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Processing {
+    pub(crate) filter: ImuFilter,
+    pub(crate) mag: Calibration,
+    pub(crate) accel: Calibration,
+    pub(crate) gyro: Calibration,
+    /// Rotation of the reference frame, row by row: register 26.
+    pub(crate) frame: [f64; 9],
+}
+
+/// All values of one tick, in single precision as in the sensor.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Measurement {
+    /// Yaw, pitch, roll, deg.
+    pub(crate) ypr_deg: [f32; 3],
+    pub(crate) mag_gauss: [f32; 3],
+    pub(crate) accel_m_s2: [f32; 3],
+    pub(crate) gyro_rad_s: [f32; 3],
+    pub(crate) uncompensated_mag_gauss: [f32; 3],
+    pub(crate) uncompensated_accel_m_s2: [f32; 3],
+    pub(crate) uncompensated_gyro_rad_s: [f32; 3],
+    pub(crate) temperature_c: f32,
+    pub(crate) pressure_kpa: f32,
+}
+
+/// Integrals since they were last read.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Deltas {
+    pub(crate) time_s: f64,
+    pub(crate) theta_deg: [f64; 3],
+    pub(crate) velocity_m_s: [f64; 3],
+}
+
+/// One channel of the profile at 800 Hz.
+#[derive(Debug, Clone)]
+struct Channel {
+    truth: ChannelNoise,
+    refresh_hz: u64,
+    white: Boxcar,
+    flicker: Flicker,
+    walk: RandomWalk,
+    line_phase_turns: f64,
+    slow: f64,
+    steady: f64,
+}
+
+impl Channel {
+    fn new(profile: &Profile, number: usize, seed: u64) -> Self {
+        let channel = profile.channels[number];
+        let rng = |component| random_stream(seed, number as u32, component);
+        let (refresh_hz, delivered) = match number {
+            0..3 => (ATTITUDE_REFRESH_HZ, 1),
+            3..6 => (MAG_REFRESH_HZ, 1),
+            _ => (IMU_REFRESH_HZ, DELIVERED_WINDOW),
+        };
+        let density = channel.noise.white_density;
+        let sigma = match channel.window {
+            Window::Boxcar { refresh_hz, .. } => density * f64::from(refresh_hz).sqrt(),
+            // stated for the output: what the sensor must have for it to come out as delivered
+            Window::None => density * (DELIVERED_RATE_HZ * f64::from(delivered)).sqrt(),
+        };
+        Self {
+            truth: channel.noise,
+            refresh_hz: u64::from(refresh_hz),
+            white: Boxcar::new(sigma, delivered, rng(Component::White)),
+            flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(Component::Flicker)),
+            walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(Component::Walk)),
+            line_phase_turns: rand::RngExt::random(&mut rng(Component::LinePhase)),
+            slow: 0.0,
+            steady: 0.0,
+        }
+    }
+
+    fn advance(&mut self, tick: u64) {
+        let refreshes = |ticks: u64| ticks * self.refresh_hz / u64::from(IMU_REFRESH_HZ);
+        if refreshes(tick + 1) > refreshes(tick) {
+            self.white.refresh();
+        }
+        if tick.is_multiple_of(SLOW_TICKS) {
+            self.slow = self.flicker.advance() + self.walk.advance();
+        }
+        self.steady = self.truth.steady(seconds(tick), self.line_phase_turns) + self.slow;
+    }
+
+    fn value(&self, averaged: bool) -> f64 {
+        self.steady + if averaged { self.white.mean() } else { self.white.latest() }
+    }
+}
+
+fn seconds(tick: u64) -> f64 {
+    tick as f64 / f64::from(IMU_REFRESH_HZ)
+}
+
+/// The endless stream of what an emulated sensor measures, one tick of 1.25 ms at a time.
+///
+/// Which values are read, and when, changes none of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Sensor {
+    channels: [Channel; 12],
+    /// Ticks taken.
+    ticks: u64,
+    turn_on_bias_rad_s: [f64; 3],
+    /// The attitude filter's estimate of the gyro bias.
+    bias_rad_s: [f64; 3],
+    surroundings: rand_chacha::ChaCha8Rng,
+    temperature_c: f64,
+    pressure_kpa: f64,
+    deltas: Deltas,
+}
+
+impl Sensor {
+    pub(crate) fn new(profile: &Profile, seed: u64) -> Self {
+        let turn_on_bias_rad_s = [9, 10, 11]
+            .map(|number| TURN_ON_BIAS_RAD_S * normal(&mut random_stream(seed, number, Component::TurnOnBias)));
+        Self {
+            channels: std::array::from_fn(|number| Channel::new(profile, number, seed)),
+            ticks: 0,
+            turn_on_bias_rad_s,
+            bias_rad_s: turn_on_bias_rad_s,
+            surroundings: random_stream(seed, SURROUNDINGS, Component::White),
+            temperature_c: ROOM_C,
+            pressure_kpa: PRESSURE_KPA,
+            deltas: Deltas::default(),
+        }
+    }
+
+    /// Takes one tick, with the windows of register 85.
+    pub(crate) fn advance(&mut self, filter: &ImuFilter) {
+        let tick = self.ticks;
+        self.ticks += 1;
+        for (channel, window) in self.channels[3..].iter_mut().zip(filter.windows.iter().flat_map(|w| [w; 3])) {
+            channel.white.set_window(*window);
+        }
+        for channel in &mut self.channels {
+            channel.advance(tick);
+        }
+        if tick.is_multiple_of(SLOW_TICKS) {
+            self.feel_surroundings(seconds(tick));
+        }
+        let interval_s = 1.0 / f64::from(IMU_REFRESH_HZ);
+        self.deltas.time_s += interval_s;
+        for axis in 0..3 {
+            let rate_rad_s = self.gyro_rad_s(axis, false);
+            self.deltas.theta_deg[axis] += rate_rad_s.to_degrees() * interval_s;
+            self.deltas.velocity_m_s[axis] += self.channels[6 + axis].value(false) * interval_s;
+            // the profile's mean is what a converged filter leaves
+            let residual_rad_s = rate_rad_s - self.channels[9 + axis].truth.mean - self.bias_rad_s[axis];
+            self.bias_rad_s[axis] += residual_rad_s * interval_s / BIAS_TRACKING_S;
+        }
+    }
+
+    /// The present values.
+    pub(crate) fn measure(&self, processing: &Processing) -> Measurement {
+        let filter = &processing.filter;
+        let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));
+        let gyro = |averaged: bool| [0, 1, 2].map(|axis| self.gyro_rad_s(axis, averaged));
+        let corrected = {
+            let calibrated = processing.gyro.apply(gyro(filter.compensated[2]));
+            [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
+        };
+        let in_frame = |value| single(rotated(&processing.frame, value));
+        Measurement {
+            ypr_deg: triad(0, false).map(wrapped_deg),
+            mag_gauss: in_frame(processing.mag.apply(triad(3, filter.compensated[0]))),
+            accel_m_s2: in_frame(processing.accel.apply(triad(6, filter.compensated[1]))),
+            gyro_rad_s: in_frame(corrected),
+            uncompensated_mag_gauss: single(triad(3, filter.uncompensated[0])),
+            uncompensated_accel_m_s2: single(triad(6, filter.uncompensated[1])),
+            uncompensated_gyro_rad_s: single(gyro(filter.uncompensated[2])),
+            temperature_c: self.temperature_c as f32,
+            pressure_kpa: self.pressure_kpa as f32,
+        }
+    }
+
+    /// Integrals over the ticks since the last call.
+    pub(crate) fn take_deltas(&mut self) -> Deltas {
+        std::mem::take(&mut self.deltas)
+    }
+
+    /// The attitude filter's estimate of the gyro bias.
+    pub(crate) fn bias_rad_s(&self) -> [f64; 3] {
+        self.bias_rad_s
+    }
+
+    fn gyro_rad_s(&self, axis: usize, averaged: bool) -> f64 {
+        self.turn_on_bias_rad_s[axis] + self.channels[9 + axis].value(averaged)
+    }
+
+    fn feel_surroundings(&mut self, time_s: f64) {
+        let warm = WARM_UP_C * (1.0 - (-time_s / WARM_UP_S).exp());
+        let weather = WEATHER_KPA * (std::f64::consts::TAU * time_s / WEATHER_S).sin();
+        self.temperature_c = ROOM_C + warm + TEMPERATURE_SIGMA_C * normal(&mut self.surroundings);
+        self.pressure_kpa = PRESSURE_KPA + weather + PRESSURE_SIGMA_KPA * normal(&mut self.surroundings);
+    }
+}
+
+fn single(value: [f64; 3]) -> [f32; 3] {
+    value.map(|component| component as f32)
+}
