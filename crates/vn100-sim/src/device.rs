@@ -41,6 +41,7 @@ use command::{Command, CommandBuffer, RECEIVE_BUFFER};
 use error_code::ErrorCode;
 use messages::MESSAGES;
 use output::SyncOut;
+pub use register_table::BAUD_RATES;
 use registers::Registers;
 use uart::Uart;
 pub use {registers::Firmware, uart::SentByte};

@@ -26,13 +26,18 @@
 
 pub mod capture;
 pub mod device;
+pub mod fault;
 mod flicker;
 pub mod generator;
 pub mod noise;
 pub mod onboard;
 pub mod profile;
+pub mod pty;
+mod receiver;
 mod sensor;
 pub mod sentence;
+pub mod usb;
+pub mod wire;
 
 pub use capture::write_capture;
 pub use device::{Device, DeviceConfig};

@@ -28,8 +28,8 @@ pub(crate) struct Row {
 
 use Field::{OneOf, Rate, Real, Text, Whole};
 
-/// Rates of the line in baud.
-pub(crate) const BAUD_RATES: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 128_000, 230_400, 460_800, 921_600];
+/// The rates of the serial line, baud.
+pub const BAUD_RATES: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 128_000, 230_400, 460_800, 921_600];
 
 const FLAG: Field = Whole(0, 1);
 const ANY: Field = Real(f32::MAX);

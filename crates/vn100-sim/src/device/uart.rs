@@ -79,7 +79,8 @@ impl Uart {
 
     /// Puts a whole message behind those that wait.
     pub(crate) fn send(&mut self, now_ns: u64, message: Vec<u8>) -> Result<(), Full> {
-        let waiting: usize = self.bursts.iter().map(|burst| burst.bytes.len() - burst.sent(now_ns)).sum();
+        let unsent = |burst: &Burst| burst.bytes.len() - burst.sent(now_ns);
+        let waiting: usize = self.bursts.iter().rev().map(unsent).take_while(|count| *count > 0).sum();
         if waiting + message.len() > TRANSMIT_BUFFER {
             return Err(Full);
         }

@@ -1,0 +1,158 @@
+//! Lets a plan of faults befall the bytes of a link.
+
+use std::{collections::VecDeque, time::Duration};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Bytes, Fault, FaultPlan};
+
+/// Old bytes at the beginning of a session: less than a line.
+const STALE_BYTES: usize = 40;
+
+/// The most bytes that a splice takes from the second line; it takes one at least.
+const SPLICED_BYTES: u8 = 60;
+
+/// The bit that a bad session inverts, as seen on a real host.
+const BAD_SESSION_BIT: u8 = 6;
+
+/// What befalls more than bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Event {
+    Unplug,
+    Replug { other_name: bool },
+    Reboot,
+    Baud(std::num::NonZeroU32),
+}
+
+/// Where in a splice the stream is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Splice {
+    /// Bytes are lost up to the end of the line.
+    FirstLine,
+    /// So many more are lost.
+    SecondLine(u8),
+}
+
+/// A plan on its way. Equal plans, seeds and bytes give equal results.
+#[derive(Debug, Clone)]
+pub(crate) struct Injector {
+    /// Faults of bytes; those that have happened are taken out.
+    faults: Vec<Fault>,
+    /// In order of time.
+    events: VecDeque<(Duration, Event)>,
+    splice: Option<Splice>,
+    bad_session: bool,
+    /// The latest bytes of the sensor.
+    recent: VecDeque<u8>,
+    rng: ChaCha8Rng,
+}
+
+impl Injector {
+    pub(crate) fn new(plan: &FaultPlan, seed: u64) -> Self {
+        let mut events = Vec::new();
+        for fault in &plan.faults {
+            match *fault {
+                Fault::Unplug { at, back_after, other_name } => {
+                    events.push((at, Event::Unplug));
+                    events.extend(back_after.map(|back_after| (at + back_after, Event::Replug { other_name })));
+                }
+                Fault::Reboot(at) => events.push((at, Event::Reboot)),
+                Fault::Baud(at, baud) => events.push((at, Event::Baud(baud))),
+                _ => {}
+            }
+        }
+        events.sort_by_key(|(at, _)| *at);
+        Self {
+            faults: plan.faults.clone(),
+            events: events.into(),
+            splice: None,
+            bad_session: false,
+            recent: VecDeque::new(),
+            rng: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    /// When the next event is due.
+    pub(crate) fn next_event(&self) -> Option<Duration> {
+        self.events.front().map(|(at, _)| *at)
+    }
+
+    /// The next event that is due by `now`, with its time.
+    pub(crate) fn take_event(&mut self, now: Duration) -> Option<(Duration, Event)> {
+        self.next_event().filter(|at| *at <= now)?;
+        self.events.pop_front()
+    }
+
+    /// The port is opened: the old bytes that come first.
+    pub(crate) fn open(&mut self) -> Vec<u8> {
+        self.bad_session = false;
+        let mut stale = Vec::new();
+        for fault in &self.faults {
+            match fault {
+                Fault::BadOpen(chance) => self.bad_session |= self.rng.random_bool(*chance),
+                Fault::Stale => stale = self.recent.iter().copied().collect(),
+                _ => {}
+            }
+        }
+        stale
+    }
+
+    /// What becomes of a byte: when it goes on and as what; `None` when it is lost.
+    pub(crate) fn pass(&mut self, at: Duration, byte: u8) -> Option<(Duration, u8)> {
+        let mut byte = byte;
+        let mut lost = false;
+        let mut release = at;
+        let rng = &mut self.rng;
+        let splice = &mut self.splice;
+        self.faults.retain(|fault| {
+            let (befalls, once) = match *fault {
+                Fault::Drop(bytes) | Fault::Flip(bytes, _) => befalls(bytes, at, rng),
+                Fault::Splice(time) => (at >= time, true),
+                Fault::Stall(from, length) => (at >= from && at < from + length, false),
+                _ => (false, false),
+            };
+            if !befalls {
+                return true;
+            }
+            match *fault {
+                Fault::Drop(_) => lost = true,
+                Fault::Flip(_, bit) => byte ^= 1 << bit.unwrap_or_else(|| rng.random_range(0..8)),
+                Fault::Splice(_) => *splice = Some(Splice::FirstLine),
+                Fault::Stall(from, length) => release = release.max(from + length),
+                _ => {}
+            }
+            !once
+        });
+        if self.bad_session {
+            byte ^= 1 << BAD_SESSION_BIT;
+        }
+        lost |= self.spliced(byte);
+        if self.recent.len() == STALE_BYTES {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(byte);
+        (!lost).then_some((release, byte))
+    }
+
+    /// Whether a byte is lost to a splice.
+    fn spliced(&mut self, byte: u8) -> bool {
+        let Some(splice) = self.splice else { return false };
+        self.splice = match splice {
+            Splice::FirstLine if byte == b'\n' => Some(Splice::SecondLine(self.rng.random_range(1..=SPLICED_BYTES))),
+            Splice::FirstLine => Some(splice),
+            Splice::SecondLine(1) => None,
+            Splice::SecondLine(count) => Some(Splice::SecondLine(count - 1)),
+        };
+        true
+    }
+}
+
+/// Whether a byte is among those a fault befalls, and whether the fault is over with it.
+fn befalls(bytes: Bytes, at: Duration, rng: &mut ChaCha8Rng) -> (bool, bool) {
+    match bytes {
+        Bytes::At(time) => (at >= time, true),
+        Bytes::During(from, length) => (at >= from && at < from + length, false),
+        Bytes::Chance(chance) => (rng.random_bool(chance), false),
+    }
+}

@@ -1,0 +1,130 @@
+//! The emulated sensor as a serial port of this machine: a pseudo-terminal that any program can open.
+//!
+//! ```no_run
+//! use vn100_sim::{Device, DeviceConfig, pty::{PtyOptions, serve}};
+//!
+//! let sensor = serve(Device::new(DeviceConfig::default()), PtyOptions::default())?;
+//! println!("open {}", sensor.path().display());
+//! let stats = sensor.stop()?;
+//! println!("{} bytes read by nobody", stats.bytes_dropped);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only, where the machine tells when a host
+//! opens and closes the port.
+//!
+//! A host that reads at another rate than the sensor sends reads junk, and one that does not read at all loses bytes: the sensor never
+//! waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no old bytes and no exclusive
+//! access are left behind; only a link ([`PtyOptions::link`]) stays the same.
+
+#[cfg(target_os = "linux")]
+mod link;
+#[cfg(target_os = "linux")]
+mod port;
+#[cfg(target_os = "linux")]
+mod server;
+
+use std::{io, path::PathBuf, time::Duration};
+
+use thiserror::Error;
+
+use crate::fault::FaultPlan;
+
+#[cfg(target_os = "linux")]
+pub use server::{PtySensor, serve};
+
+/// How the sensor is connected.
+#[derive(Debug, Clone, Default)]
+pub struct PtyOptions {
+    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one exists, and removed at the end.
+    pub link: Option<PathBuf>,
+    /// The latency timer of a USB adapter; `None`: bytes are handed on as they come.
+    pub usb_latency: Option<Duration>,
+    /// What befalls the link.
+    pub faults: FaultPlan,
+    /// Seed of the faults.
+    pub seed: u64,
+    /// For how long the sensor has been on when it is connected. Times of faults count from power-up.
+    pub on_for: Duration,
+}
+
+/// What has passed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PtyStats {
+    /// How often the port was opened.
+    pub openings: u64,
+    /// Bytes handed to a host.
+    pub bytes_sent: u64,
+    /// Bytes that found the buffer of the port full.
+    pub bytes_dropped: u64,
+}
+
+/// The sensor cannot be connected, or no longer.
+#[derive(Debug, Error)]
+pub enum PtyError {
+    /// This machine has no pseudo-terminals that can be watched.
+    #[error(
+        "an emulated port needs a pseudo-terminal of Linux, which this system does not have: write a capture instead"
+    )]
+    Unsupported,
+    /// The machine gives no pseudo-terminal.
+    #[error("no pseudo-terminal for the emulated sensor: {0}")]
+    Open(#[source] io::Error),
+    /// The link cannot be made.
+    #[error("cannot make the link {} to the emulated sensor: {source}", path.display())]
+    Link {
+        /// Where it should be.
+        path: PathBuf,
+        /// What the machine says.
+        source: io::Error,
+    },
+    /// Something other than a link is in its place.
+    #[error("{} exists and is not a symbolic link: remove it, or choose another place for the link", path.display())]
+    LinkTaken {
+        /// Where it should be.
+        path: PathBuf,
+    },
+    /// The thread of the sensor cannot be started.
+    #[error("cannot start the thread of the emulated sensor: {0}")]
+    Thread(#[source] io::Error),
+    /// The thread of the sensor has ended by a fault of its own.
+    #[error("the thread of the emulated sensor has panicked")]
+    Panicked,
+}
+
+/// A sensor on a pseudo-terminal, where there are any.
+#[cfg(not(target_os = "linux"))]
+#[derive(Debug)]
+pub enum PtySensor {}
+
+/// Says that this system cannot.
+///
+/// # Errors
+/// Always [`PtyError::Unsupported`].
+#[cfg(not(target_os = "linux"))]
+pub fn serve(_: crate::Device, _: PtyOptions) -> Result<PtySensor, PtyError> {
+    Err(PtyError::Unsupported)
+}
+
+#[cfg(not(target_os = "linux"))]
+impl PtySensor {
+    /// The path to open.
+    #[must_use]
+    pub fn path(&self) -> PathBuf {
+        match *self {}
+    }
+
+    /// What has passed so far.
+    #[must_use]
+    pub fn stats(&self) -> PtyStats {
+        match *self {}
+    }
+
+    /// Takes the sensor away.
+    ///
+    /// # Errors
+    /// None here.
+    pub fn stop(self) -> Result<PtyStats, PtyError> {
+        match self {}
+    }
+}

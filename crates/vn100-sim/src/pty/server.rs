@@ -1,0 +1,296 @@
+//! The thread that stands between an emulated sensor and its pseudo-terminal.
+
+use std::{
+    num::NonZeroU32,
+    os::fd::OwnedFd,
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use rustix::{
+    event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll},
+    io::{Errno, write},
+};
+
+use super::{
+    PtyError, PtyOptions, PtyStats,
+    link::{Link, with_suffix},
+    port::{HostChange, Port},
+};
+use crate::{
+    device::Device,
+    wire::{PlugEvent, Wire},
+};
+
+/// How long a host that still reads is waited for at the end.
+const LINGER: Duration = Duration::from_secs(1);
+
+/// How often it is looked whether it has read all.
+const LINGER_STEP: Duration = Duration::from_millis(2);
+
+/// A sensor that is connected until this is dropped or stopped.
+#[derive(Debug)]
+pub struct PtySensor {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<Result<(), PtyError>>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    stop: AtomicBool,
+    /// Wakes the thread.
+    waker: OwnedFd,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    path: PathBuf,
+    stats: PtyStats,
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // numbers and a path are never half changed
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Connects a sensor and switches it on.
+///
+/// # Errors
+/// [`PtyError`] when the machine has no pseudo-terminal left, or the link cannot be made.
+pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError> {
+    let waker = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK).map_err(open_error)?;
+    let shared = Arc::new(Shared { stop: AtomicBool::new(false), waker, state: Mutex::default() });
+    let baud = host_baud(&device);
+    let mut server = Server {
+        wire: Wire::new(device, &options.faults, options.seed, options.usb_latency, baud),
+        port: None,
+        link: None,
+        link_path: options.link,
+        switched_on: Instant::now(),
+        on_for: options.on_for,
+        shared: Arc::clone(&shared),
+    };
+    server.plug_in(false)?;
+    let thread = thread::Builder::new().name("vn100-sim".to_owned()).spawn(move || server.run());
+    Ok(PtySensor { shared, thread: Some(thread.map_err(PtyError::Thread)?) })
+}
+
+impl PtySensor {
+    /// The path to open: the link where there is one. Without a link it changes when a host leaves; while the sensor is unplugged it is
+    /// the last that was.
+    #[must_use]
+    pub fn path(&self) -> PathBuf {
+        self.shared.state().path.clone()
+    }
+
+    /// What has passed so far.
+    #[must_use]
+    pub fn stats(&self) -> PtyStats {
+        self.shared.state().stats
+    }
+
+    /// Takes the sensor away when the host has read what it was sent, or after a second.
+    ///
+    /// # Errors
+    /// [`PtyError`] when the sensor was gone before.
+    pub fn stop(mut self) -> Result<PtyStats, PtyError> {
+        self.end()?;
+        Ok(self.stats())
+    }
+
+    fn end(&mut self) -> Result<(), PtyError> {
+        self.shared.stop.store(true, Ordering::Release);
+        // a counter that is full wakes as well
+        _ = write(&self.shared.waker, &1_u64.to_ne_bytes());
+        match self.thread.take() {
+            Some(thread) => thread.join().unwrap_or(Err(PtyError::Panicked)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for PtySensor {
+    fn drop(&mut self) {
+        // nobody is left to be told
+        _ = self.end();
+    }
+}
+
+struct Server {
+    wire: Wire,
+    /// `None` while it is unplugged.
+    port: Option<Port>,
+    link: Option<Link>,
+    link_path: Option<PathBuf>,
+    switched_on: Instant,
+    on_for: Duration,
+    shared: Arc<Shared>,
+}
+
+impl Server {
+    fn run(mut self) -> Result<(), PtyError> {
+        while !self.shared.stop.load(Ordering::Acquire) {
+            let now = self.now();
+            self.follow_plug(now)?;
+            self.follow_host(now)?;
+            self.exchange(now)?;
+            let wakeup = self.wire.next_wakeup(now);
+            self.sleep(wakeup.saturating_sub(self.now()))?;
+        }
+        self.linger()
+    }
+
+    /// Time since power-up.
+    fn now(&self) -> Duration {
+        self.on_for + self.switched_on.elapsed()
+    }
+
+    fn follow_plug(&mut self, now: Duration) -> Result<(), PtyError> {
+        while let Some(event) = self.wire.poll_plug(now) {
+            match event {
+                PlugEvent::Unplugged => {
+                    self.wire.close(now);
+                    self.link = None;
+                    self.port = None;
+                }
+                PlugEvent::Replugged { other_name } => self.plug_in(other_name)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn follow_host(&mut self, now: Duration) -> Result<(), PtyError> {
+        let Some(port) = &mut self.port else { return Ok(()) };
+        match port.host_change().map_err(PtyError::Open)? {
+            None => {}
+            Some(HostChange::Opened) => self.open(now)?,
+            Some(HostChange::Reopened) => {
+                self.wire.close(now);
+                self.open(now)?;
+            }
+            Some(HostChange::Left) => {
+                self.wire.close(now);
+                self.replace_port()?;
+            }
+        }
+        Ok(())
+    }
+
+    fn open(&mut self, now: Duration) -> Result<(), PtyError> {
+        self.shared.state().stats.openings += 1;
+        let stale = self.wire.open(now);
+        self.give(&stale)
+    }
+
+    /// Lets bytes pass in both directions.
+    fn exchange(&mut self, now: Duration) -> Result<(), PtyError> {
+        if let Some(port) = &self.port {
+            if let Some(baud) = port.host_baud().map_err(PtyError::Open)? {
+                self.wire.set_host_baud(baud);
+            }
+            let written = port.read().map_err(PtyError::Open)?;
+            if !written.is_empty() {
+                self.wire.write(&written, now);
+            }
+        }
+        let bytes = self.wire.poll(now);
+        self.give(&bytes)
+    }
+
+    /// Hands bytes to the host; those for which there is no room are lost.
+    fn give(&self, bytes: &[u8]) -> Result<(), PtyError> {
+        let Some(port) = &self.port else { return Ok(()) };
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let sent = port.write(bytes).map_err(PtyError::Open)?;
+        let mut state = self.shared.state();
+        state.stats.bytes_sent += sent as u64;
+        state.stats.bytes_dropped += (bytes.len() - sent) as u64;
+        Ok(())
+    }
+
+    fn plug_in(&mut self, other_name: bool) -> Result<(), PtyError> {
+        let port = Port::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+        let path = match &self.link_path {
+            None => port.path().to_owned(),
+            Some(link) => {
+                let link = if other_name { with_suffix(link, "-1") } else { link.clone() };
+                self.link = Some(Link::make(&link, port.path())?);
+                link
+            }
+        };
+        self.shared.state().path = path;
+        self.port = Some(port);
+        Ok(())
+    }
+
+    /// A host has left: the next one finds a fresh port.
+    fn replace_port(&mut self) -> Result<(), PtyError> {
+        let Some(old) = self.port.take() else { return Ok(()) };
+        let fresh = Port::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+        self.lead_to(fresh.path())?;
+        // a host that comes back at once has the old one
+        if old.is_hung_up().map_err(PtyError::Open)? {
+            self.port = Some(fresh);
+        } else {
+            self.lead_to(old.path())?;
+            self.port = Some(old);
+        }
+        Ok(())
+    }
+
+    fn lead_to(&self, port: &Path) -> Result<(), PtyError> {
+        match &self.link {
+            Some(link) => link.turn(port)?,
+            None => self.shared.state().path = port.to_owned(),
+        }
+        Ok(())
+    }
+
+    fn sleep(&self, time: Duration) -> Result<(), PtyError> {
+        let timeout = Timespec::try_from(time).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
+        match &self.port {
+            Some(port) => port.wait(&self.shared.waker, &timeout).map_err(PtyError::Open),
+            None => match poll(&mut [PollFd::new(&self.shared.waker, PollFlags::IN)], Some(&timeout)) {
+                Ok(_) | Err(Errno::INTR) => Ok(()),
+                Err(error) => Err(open_error(error)),
+            },
+        }
+    }
+
+    /// What a host has not read is lost when the port goes.
+    fn linger(mut self) -> Result<(), PtyError> {
+        let since = Instant::now();
+        // the machine hands bytes over in steps: nothing must be left twice
+        let mut empty = 0;
+        while let Some(port) = &mut self.port {
+            let left = port.host_change().map_err(PtyError::Open)? == Some(HostChange::Left);
+            empty = if port.unread().map_err(PtyError::Open)? == 0 { empty + 1 } else { 0 };
+            if left || empty > 1 || since.elapsed() > LINGER {
+                break;
+            }
+            let step = Timespec { tv_sec: 0, tv_nsec: LINGER_STEP.subsec_nanos().into() };
+            // the waker is readable now: only the time is waited for
+            poll(&mut [], Some(&step)).map_err(open_error)?;
+        }
+        Ok(())
+    }
+}
+
+/// The rate at which a host finds the port.
+fn host_baud(device: &Device) -> NonZeroU32 {
+    NonZeroU32::new(device.baud()).unwrap_or(NonZeroU32::MIN)
+}
+
+fn open_error(error: Errno) -> PtyError {
+    PtyError::Open(error.into())
+}

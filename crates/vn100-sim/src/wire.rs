@@ -1,0 +1,165 @@
+//! All between the sensor and its host, on a clock passed in: rates of both ends, faults, the buffer of an adapter.
+
+use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
+
+use crate::{
+    device::{Device, SentByte},
+    fault::{Event, FaultPlan, Injector},
+    receiver::Receiver,
+    usb::UsbBuffer,
+};
+
+/// The port comes or goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlugEvent {
+    /// It vanishes.
+    Unplugged,
+    /// It is back, and the sensor starts from power-up.
+    Replugged {
+        /// Under another name.
+        other_name: bool,
+    },
+}
+
+/// An emulated sensor, its cable and its adapter.
+#[derive(Debug, Clone)]
+pub struct Wire {
+    device: Device,
+    faults: Injector,
+    usb: Option<UsbBuffer>,
+    /// Reads what the sensor sends, at the rate of the host.
+    receiver: Receiver,
+    host_baud: NonZeroU32,
+    host_is_there: bool,
+    plugged: bool,
+    /// Bytes that a stall holds back.
+    held: VecDeque<(Duration, u8)>,
+}
+
+impl Wire {
+    /// A wire that nobody has opened yet. `usb_latency` is the timer of a USB adapter; `None` hands bytes on as they come.
+    #[must_use]
+    pub fn new(
+        device: Device,
+        plan: &FaultPlan,
+        seed: u64,
+        usb_latency: Option<Duration>,
+        host_baud: NonZeroU32,
+    ) -> Self {
+        Self {
+            device,
+            faults: Injector::new(plan, seed),
+            usb: usb_latency.map(UsbBuffer::new),
+            receiver: Receiver::new(host_baud.get()),
+            host_baud,
+            host_is_there: false,
+            plugged: true,
+            held: VecDeque::new(),
+        }
+    }
+
+    /// The sensor.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// The host opens the port: from here on it gets what the sensor sends. Returns what it reads at once: old bytes, where the plan says so.
+    #[must_use]
+    pub fn open(&mut self, now: Duration) -> Vec<u8> {
+        _ = self.poll(now);
+        self.host_is_there = true;
+        self.faults.open()
+    }
+
+    /// The host has closed the port.
+    pub fn close(&mut self, now: Duration) {
+        _ = self.poll(now);
+        self.host_is_there = false;
+    }
+
+    /// The host reads and writes at this rate from here on.
+    pub fn set_host_baud(&mut self, baud: NonZeroU32) {
+        self.host_baud = baud;
+        self.receiver.set_baud(baud.get());
+    }
+
+    /// The host writes. The sensor has the bytes at once, or junk where it listens at another rate.
+    pub fn write(&mut self, bytes: &[u8], now: Duration) {
+        if !self.plugged {
+            return;
+        }
+        // a change of rate takes effect when the answer to it is out
+        let mut heard = Vec::new();
+        let baud = self.host_baud.get();
+        let mut listener = Receiver::new(self.device.baud());
+        let mut at = Duration::from_secs(1);
+        for byte in bytes {
+            at += Duration::from_nanos(10_000_000_000 / u64::from(baud));
+            listener.push(SentByte { at, byte: *byte, baud });
+        }
+        listener.poll(at + Duration::from_secs(1), |_, byte| heard.push(byte));
+        self.device.receive(&heard, now);
+    }
+
+    /// What reaches the host by `now`; nothing while it is away.
+    #[must_use]
+    pub fn poll(&mut self, now: Duration) -> Vec<u8> {
+        let mut sent = Vec::new();
+        self.device.poll_bytes(now, |byte| sent.push(byte));
+        for byte in sent {
+            self.receiver.push(byte);
+        }
+        let (faults, held) = (&mut self.faults, &mut self.held);
+        self.receiver.poll(now, |at, byte| held.extend(faults.pass(at, byte)));
+        if !(self.host_is_there && self.plugged) {
+            held.clear();
+        }
+        let mut host = Vec::new();
+        let due = self.held.partition_point(|(at, _)| *at <= now);
+        for (at, byte) in self.held.drain(..due) {
+            match &mut self.usb {
+                Some(usb) => usb.push(at, byte, &mut host),
+                None => host.push(byte),
+            }
+        }
+        if let Some(usb) = &mut self.usb {
+            usb.poll(now, &mut host);
+        }
+        host
+    }
+
+    /// Lets the faults that are no matter of bytes happen by `now`; call it until it gives `None`.
+    pub fn poll_plug(&mut self, now: Duration) -> Option<PlugEvent> {
+        while let Some((at, event)) = self.faults.take_event(now) {
+            match event {
+                Event::Reboot => self.device.crash(at),
+                Event::Baud(baud) => self.device.force_baud(baud, at),
+                Event::Unplug => {
+                    self.plugged = false;
+                    self.held.clear();
+                    return Some(PlugEvent::Unplugged);
+                }
+                Event::Replug { other_name } => {
+                    self.plugged = true;
+                    self.device.power_cycle(at);
+                    return Some(PlugEvent::Replugged { other_name });
+                }
+            }
+        }
+        None
+    }
+
+    /// When to poll again. While nobody reads it is seldom.
+    #[must_use]
+    pub fn next_wakeup(&self, now: Duration) -> Duration {
+        let idle = now + Duration::from_secs(1);
+        let bytes = [
+            Some(self.device.next_wakeup()),
+            self.usb.as_ref().and_then(UsbBuffer::next_wakeup),
+            self.held.front().map(|(at, _)| *at),
+        ];
+        let bytes = bytes.into_iter().flatten().filter(|_| self.host_is_there && self.plugged);
+        bytes.chain(self.faults.next_event()).fold(idle, Duration::min)
+    }
+}

@@ -1,0 +1,209 @@
+//! The emulated sensor on a real pseudo-terminal, opened as a plain file.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{
+    fs::{self, File, OpenOptions},
+    io::{self, Read, Write},
+    os::unix::fs::OpenOptionsExt,
+    path::{Path, PathBuf},
+    thread,
+    time::{Duration, Instant},
+};
+
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    fs::OFlags,
+    termios::{OptionalActions, tcgetattr, tcsetattr},
+};
+use tempfile::TempDir;
+use vn100_protocol::{Decoder, Item, Options};
+use vn100_sim::{
+    Device, DeviceConfig,
+    pty::{PtyOptions, PtySensor, serve},
+};
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A sensor that has been on for two seconds, behind a link of its own.
+fn connected(faults: &str) -> (TempDir, PathBuf, PtySensor) {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("sensor");
+    let options = PtyOptions {
+        link: Some(link.clone()),
+        faults: faults.parse().unwrap(),
+        on_for: Duration::from_secs(2),
+        ..PtyOptions::default()
+    };
+    let sensor = serve(Device::new(DeviceConfig::default()), options).unwrap();
+    assert_eq!(sensor.path(), link);
+    (folder, link, sensor)
+}
+
+struct Host {
+    port: File,
+    read: Vec<u8>,
+}
+
+impl Host {
+    fn open(path: &Path) -> Self {
+        Self::try_open(path).unwrap()
+    }
+
+    fn try_open(path: &Path) -> io::Result<Self> {
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits();
+        let port = OpenOptions::new().read(true).write(true).custom_flags(flags.try_into().unwrap()).open(path)?;
+        Ok(Self { port, read: Vec::new() })
+    }
+
+    fn set_baud(&self, baud: u32) {
+        let mut settings = tcgetattr(&self.port).unwrap();
+        settings.set_speed(baud).unwrap();
+        tcsetattr(&self.port, OptionalActions::Now, &settings).unwrap();
+    }
+
+    /// Reads until enough has come; an error when the port is hung up.
+    fn read_until(&mut self, enough: impl Fn(&[u8]) -> bool) -> io::Result<()> {
+        let since = Instant::now();
+        while !enough(&self.read) {
+            assert!(since.elapsed() < PATIENCE, "read only {:?}", String::from_utf8_lossy(&self.read));
+            let mut fds = [PollFd::new(&self.port, PollFlags::IN)];
+            poll(&mut fds, Some(&Timespec { tv_sec: 1, tv_nsec: 0 })).unwrap();
+            let mut piece = [0; 4096];
+            match self.port.read(&mut piece) {
+                Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+                Ok(count) => self.read.extend(&piece[..count]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, command: &str, answer: &str) {
+        self.port.write_all(format!("${command}*XX\r\n").as_bytes()).unwrap();
+        self.read_until(|read| read.windows(answer.len()).any(|bytes| bytes == answer.as_bytes())).unwrap();
+    }
+}
+
+fn good_lines(bytes: &[u8]) -> usize {
+    let mut lines = 0;
+    Decoder::new(Options::default()).push(bytes, |item| lines += usize::from(matches!(item, Item::Ymr(_))));
+    lines
+}
+
+fn wait_until(met: impl Fn() -> bool) {
+    let since = Instant::now();
+    while !met() {
+        assert!(since.elapsed() < PATIENCE);
+        poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: 1_000_000 })).unwrap();
+    }
+}
+
+#[test]
+fn a_program_that_opens_the_link_reads_lines_and_is_answered() {
+    let (_folder, link, sensor) = connected("");
+    let mut host = Host::open(&link);
+    host.read_until(|read| good_lines(read) >= 3).unwrap();
+    host.ask("VNRRG,01", "$VNRRG,01,VN-100S-CR*35\r\n");
+    // the terminal changes no byte and sends none back
+    assert!(!host.read.windows(2).any(|pair| pair == b"\n\n"));
+    let stats = sensor.stop().unwrap();
+    assert_eq!(stats.openings, 1);
+    assert!(!link.exists() && !link.is_symlink());
+}
+
+#[test]
+fn whoever_comes_next_finds_a_fresh_port_without_old_bytes() {
+    let (_folder, link, sensor) = connected("");
+    let mut target = fs::read_link(&link).unwrap();
+    for openings in 1..=3 {
+        let mut host = Host::open(&link);
+        host.read_until(|read| !read.is_empty()).unwrap();
+        assert_eq!(sensor.stats().openings, openings);
+        drop(host);
+        wait_until(|| fs::read_link(&link).unwrap() != target);
+        target = fs::read_link(&link).unwrap();
+    }
+}
+
+#[test]
+fn a_host_that_comes_back_at_once_is_served() {
+    let (_folder, link, _sensor) = connected("");
+    for _ in 0..50 {
+        // the port of the moment may be replaced between finding and opening it
+        let mut host = loop {
+            let mut host = match Host::try_open(&link) {
+                Ok(host) => host,
+                Err(_) => continue,
+            };
+            if host.read_until(|read| !read.is_empty()).is_ok() {
+                break host;
+            }
+        };
+        host.ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
+    }
+}
+
+#[test]
+fn a_host_at_another_rate_reads_junk_and_is_not_heard() {
+    let (_folder, link, _sensor) = connected("");
+    let mut host = Host::open(&link);
+    host.set_baud(57_600);
+    host.port.write_all(b"$VNASY,0*4F\r\n").unwrap();
+    host.read_until(|read| read.len() > 400).unwrap();
+    assert_eq!(good_lines(&host.read[122..]), 0);
+    host.set_baud(115_200);
+    host.read_until(|read| good_lines(read) >= 2).unwrap();
+}
+
+#[test]
+fn an_unplugged_sensor_takes_its_port_along_and_comes_back() {
+    let (folder, link, _sensor) = connected("unplug@2.2s+200ms:other");
+    let mut host = Host::open(&link);
+    host.read_until(|_| false).unwrap_err();
+    assert!(!link.is_symlink());
+    let other = folder.path().join("sensor-1");
+    wait_until(|| other.exists());
+    let mut host = Host::open(&other);
+    host.read_until(|read| good_lines(read) >= 1).unwrap();
+}
+
+#[test]
+fn bytes_that_nobody_reads_are_dropped_and_counted() {
+    let (_folder, link, sensor) = connected("");
+    let mut host = Host::open(&link);
+    host.ask("VNWRG,06,0", "$VNWRG,06,0*6C\r\n");
+    host.ask("VNWRG,05,921600", "$VNWRG,05,921600*53\r\n");
+    host.set_baud(921_600);
+    // 46 000 bytes a second
+    host.ask("VNWRG,75,1,1,01,0601", "$VNWRG,75,1,1,01,0601*");
+    wait_until(|| sensor.stats().bytes_dropped > 0);
+    // and it still listens
+    host.ask("VNWRG,75,0,1,01,0601", "$VNWRG,75,0,1,01,0601*");
+}
+
+#[test]
+fn a_sensor_that_is_stopped_waits_for_its_reader() {
+    let (_folder, link, sensor) = connected("");
+    let mut host = Host::open(&link);
+    wait_until(|| sensor.stats().bytes_sent > 500);
+    let reader = thread::spawn(move || {
+        _ = host.read_until(|_| false);
+        host.read.len()
+    });
+    let stats = sensor.stop().unwrap();
+    assert_eq!(reader.join().unwrap() as u64, stats.bytes_sent);
+}
+
+#[test]
+fn a_file_in_place_of_the_link_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("sensor");
+    fs::write(&link, "precious").unwrap();
+    let options = PtyOptions { link: Some(link.clone()), ..PtyOptions::default() };
+    let error = serve(Device::new(DeviceConfig::default()), options).unwrap_err();
+    assert!(error.to_string().contains("exists and is not a symbolic link"));
+    assert_eq!(fs::read_to_string(&link).unwrap(), "precious");
+}
