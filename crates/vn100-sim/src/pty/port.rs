@@ -97,8 +97,8 @@ impl Port {
         Ok((open && !before).then_some(HostChange::Opened))
     }
 
-    /// Whether no host has the port open. Tells the truth only without a hold of our own, that is after [`HostChange::Left`].
-    pub(super) fn is_hung_up(&self) -> io::Result<bool> {
+    /// Whether no one has the port open, ourselves included.
+    fn is_hung_up(&self) -> io::Result<bool> {
         let mut fds = [PollFd::new(&self.master, PollFlags::empty())];
         poll(&mut fds, Some(&Timespec::default()))?;
         Ok(fds[0].revents().contains(PollFlags::HUP))

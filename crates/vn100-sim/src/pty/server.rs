@@ -178,7 +178,7 @@ impl Server {
             }
             Some(HostChange::Left) => {
                 self.wire.close(now);
-                self.replace_port()?;
+                self.replace_port(now)?;
             }
         }
         Ok(())
@@ -234,17 +234,17 @@ impl Server {
     }
 
     /// A host has left: the next one finds a fresh port.
-    fn replace_port(&mut self) -> Result<(), PtyError> {
-        let Some(old) = self.port.take() else { return Ok(()) };
+    fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
+        let Some(mut old) = self.port.take() else { return Ok(()) };
         let fresh = Port::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         self.lead_to(fresh.path())?;
         // a host that comes back at once has the old one
-        if old.is_hung_up().map_err(PtyError::Open)? {
-            self.port = Some(fresh);
-        } else {
+        if old.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
             self.lead_to(old.path())?;
             self.port = Some(old);
+            return self.open(now);
         }
+        self.port = Some(fresh);
         Ok(())
     }
 
