@@ -21,7 +21,7 @@
 //! - Check digits of a command may be of either kind; those of all output are of the kind register 30 asks for.
 //! - A command is answered at once; an answer waits behind the bytes that are being sent. `VNWNV` is answered when the flash is written.
 //! - A write is answered with the settings as a read would print them.
-//! - With nothing wired to SyncIn its count stays 0 and its time stands at 12 ms.
+//! - With nothing wired to SyncIn its count and its time stay 0.
 //! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
 //! - `VNIMU` prints pressure ten wide.
 

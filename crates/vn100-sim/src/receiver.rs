@@ -66,9 +66,10 @@ impl Receiver {
 
     /// Whether the line is high. It rests high.
     fn level(&self, time_ns: u64) -> bool {
-        self.line.iter().all(|sent| {
+        let begun = |sent: &&SentByte| timing(sent).0 <= time_ns;
+        self.line.iter().take_while(begun).all(|sent| {
             let (start_ns, bit_ns) = timing(sent);
-            time_ns < start_ns || is_high(sent.byte, (time_ns - start_ns) / bit_ns)
+            is_high(sent.byte, (time_ns - start_ns) / bit_ns)
         })
     }
 }

@@ -5,3 +5,11 @@
 mod bench;
 #[path = "device/commands.rs"]
 mod commands;
+#[path = "device/fit.rs"]
+mod fit;
+#[path = "device/noise.rs"]
+mod noise;
+#[path = "device/output.rs"]
+mod output;
+#[path = "device/timing.rs"]
+mod timing;

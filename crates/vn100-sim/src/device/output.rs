@@ -13,9 +13,6 @@ use super::{
 };
 use crate::sensor::Deltas;
 
-/// SyncInTime with nothing wired to it, µs: it does not run.
-const SYNC_IN_US: u32 = 12_000;
-
 /// The counter of SyncOut edges.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SyncOut {
@@ -134,7 +131,7 @@ impl Device {
 
     /// Register 33, but for its number.
     pub(super) fn sync_status(&self) -> String {
-        format!("0,{SYNC_IN_US},{}", self.sync_out_count())
+        format!("0,0,{}", self.sync_out_count())
     }
 
     pub(super) fn sync_out_count(&self) -> u32 {
@@ -145,9 +142,8 @@ impl Device {
     fn print_suffix(&self, body: &mut String) {
         let count = match self.registers.whole(30, 0) {
             0 => None,
-            2 => Some(SYNC_IN_US),
             3 => Some(self.sync_out_count()),
-            // no edge of SyncIn, no satellite
+            // nothing is wired to SyncIn, and there is no satellite receiver
             _ => Some(0),
         };
         if let Some(count) = count {

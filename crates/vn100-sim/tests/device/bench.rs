@@ -4,22 +4,29 @@ use std::time::Duration;
 
 use vn100_sim::{Device, DeviceConfig};
 
+/// From power-up to the first tick.
+pub(crate) const BOOT_MS: u64 = 1250;
+
 pub(crate) struct Bench {
     pub(crate) device: Device,
     pub(crate) now: Duration,
 }
 
 impl Bench {
-    /// Switched on, through its boot, output paused, nothing waiting.
-    pub(crate) fn quiet(config: DeviceConfig) -> Self {
-        let mut bench = Self::switched_on(config);
-        bench.wait_ms(1300);
-        assert!(bench.ask("VNASY,0").contains(&"$VNASY,0*4F".to_owned()));
-        bench
-    }
-
     pub(crate) fn switched_on(config: DeviceConfig) -> Self {
         Self { device: Device::new(config), now: Duration::ZERO }
+    }
+
+    /// As delivered, through its boot, output paused, nothing waiting.
+    pub(crate) fn quiet() -> Self {
+        Self::quiet_with(DeviceConfig::default())
+    }
+
+    pub(crate) fn quiet_with(config: DeviceConfig) -> Self {
+        let mut bench = Self::switched_on(config);
+        bench.wait_ms(BOOT_MS + 50);
+        assert!(bench.ask("VNASY,0").contains("$VNASY,0*4F\r\n"));
+        bench
     }
 
     /// All output of a time, as text.
@@ -36,10 +43,22 @@ impl Bench {
         self.device.receive(text.as_bytes(), self.now);
     }
 
-    /// The answers to one command; output must be paused.
-    pub(crate) fn ask(&mut self, body: &str) -> Vec<String> {
+    /// All output of the 300 ms behind a command, which even the slowest line needs no longer for.
+    pub(crate) fn ask(&mut self, body: &str) -> String {
         self.send(&format!("${body}*XX\r\n"));
-        let output = self.wait_ms(100);
-        output.split_terminator("\r\n").map(str::to_owned).collect()
+        self.wait_ms(300)
+    }
+
+    /// A write that must be taken.
+    pub(crate) fn set(&mut self, settings: &str) {
+        let answer = self.ask(&format!("VNWRG,{settings}"));
+        assert!(answer.contains(&format!("$VNWRG,{settings}*")), "{settings}: {answer}");
+    }
+
+    /// The code of the error that must answer a command.
+    pub(crate) fn error(&mut self, body: &str) -> String {
+        let answer = self.ask(body);
+        let code = answer.strip_prefix("$VNERR,").unwrap_or_else(|| panic!("{body}: {answer}"));
+        code[..2].to_owned()
     }
 }

@@ -1,0 +1,111 @@
+//! What the line carries, and what is refused.
+
+use crate::bench::Bench;
+
+/// Baud, and the highest rate of `$VNYMR` that fits it.
+const HIGHEST_RATE_HZ: [(u32, u32); 9] = [
+    (9600, 5),
+    (19_200, 10),
+    (38_400, 25),
+    (57_600, 40),
+    (115_200, 50),
+    (128_000, 100),
+    (230_400, 100),
+    (460_800, 200),
+    (921_600, 200),
+];
+
+#[test]
+fn the_highest_rate_of_each_baud() {
+    for (baud, highest_hz) in HIGHEST_RATE_HZ {
+        let mut bench = Bench::quiet();
+        bench.set("07,1");
+        bench.set(&format!("05,{baud}"));
+        for rate_hz in [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200] {
+            if rate_hz <= highest_hz {
+                bench.set(&format!("07,{rate_hz}"));
+            } else {
+                assert_eq!(bench.error(&format!("VNWRG,07,{rate_hz}")), "0C", "{rate_hz} Hz at {baud}");
+            }
+        }
+        assert!(bench.ask("VNRRG,07").starts_with(&format!("$VNRRG,07,{highest_hz}*")));
+    }
+}
+
+#[test]
+fn other_messages_at_the_rate_of_delivery() {
+    // number in register 6, and the highest rate at 115200 baud
+    for (message, highest_hz) in [
+        (1, 200),
+        (2, 200),
+        (8, 50),
+        (10, 200),
+        (11, 200),
+        (12, 200),
+        (13, 100),
+        (16, 100),
+        (17, 100),
+        (19, 100),
+        (30, 100),
+    ] {
+        let mut bench = Bench::quiet();
+        bench.set(&format!("06,{message}"));
+        bench.set(&format!("07,{highest_hz}"));
+        if highest_hz < 200 {
+            assert_eq!(bench.error(&format!("VNWRG,07,{}", highest_hz * 2)), "0C", "{message}");
+        }
+    }
+}
+
+#[test]
+fn cases_seen_on_real_units() {
+    // 4880 + 6000 = 10 880 bytes a second of 11 520 were taken, 4880 + 7600 = 12 480 refused
+    let mut bench = Bench::quiet();
+    bench.set("75,1,4,01,0200");
+    bench.set("75,0,4,01,0200");
+    assert_eq!(bench.error("VNWRG,75,1,4,01,0201"), "0C");
+    assert!(bench.ask("VNRRG,75").starts_with("$VNRRG,75,0,4,01,0200*"));
+    // 4880 + 1040 at 57600
+    let mut bench = Bench::quiet();
+    bench.set("05,57600");
+    assert_eq!(bench.error("VNWRG,75,1,20,01,0101"), "0C");
+    // output of the other port is no burden
+    bench.set("75,2,20,01,0101");
+    // a rate of the line too low for what is sent is refused as well
+    assert_eq!(bench.error("VNWRG,05,38400"), "0C");
+    assert!(bench.ask("VNRRG,05").starts_with("$VNRRG,05,57600*"));
+}
+
+/// Register 75 behind the divisor, bytes of a packet, packets a second that 57600, 115200, 230400, 460800 and 921600 baud carry.
+const PACKETS: [(&str, u32, [u32; 5]); 8] = [
+    ("01,0101", 26, [222, 443, 886, 1772, 3545]),
+    ("01,0201", 38, [152, 303, 606, 1213, 2425]),
+    ("06,0001,001C", 44, [131, 262, 524, 1047, 2095]),
+    ("06,0001,001E", 56, [103, 206, 411, 823, 1646]),
+    ("01,0601", 58, [99, 199, 397, 794, 1589]),
+    ("01,0609", 70, [82, 165, 329, 658, 1317]),
+    ("01,0739", 110, [52, 105, 209, 419, 838]),
+    ("01,0128", 42, [137, 274, 549, 1097, 2194]),
+];
+
+#[test]
+fn packets_fit_as_their_length_says() {
+    for (mask, bytes, sustained) in PACKETS {
+        for (baud, published) in [57_600, 115_200, 230_400, 460_800, 921_600].into_iter().zip(sustained) {
+            let mut bench = Bench::quiet();
+            bench.set("06,0");
+            bench.set(&format!("05,{baud}"));
+            for divisor in [1, 2, 4, 5, 8, 10, 20] {
+                let command = format!("75,1,{divisor},{mask}");
+                // rates come in 800/divisor; the published number is rounded
+                if bytes * 800 <= baud / 10 * divisor {
+                    bench.set(&command);
+                    assert!(800 / divisor <= published);
+                } else {
+                    assert_eq!(bench.error(&format!("VNWRG,{command}")), "0C", "{command} at {baud}");
+                    assert!(800.0 / f64::from(divisor) > f64::from(published) - 1.0);
+                }
+            }
+        }
+    }
+}
