@@ -30,6 +30,7 @@ mod binary;
 mod command;
 mod error_code;
 mod messages;
+mod obey;
 mod output;
 mod register_table;
 mod registers;
@@ -37,9 +38,8 @@ mod uart;
 
 use std::{collections::VecDeque, time::Duration};
 
-use command::{Command, CommandBuffer, RECEIVE_BUFFER};
+use command::{CommandBuffer, RECEIVE_BUFFER};
 use error_code::ErrorCode;
-use messages::MESSAGES;
 use output::SyncOut;
 pub use register_table::BAUD_RATES;
 use registers::Registers;
@@ -313,163 +313,8 @@ impl Device {
             self.waiting.push_back(line);
         }
     }
-
-    fn obey(&mut self, line: &[u8]) {
-        let outcome = Command::parse(line).and_then(|command| self.execute(&command));
-        if let Err(code) = outcome {
-            self.report(code);
-        }
-    }
-
-    fn execute(&mut self, command: &Command<'_>) -> Result<(), ErrorCode> {
-        let name = command.name;
-        match name {
-            "RRG" => return self.read_register(&command.parameters),
-            "WRG" => return self.write_register(&command.parameters),
-            "BOM" => return self.poll_binary(&command.parameters),
-            "ASY" => self.paused = !flag(&command.parameters)?,
-            "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
-            "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
-            "SGB" => {
-                nothing(&command.parameters)?;
-                self.registers.set_start_up_bias(self.sensor.bias_rad_s());
-            }
-            "TAR" if self.registers.firmware() == Firmware::V2_1 => nothing(&command.parameters)?,
-            "WNV" => {
-                nothing(&command.parameters)?;
-                self.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
-                return Ok(());
-            }
-            "RST" | "RFS" => {
-                nothing(&command.parameters)?;
-                if name == "RFS" {
-                    self.flash = Registers::delivered(self.config.firmware, self.config.serial);
-                }
-                self.answer(&format!("VN{name}"));
-                self.restart();
-                return Ok(());
-            }
-            _ => return Err(ErrorCode::UnknownCommand),
-        }
-        let parameters: String = command.parameters.iter().map(|parameter| format!(",{parameter}")).collect();
-        self.answer(&format!("VN{name}{parameters}"));
-        Ok(())
-    }
-
-    fn read_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
-        let (number, rest) = register_number(parameters)?;
-        let (port, echo) = match rest {
-            [] => (PORT, String::new()),
-            [port] if matches!(number, 5..=7) => (port_index(port)?, format!(",{port}")),
-            _ => return Err(ErrorCode::TooManyParameters),
-        };
-        let mut body = format!("VNRRG,{number:02}");
-        if let Some(message) = MESSAGES.iter().find(|message| message.register == number) {
-            self.print_values(message, &mut body);
-        } else {
-            let settings = match number {
-                33 => Some(self.sync_status()),
-                _ => self.registers.print(number, port),
-            };
-            body = format!("{body},{}{echo}", settings.ok_or(ErrorCode::Register)?);
-        }
-        self.answer(&body);
-        Ok(())
-    }
-
-    fn write_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
-        let (number, rest) = register_number(parameters)?;
-        if MESSAGES.iter().any(|message| message.register == number) {
-            return Err(ErrorCode::NotPermitted);
-        }
-        let (rest, port, echo) = match rest {
-            [value, port] if matches!(number, 5..=7) => {
-                (std::slice::from_ref(value), port_index(port)?, format!(",{port}"))
-            }
-            _ => (rest, PORT, String::new()),
-        };
-        let count = self.sync_out_count();
-        if number == 33 {
-            self.clear_sync_status(rest)?;
-        } else {
-            self.registers.write(number, rest, port)?;
-        }
-        self.processing = self.registers.processing(&self.started_with);
-        match number {
-            33 => {
-                self.answer("VNWRG,33,0,0,0");
-                return Ok(());
-            }
-            // the count goes on at another pace
-            32 => self.sync_out = SyncOut::starting_at(count, self.ticks),
-            _ => {}
-        }
-        let settings = self.registers.print(number, port).unwrap_or_default();
-        self.answer(&format!("VNWRG,{number:02},{settings}{echo}"));
-        if number == 5 && port == PORT {
-            self.uart.set_baud(self.registers.port(PORT).baud);
-        }
-        Ok(())
-    }
-
-    /// Register 33 takes nothing but zeros.
-    fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
-        match parameters {
-            ["0", "0", "0"] => self.sync_out = SyncOut::starting_at(0, self.ticks),
-            [_, _, _] => return Err(ErrorCode::Parameter),
-            [_, _, _, _, ..] => return Err(ErrorCode::TooManyParameters),
-            _ => return Err(ErrorCode::TooFewParameters),
-        }
-        Ok(())
-    }
-
-    fn poll_binary(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
-        let index = match parameters {
-            [] => return Err(ErrorCode::TooFewParameters),
-            ["1"] => 0,
-            ["2"] => 1,
-            ["3"] => 2,
-            [_] => return Err(ErrorCode::Parameter),
-            _ => return Err(ErrorCode::TooManyParameters),
-        };
-        self.answer_packet(index);
-        Ok(())
-    }
-
-    fn note_disturbance(&mut self, bit: u32, present: bool) {
-        self.known_disturbances &= !(1 << bit);
-        self.known_disturbances |= u16::from(present) << bit;
-    }
 }
 
 fn ns(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
-}
-
-/// The number of a register, with or without leading zeros, and the parameters behind it.
-fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b str]), ErrorCode> {
-    let (number, rest) = parameters.split_first().ok_or(ErrorCode::TooFewParameters)?;
-    Ok((number.parse().map_err(|_| ErrorCode::Register)?, rest))
-}
-
-fn port_index(text: &str) -> Result<usize, ErrorCode> {
-    match text {
-        "1" => Ok(0),
-        "2" => Ok(1),
-        _ => Err(ErrorCode::Parameter),
-    }
-}
-
-fn flag(parameters: &[&str]) -> Result<bool, ErrorCode> {
-    match parameters {
-        [] => Err(ErrorCode::TooFewParameters),
-        ["0"] => Ok(false),
-        ["1"] => Ok(true),
-        [_] => Err(ErrorCode::Parameter),
-        _ => Err(ErrorCode::TooManyParameters),
-    }
-}
-
-fn nothing(parameters: &[&str]) -> Result<(), ErrorCode> {
-    if parameters.is_empty() { Ok(()) } else { Err(ErrorCode::TooManyParameters) }
 }

@@ -14,6 +14,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a [`Wire`](wire::Wire) puts cable, adapter and
+//! faults between it and a host; [`pty::serve`] makes it a serial port of this machine.
+//!
 //! | module | holds |
 //! |---|---|
 //! | [`noise`] | the truth of one channel and the stream of its samples |
@@ -22,7 +25,11 @@
 //! | [`generator`] | rows of twelve values |
 //! | [`sentence`] | one row as text |
 //! | [`capture`] | many rows as a file |
-//! | [`device`] | the whole sensor behind its serial line, on a clock passed in |
+//! | [`device`] | registers, commands and paced output |
+//! | [`fault`] | what can befall a link, as a plan in one line of text |
+//! | [`usb`] | the buffer of a USB adapter |
+//! | [`wire`] | all between the sensor and its host |
+//! | [`pty`] | the sensor on a pseudo-terminal |
 
 pub mod capture;
 pub mod device;

@@ -89,7 +89,6 @@ impl Wire {
         if !self.plugged {
             return;
         }
-        // a change of rate takes effect when the answer to it is out
         let mut heard = Vec::new();
         let baud = self.host_baud.get();
         let mut listener = Receiver::new(self.device.baud());

@@ -7,6 +7,7 @@ use std::{
     io::{self, Read, Write},
     os::unix::fs::OpenOptionsExt,
     path::{Path, PathBuf},
+    process::Command,
     thread,
     time::{Duration, Instant},
 };
@@ -126,6 +127,19 @@ fn whoever_comes_next_finds_a_fresh_port_without_old_bytes() {
         wait_until(|| fs::read_link(&link).unwrap() != target);
         target = fs::read_link(&link).unwrap();
     }
+}
+
+#[test]
+fn a_host_that_is_killed_leaves_nothing_behind() {
+    let (_folder, link, sensor) = connected("");
+    let target = fs::read_link(&link).unwrap();
+    let script = "exec 3<>\"$0\"; read -r line <&3; kill -9 $$";
+    let status = Command::new("sh").args(["-c", script]).arg(&link).status().unwrap();
+    assert!(!status.success());
+    wait_until(|| fs::read_link(&link).unwrap() != target);
+    let mut host = Host::open(&link);
+    host.ask("VNRRG,04", "$VNRRG,04,3.1.0.0*77\r\n");
+    assert_eq!(sensor.stats().openings, 2);
 }
 
 #[test]

@@ -239,6 +239,21 @@ fn attitude_agrees_with_a_recorded_packet() {
 }
 
 #[test]
+fn the_direction_cosines_come_column_by_column() {
+    let mut config = constant(0.0);
+    config.profile.channels[0].noise.mean = 90.0;
+    let mut bench = Bench::quiet_with(config);
+    bench.set("75,0,0,10,0008");
+    bench.send("$VNBOM,1*45\r\n");
+    let packet = &packets(&bench.wait(Duration::from_millis(20)))[0];
+    // facing east: north is to the left, east ahead
+    let expected = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    for (index, expected) in expected.into_iter().enumerate() {
+        assert!((float(packet, 4 + 4 * index) - expected).abs() < 1e-6, "{index}");
+    }
+}
+
+#[test]
 fn linear_acceleration_is_free_of_gravity_in_any_attitude() {
     let mut config = constant(0.0);
     let (pitch, roll) = (20.0_f64, -35.0_f64);
