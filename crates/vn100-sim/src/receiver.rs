@@ -76,7 +76,7 @@ impl Receiver {
 
 /// When the start bit of a byte began, and how long each bit lasts.
 fn timing(sent: &SentByte) -> (u64, u64) {
-    let bit_ns = 1_000_000_000 / u64::from(sent.baud);
+    let bit_ns = (1_000_000_000 / u64::from(sent.baud)).max(1);
     (ns(sent.at).saturating_sub(BITS * bit_ns), bit_ns)
 }
 
@@ -137,7 +137,7 @@ mod tests {
         }
 
         #[test]
-        fn any_rates_read_something_in_the_end(bytes: Vec<u8>, sent in 9600_u32..1_000_000, own in 9600_u32..1_000_000) {
+        fn any_rates_read_something_in_the_end(bytes: Vec<u8>, sent in 9600_u32..=4_000_000, own in 9600_u32..=4_000_000) {
             let most = bytes.len() as u64 * u64::from(own) / u64::from(sent) + 2 + bytes.len() as u64;
             prop_assert!(read(&bytes, sent, own).len() as u64 <= most);
         }

@@ -9,6 +9,9 @@ use crate::{
     usb::UsbBuffer,
 };
 
+/// What a host asks for beyond this, no adapter gives.
+const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
+
 /// The port comes or goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlugEvent {
@@ -46,6 +49,7 @@ impl Wire {
         usb_latency: Option<Duration>,
         host_baud: NonZeroU32,
     ) -> Self {
+        let host_baud = host_baud.min(FASTEST_BAUD);
         Self {
             device,
             faults: Injector::new(plan, seed),
@@ -78,8 +82,9 @@ impl Wire {
         self.host_is_there = false;
     }
 
-    /// The host reads and writes at this rate from here on.
+    /// The host reads and writes at this rate from here on; at 4 Mbaud, the most adapters can, where it asks for more.
     pub fn set_host_baud(&mut self, baud: NonZeroU32) {
+        let baud = baud.min(FASTEST_BAUD);
         self.host_baud = baud;
         self.receiver.set_baud(baud.get());
     }

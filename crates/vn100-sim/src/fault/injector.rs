@@ -55,7 +55,9 @@ impl Injector {
             match *fault {
                 Fault::Unplug { at, back_after, other_name } => {
                     events.push((at, Event::Unplug));
-                    events.extend(back_after.map(|back_after| (at + back_after, Event::Replug { other_name })));
+                    events.extend(
+                        back_after.map(|back_after| (at.saturating_add(back_after), Event::Replug { other_name })),
+                    );
                 }
                 Fault::Reboot(at) => events.push((at, Event::Reboot)),
                 Fault::Baud(at, baud) => events.push((at, Event::Baud(baud))),
@@ -90,7 +92,7 @@ impl Injector {
         let mut stale = Vec::new();
         for fault in &self.faults {
             match fault {
-                Fault::BadOpen(chance) => self.bad_session |= self.rng.random_bool(*chance),
+                Fault::BadOpen(chance) => self.bad_session |= self.rng.random::<f64>() < *chance,
                 Fault::Stale => stale = self.recent.iter().copied().collect(),
                 _ => {}
             }
@@ -109,7 +111,7 @@ impl Injector {
             let (befalls, once) = match *fault {
                 Fault::Drop(bytes) | Fault::Flip(bytes, _) => befalls(bytes, at, rng),
                 Fault::Splice(time) => (at >= time, true),
-                Fault::Stall(from, length) => (at >= from && at < from + length, false),
+                Fault::Stall(from, length) => (at >= from && at < from.saturating_add(length), false),
                 _ => (false, false),
             };
             if !befalls {
@@ -119,7 +121,7 @@ impl Injector {
                 Fault::Drop(_) => lost = true,
                 Fault::Flip(_, bit) => byte ^= 1 << bit.unwrap_or_else(|| rng.random_range(0..8)),
                 Fault::Splice(_) => *splice = Some(Splice::FirstLine),
-                Fault::Stall(from, length) => release = release.max(from + length),
+                Fault::Stall(from, length) => release = release.max(from.saturating_add(length)),
                 _ => {}
             }
             !once
@@ -152,7 +154,7 @@ impl Injector {
 fn befalls(bytes: Bytes, at: Duration, rng: &mut ChaCha8Rng) -> (bool, bool) {
     match bytes {
         Bytes::At(time) => (at >= time, true),
-        Bytes::During(from, length) => (at >= from && at < from + length, false),
-        Bytes::Chance(chance) => (rng.random_bool(chance), false),
+        Bytes::During(from, length) => (at >= from && at < from.saturating_add(length), false),
+        Bytes::Chance(chance) => (rng.random::<f64>() < chance, false),
     }
 }

@@ -45,3 +45,12 @@ fn what_is_no_plan_is_told_why() {
         assert!(error.contains(reason), "{text}: {error}");
     }
 }
+
+#[test]
+fn times_beyond_all_time_do_no_harm() {
+    let plan: FaultPlan =
+        "unplug@18000000000000000000s+18000000000000000000s stall@1s+18000000000000000000s".parse().unwrap();
+    let mut injector = Injector::new(&plan, 1);
+    assert!(injector.pass(Duration::from_secs(2), b'x').unwrap().0 > Duration::from_secs(1 << 60));
+    assert_eq!(injector.take_event(Duration::from_secs(1 << 60)), None);
+}
