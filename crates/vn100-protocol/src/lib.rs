@@ -58,26 +58,45 @@ extern crate alloc;
 
 mod bad_line;
 mod checksum;
+mod command;
 mod decimal;
 mod decoder;
+mod device_error;
 mod digits;
+mod fields;
 mod framer;
 mod layout;
+mod link_budget;
 mod message;
 mod packet;
 mod print_format;
+mod register;
+mod reply;
 mod sentence;
+mod session;
 mod tally;
 mod template;
 
 pub use bad_line::{BadKind, BadLine};
 pub use checksum::{Check, CheckDigits, crc16, xor8};
+pub use command::Command;
 pub use decimal::{Decimal, DecimalError};
 pub use decoder::{Decoder, Item};
+pub use device_error::DeviceError;
+pub use fields::{Fields, FieldsError};
 pub use framer::{Frame, Framer, MAX_BODY, Options, Step};
 pub use layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR};
+pub use link_budget::{LineForm, LinkLoad};
 pub use message::{GrammarError, Imu, MessageError, RangeError, Suffix, Ymr};
 pub use packet::{MAX_PACKET, Packet};
 pub use print_format::PrintFormat;
+pub use register::{
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, CalibratedSensor, Calibration, DeltaSettings,
+    Firmware, HardwareRevision, HsiControl, HsiResult, ImuFilter, Model, PerSensor, ProtocolControl,
+    ReferenceFrameRotation, ReferenceVectors, Register, RegisterContents, RegisterValue, SerialNumber, Setting,
+    StartupGyroBias, SyncControl, ValueError, VpeControl,
+};
+pub use reply::{Reply, ReplyError};
 pub use sentence::Sentence;
+pub use session::{Answer, Completion, Handled, QueueFull, RequestFailure, RequestId, Session};
 pub use tally::{BadTally, Tally};

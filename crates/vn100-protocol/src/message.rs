@@ -5,14 +5,11 @@ mod numbers;
 mod suffix;
 mod ymr;
 
-use core::fmt;
-
 use nom::{IResult, Parser, bytes::complete::tag};
 use thiserror::Error;
 
 pub use self::{imu::Imu, suffix::Suffix, ymr::Ymr};
 use crate::{
-    checksum::{Check, CheckDigits, crc16_step},
     decimal::{Decimal, DecimalError},
     layout::{Channel, Layout},
     sentence::Sentence,
@@ -98,28 +95,32 @@ struct Counts<const N: usize> {
 /// Splits a sentence into the numbers of `layout` and a suffix.
 fn parse_fields<const N: usize>(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
     let header: IResult<_, _> = tag(layout.message.as_bytes()).parse(sentence.body);
-    let Ok((mut rest, _)) = header else {
+    let Ok((fields, _)) = header else {
         return Err(GrammarError::Header { expected: &layout.message });
     };
+    split_fields(fields, layout)
+}
+
+/// Splits `fields`, each with a comma before it, into the numbers of `layout` and a suffix.
+fn split_fields<const N: usize>(fields: &[u8], layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
+    let mut rest = fields;
+    let field_count =
+        || GrammarError::FieldCount { expected: N, found: fields.iter().filter(|&&byte| byte == b',').count() };
     let mut numbers = [Decimal::from_count(0, false, 0); N];
     for (number, channel) in numbers.iter_mut().zip(&*layout.channels) {
-        let [b',', fields @ ..] = rest else {
-            return Err(field_count(N, sentence));
+        let [b',', behind @ ..] = rest else {
+            return Err(field_count());
         };
-        let end = fields.iter().position(|&byte| byte == b',').unwrap_or(fields.len());
+        let end = behind.iter().position(|&byte| byte == b',').unwrap_or(behind.len());
         *number =
-            Decimal::parse(&fields[..end]).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
-        rest = &fields[end..];
+            Decimal::parse(&behind[..end]).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
+        rest = &behind[end..];
     }
     let suffix = match rest {
         [] | [b',', b'T' | b'S', ..] => Suffix::parse(rest).ok_or(GrammarError::Suffix)?,
-        _ => return Err(field_count(N, sentence)),
+        _ => return Err(field_count()),
     };
     Ok(Fields { numbers, suffix })
-}
-
-fn field_count(expected: usize, sentence: &Sentence<'_>) -> GrammarError {
-    GrammarError::FieldCount { expected, found: sentence.body.iter().filter(|&&byte| byte == b',').count() }
 }
 
 /// Brings printed numbers to the decimals of `layout`, which are no fewer, and judges their range.
@@ -137,36 +138,4 @@ fn scale<const N: usize>(numbers: &[Decimal; N], layout: &'static Layout) -> Res
         scaled.negative_zeros |= u16::from(number.is_negative_zero()) << index;
     }
     Ok(scaled)
-}
-
-/// Writes `$`, what `body` writes, the check digits, CR and LF.
-fn write_sentence<W: fmt::Write>(
-    out: &mut W,
-    check: Check,
-    body: impl FnOnce(&mut Checked<'_, W>) -> fmt::Result,
-) -> fmt::Result {
-    out.write_char('$')?;
-    let mut checked = Checked { out, xor: 0, crc: 0 };
-    body(&mut checked)?;
-    let Checked { out, xor, crc } = checked;
-    match check {
-        Check::Xor8 => write!(out, "*{}\r\n", CheckDigits::Xor8(xor)),
-        Check::Crc16 => write!(out, "*{}\r\n", CheckDigits::Crc16(crc)),
-        Check::None => out.write_str("\r\n"),
-    }
-}
-
-/// Passes text on and keeps its checksums.
-struct Checked<'a, W> {
-    out: &'a mut W,
-    xor: u8,
-    crc: u16,
-}
-
-impl<W: fmt::Write> fmt::Write for Checked<'_, W> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.xor = text.bytes().fold(self.xor, |xor, byte| xor ^ byte);
-        self.crc = text.bytes().fold(self.crc, crc16_step);
-        self.out.write_str(text)
-    }
 }

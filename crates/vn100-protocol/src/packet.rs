@@ -75,6 +75,15 @@ pub(crate) fn judge(input: &[u8]) -> Candidate {
     }
 }
 
+/// The bytes of a packet with these groups and a word of fields for each; `None` where one is unknown, or their numbers do not go together.
+pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
+    if groups & !KNOWN_GROUPS != 0 || groups == 0 || groups.count_ones() as usize != words.len() {
+        return None;
+    }
+    let sizes = GROUPS.iter().filter(|(bit, _)| groups & bit != 0).map(|(_, sizes)| sizes);
+    words.iter().zip(sizes).try_fold(2 + 2, |length, (&word, sizes)| Some(length + 2 + payload_length(word, sizes)?))
+}
+
 /// The bytes of the fields in `word`; `None` when a field is unknown, or there is none.
 fn payload_length(word: u16, sizes: &[u8; 16]) -> Option<usize> {
     let mut length = 0;

@@ -1,13 +1,15 @@
 //! `$VNIMU`: magnetic field, acceleration and angular rate as measured, with temperature and pressure.
 
+use alloc::format;
 use core::fmt::{self, Write};
 
-use super::{Counts, GrammarError, MessageError, Suffix, numbers::Numbers, parse_fields, scale, write_sentence};
+use super::{Counts, Fields, GrammarError, MessageError, Suffix, numbers::Numbers, parse_fields, scale, split_fields};
 use crate::{
     checksum::Check,
     decimal::Decimal,
     layout::{IMU_CHANNELS, VNIMU},
-    sentence::Sentence,
+    register::{Register, RegisterContents, RegisterValue, ValueError},
+    sentence::{Sentence, write_sentence},
 };
 
 /// One `$VNIMU` line.
@@ -18,7 +20,7 @@ use crate::{
 ///           gauss                      m/s²                    rad/s
 /// ```
 ///
-/// Nothing is compensated: the angular rates keep their bias, which `$VNYMR` has taken off.
+/// A read of register 54 gives the same numbers: see [`RegisterContents::value`]. Nothing is compensated: the angular rates keep their bias, which `$VNYMR` has taken off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Imu {
     counts: [i32; 11],
@@ -58,7 +60,10 @@ impl Imu {
     /// Reads any line, and says what is wrong with it.
     #[cold]
     fn judge(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
-        let fields = parse_fields(sentence, &VNIMU)?;
+        Self::from_fields(parse_fields(sentence, &VNIMU)?, sentence.check)
+    }
+
+    fn from_fields(fields: Fields<11>, check: Check) -> Result<Self, MessageError> {
         for (number, channel) in fields.numbers.iter().zip(&*VNIMU.channels) {
             if number.decimals() != channel.decimals {
                 let (expected, found) = (channel.decimals, number.decimals());
@@ -66,7 +71,7 @@ impl Imu {
             }
         }
         let Counts { counts, negative_zeros } = scale(&fields.numbers, &VNIMU)?;
-        Ok(Self { counts, negative_zeros, check: sentence.check, suffix: fields.suffix })
+        Ok(Self { counts, negative_zeros, check, suffix: fields.suffix })
     }
 
     /// The eleven values in the order of the wire, exactly: in units of the last decimal of each channel of [`VNIMU`].
@@ -139,6 +144,23 @@ impl Imu {
 
     fn value(&self, index: usize) -> f64 {
         VNIMU.channels[index].value(self.counts[index])
+    }
+}
+
+/// The same numbers, asked for: the answer to a read of register 54.
+impl RegisterValue for Imu {
+    const REGISTERS: &'static [Register] = &[Register::IMU];
+
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let register = contents.register;
+        if register != Register::IMU {
+            return Err(ValueError::Register { expected: Self::REGISTERS, found: register });
+        }
+        let fields = format!(",{}", contents.fields);
+        split_fields(fields.as_bytes(), &VNIMU)
+            .map_err(MessageError::from)
+            .and_then(|fields| Self::from_fields(fields, contents.check))
+            .map_err(|error| ValueError::Measurement { register, error })
     }
 }
 

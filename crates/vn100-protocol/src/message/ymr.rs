@@ -2,15 +2,13 @@
 
 use core::fmt::{self, Write};
 
-use super::{
-    Counts, GrammarError, MessageError, RangeError, Suffix, numbers::Numbers, parse_fields, scale, write_sentence,
-};
+use super::{Counts, GrammarError, MessageError, RangeError, Suffix, numbers::Numbers, parse_fields, scale};
 use crate::{
     checksum::Check,
     decimal::Decimal,
     layout::{VNYMR, YMR_CHANNELS},
     print_format::PrintFormat,
-    sentence::Sentence,
+    sentence::{Sentence, write_sentence},
 };
 
 /// One `$VNYMR` line.

@@ -1,0 +1,132 @@
+//! What the sensor can be told.
+
+use alloc::string::ToString;
+use core::{fmt, time::Duration};
+
+use crate::{
+    checksum::Check,
+    fields::Fields,
+    register::{Register, Setting},
+    reply::Reply,
+    sentence::write_sentence,
+};
+
+/// A command to the sensor.
+///
+/// ```
+/// use vn100_protocol::{AsyncType, Check, Command};
+///
+/// let mut line = String::new();
+/// Command::write(&AsyncType::YMR).encode(Check::Xor8, &mut line)?;
+/// assert_eq!(line, "$VNWRG,06,14*59\r\n");
+/// # Ok::<_, std::fmt::Error>(())
+/// ```
+///
+/// Those that leave the protocol (firmware update, the prompt for people) are not among them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Command {
+    /// `VNRRG`: reads a register.
+    ReadRegister(Register),
+    /// `VNWRG`: writes a register; the value is lost without power unless [`WriteSettings`](Self::WriteSettings) follows.
+    WriteRegister {
+        /// Where to.
+        register: Register,
+        /// What, in the order of the register. Without a port behind them, registers 5 to 7 are those of the port in use.
+        fields: Fields,
+    },
+    /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
+    WriteSettings,
+    /// `VNRFS`: puts all registers back to what they were when sold, saves them and restarts.
+    RestoreFactorySettings,
+    /// `VNRST`: restarts with the registers as saved.
+    Reset,
+    /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, lines and packets; no register changes.
+    Async(bool),
+    /// `VNSGB`: takes the bias that the filter estimates now as the one to start with (register 43).
+    SetGyroBias,
+    /// `VNTAR`: takes the attitude of now as zero. Firmware 3 answers [`InvalidCommand`](crate::DeviceError::InvalidCommand).
+    Tare,
+}
+
+/// How long an answer takes at most: the wait of the maker's older library.
+const ANSWER_TIME: Duration = Duration::from_millis(500);
+/// The wait of the maker's library for the settings to be saved, which takes about half a second.
+const SAVE_TIME: Duration = Duration::from_millis(1200);
+/// The wait of the maker's library for a restart.
+const RESTART_TIME: Duration = Duration::from_millis(2500);
+/// From the answer to the first output after a restart, as found for the driver of the ArduPilot autopilot.
+const BOOT_TIME: Duration = Duration::from_millis(1250);
+
+impl Command {
+    /// Writes `setting` to its register.
+    #[must_use]
+    pub fn write(setting: &impl Setting) -> Self {
+        Self::WriteRegister { register: setting.register(), fields: setting.fields() }
+    }
+
+    /// Writes the line from `$` to LF. The sensor takes either check; it refuses a line with [`Check::None`].
+    ///
+    /// # Errors
+    /// What `out` reports.
+    pub fn encode(&self, check: Check, out: &mut impl fmt::Write) -> fmt::Result {
+        write_sentence(out, check, |out| fmt::Write::write_fmt(out, format_args!("{}", Body(self))))
+    }
+
+    /// Whether `reply` is what the sensor says when it has carried this out: the same command and, where it has one, the same register.
+    ///
+    /// The fields that come back from a write are not compared; an error of the sensor does not name what it answers, and is no such reply.
+    #[must_use]
+    pub fn is_answered_by(&self, reply: &Reply) -> bool {
+        match (self, reply) {
+            (Self::ReadRegister(register), Reply::Register(contents))
+            | (Self::WriteRegister { register, .. }, Reply::Written(contents)) => *register == contents.register,
+            (_, Reply::Echo(body)) => *body == Body(self).to_string(),
+            _ => false,
+        }
+    }
+
+    /// Whether to send it twice does the same as to send it once.
+    #[must_use]
+    pub fn is_repeatable(&self) -> bool {
+        matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
+    }
+
+    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s, as the maker's libraries do.
+    #[must_use]
+    pub fn answer_time(&self) -> Duration {
+        match self {
+            Self::WriteSettings => SAVE_TIME,
+            Self::RestoreFactorySettings | Self::Reset => RESTART_TIME,
+            _ => ANSWER_TIME,
+        }
+    }
+
+    /// How long the sensor hears no other command after its answer: 1.25 s while it restarts, half a second while it saves.
+    #[must_use]
+    pub fn busy_time(&self) -> Duration {
+        match self {
+            Self::WriteSettings => ANSWER_TIME,
+            Self::RestoreFactorySettings | Self::Reset => BOOT_TIME,
+            _ => Duration::ZERO,
+        }
+    }
+}
+
+/// Displays as what stands between `$` and `*`.
+struct Body<'a>(&'a Command);
+
+impl fmt::Display for Body<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Command::ReadRegister(register) => write!(f, "VNRRG,{register}"),
+            Command::WriteRegister { register, fields } => write!(f, "VNWRG,{register},{fields}"),
+            Command::WriteSettings => f.write_str("VNWNV"),
+            Command::RestoreFactorySettings => f.write_str("VNRFS"),
+            Command::Reset => f.write_str("VNRST"),
+            Command::Async(on) => write!(f, "VNASY,{}", u8::from(*on)),
+            Command::SetGyroBias => f.write_str("VNSGB"),
+            Command::Tare => f.write_str("VNTAR"),
+        }
+    }
+}

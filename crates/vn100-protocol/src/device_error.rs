@@ -1,0 +1,178 @@
+//! What the sensor complains of: the codes of `$VNERR`.
+
+use core::fmt;
+
+/// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits; UM001, and 0A to 0C as firmware 3 sends them).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum DeviceError {
+    /// 01
+    HardFault,
+    /// 02
+    ReceiveBufferOverflow,
+    /// 03
+    InvalidChecksum,
+    /// 04
+    InvalidCommand,
+    /// 05
+    TooFewParameters,
+    /// 06
+    TooManyParameters,
+    /// 07
+    InvalidParameter,
+    /// 08
+    InvalidRegister,
+    /// 09
+    Unauthorized,
+    /// 0A
+    WatchdogReset,
+    /// 0B
+    OutputBufferOverflow,
+    /// 0C
+    InsufficientBaudRate,
+    /// FF
+    ErrorBufferOverflow,
+    /// A code that no edition of the manual has.
+    Unknown(u8),
+}
+
+impl DeviceError {
+    /// The error with this code.
+    #[must_use]
+    pub fn from_code(code: u8) -> Self {
+        match code {
+            0x01 => Self::HardFault,
+            0x02 => Self::ReceiveBufferOverflow,
+            0x03 => Self::InvalidChecksum,
+            0x04 => Self::InvalidCommand,
+            0x05 => Self::TooFewParameters,
+            0x06 => Self::TooManyParameters,
+            0x07 => Self::InvalidParameter,
+            0x08 => Self::InvalidRegister,
+            0x09 => Self::Unauthorized,
+            0x0A => Self::WatchdogReset,
+            0x0B => Self::OutputBufferOverflow,
+            0x0C => Self::InsufficientBaudRate,
+            0xFF => Self::ErrorBufferOverflow,
+            code => Self::Unknown(code),
+        }
+    }
+
+    /// The code of the error.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        match self {
+            Self::HardFault => 0x01,
+            Self::ReceiveBufferOverflow => 0x02,
+            Self::InvalidChecksum => 0x03,
+            Self::InvalidCommand => 0x04,
+            Self::TooFewParameters => 0x05,
+            Self::TooManyParameters => 0x06,
+            Self::InvalidParameter => 0x07,
+            Self::InvalidRegister => 0x08,
+            Self::Unauthorized => 0x09,
+            Self::WatchdogReset => 0x0A,
+            Self::OutputBufferOverflow => 0x0B,
+            Self::InsufficientBaudRate => 0x0C,
+            Self::ErrorBufferOverflow => 0xFF,
+            Self::Unknown(code) => code,
+        }
+    }
+
+    /// Whether the sensor says this of its own accord; all others answer a command, as far as is known.
+    #[must_use]
+    pub fn is_unasked(self) -> bool {
+        matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
+    }
+
+    /// Whether the command was damaged on its way, so that it was not carried out and may fare better when sent again.
+    #[must_use]
+    pub fn is_transmission_fault(self) -> bool {
+        matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
+    }
+
+    /// What it means, in a few words.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::HardFault => "the sensor had a fault and restarts",
+            Self::ReceiveBufferOverflow => "the receive buffer of the sensor ran over",
+            Self::InvalidChecksum => "the command arrived with a wrong checksum",
+            Self::InvalidCommand => "the sensor does not know the command",
+            Self::TooFewParameters => "the command has too few fields",
+            Self::TooManyParameters => "the command has too many fields",
+            Self::InvalidParameter => "a value of the command is not allowed",
+            Self::InvalidRegister => "the sensor does not have the register",
+            Self::Unauthorized => "the sensor does not permit it",
+            Self::WatchdogReset => "the sensor was restarted by its watchdog",
+            Self::OutputBufferOverflow => "the output is more than the line carries",
+            Self::InsufficientBaudRate => "the baud rate is too low for the output asked for",
+            Self::ErrorBufferOverflow => "the sensor had more errors than it could report",
+            Self::Unknown(_) => "an error that no edition of the manual names",
+        }
+    }
+
+    /// What to do about it.
+    #[must_use]
+    pub fn advice(self) -> &'static str {
+        match self {
+            Self::HardFault | Self::WatchdogReset => {
+                "check the supply voltage; settings that were not saved are lost, so write them again"
+            }
+            Self::ReceiveBufferOverflow => "send one command at a time, and at most 256 characters",
+            Self::InvalidChecksum => "pause the output before writing",
+            Self::InvalidCommand => "this firmware may have given the command up",
+            Self::TooFewParameters | Self::TooManyParameters => {
+                "read the register first: its fields may be others in this firmware"
+            }
+            Self::InvalidParameter => "keep to the values that the register takes in this model and firmware",
+            Self::InvalidRegister => "take the feature as absent from this model and firmware",
+            Self::Unauthorized => "the register may be there to read only",
+            Self::OutputBufferOverflow => "lower the output rate, choose a shorter message or raise the baud rate",
+            Self::InsufficientBaudRate => {
+                "bytes per line times lines per second, over all outputs, may be a tenth of the baud rate at most: raise \
+                 the baud rate before the output rate, and turn an output off before turning on another"
+            }
+            Self::ErrorBufferOverflow => "look at the errors before this one",
+            Self::Unknown(_) => "look the code up in the manual of this firmware",
+        }
+    }
+}
+
+/// The code and the meaning: `VNERR 0C: the baud rate is too low for the output asked for`; an unknown code as `0x12`.
+impl fmt::Display for DeviceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(code) => write!(f, "VNERR 0x{code:02X}: {}", self.meaning()),
+            known => write!(f, "VNERR {:02X}: {}", known.code(), known.meaning()),
+        }
+    }
+}
+
+impl core::error::Error for DeviceError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_comes_back() {
+        for code in 0..=u8::MAX {
+            assert_eq!(DeviceError::from_code(code).code(), code);
+        }
+    }
+
+    #[test]
+    fn four_codes_come_unasked() {
+        let unasked: Vec<_> = (0..=u8::MAX).filter(|&code| DeviceError::from_code(code).is_unasked()).collect();
+        assert_eq!(unasked, [0x01, 0x0A, 0x0B, 0xFF]);
+    }
+
+    #[test]
+    fn codes_are_shown_as_sent() {
+        assert_eq!(
+            DeviceError::from_code(0x0C).to_string(),
+            "VNERR 0C: the baud rate is too low for the output asked for"
+        );
+        assert!(DeviceError::from_code(0x12).to_string().starts_with("VNERR 0x12: "));
+    }
+}

@@ -1,0 +1,153 @@
+//! The fields of a register as the wire has them.
+
+use alloc::string::String;
+use core::{fmt, str::Split};
+
+use thiserror::Error;
+
+/// The fields of a register: text with commas between them, as behind the register number of a read or a write.
+///
+/// ```
+/// use vn100_protocol::Fields;
+///
+/// let window = Fields::new("0,20,20,4,0,0,3,3,3,0")?;
+/// assert_eq!(window.iter().nth(2), Some("20"));
+/// # Ok::<_, vn100_protocol::FieldsError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Fields(String);
+
+/// Why a text cannot be the fields of a register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum FieldsError {
+    /// A character that would break the sentence.
+    #[error("{found:?} cannot be sent in a field: only printable ASCII without $ and * can")]
+    Character {
+        /// The first such character.
+        found: char,
+    },
+    /// More than the sensor receives as one line.
+    #[error("the fields have {length} characters and the sensor takes {} at most", Fields::MAX_LENGTH)]
+    TooLong {
+        /// The length of the text.
+        length: usize,
+    },
+}
+
+impl Fields {
+    /// The longest text: what a receive buffer of 256 characters (UM001) leaves beside `$VNWRG,nnn,`, `*`, four digits, CR and LF.
+    pub const MAX_LENGTH: usize = 238;
+
+    /// Takes a text with a comma between any two fields; an empty text is one empty field.
+    ///
+    /// # Errors
+    /// [`FieldsError`] for a character that no field has, or too many of them.
+    pub fn new(text: impl Into<String>) -> Result<Self, FieldsError> {
+        let text = text.into();
+        if let Some(found) = text.chars().find(|&found| !is_field_character(found)) {
+            return Err(FieldsError::Character { found });
+        }
+        if text.len() > Self::MAX_LENGTH {
+            return Err(FieldsError::TooLong { length: text.len() });
+        }
+        Ok(Self(text))
+    }
+
+    /// The text, with its commas.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// The fields, of which there is at least one.
+    pub fn iter(&self) -> Split<'_, char> {
+        self.0.split(',')
+    }
+
+    /// Takes what numbers and commas print as, or what a sentence held, which is fit to be sent.
+    pub(crate) fn trusted(text: String) -> Self {
+        debug_assert!(text.chars().all(is_field_character), "{text:?}");
+        Self(text)
+    }
+
+    /// Whether the sensor means by `echo` what it was asked by these fields: numbers may be printed otherwise, and `extra` fields may
+    /// follow.
+    pub(crate) fn means(&self, echo: &Self, extra: usize) -> bool {
+        let (asked, got) = (self.iter().count(), echo.iter().count());
+        (asked..=asked + extra).contains(&got) && self.iter().zip(echo.iter()).all(|(asked, got)| is_same(asked, got))
+    }
+}
+
+impl fmt::Display for Fields {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+fn is_field_character(character: char) -> bool {
+    matches!(character, ' '..='~') && !matches!(character, '$' | '*')
+}
+
+fn is_same(asked: &str, got: &str) -> bool {
+    // a point tells a number from a hexadecimal mask such as 01E5
+    if asked.contains('.') || got.contains('.') {
+        return match (asked.parse::<f64>(), got.parse::<f64>()) {
+            // the sensor keeps 32-bit floats and prints six digits of them
+            (Ok(asked), Ok(got)) => (asked - got).abs() <= 1e-5 * asked.abs(),
+            _ => asked == got,
+        };
+    }
+    let [asked, got] = [asked, got].map(|field| field.trim_start_matches('0'));
+    asked.eq_ignore_ascii_case(got)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn means(asked: &str, echo: &str, extra: usize) -> bool {
+        Fields::new(asked).unwrap().means(&Fields::new(echo).unwrap(), extra)
+    }
+
+    #[test]
+    fn numbers_may_be_printed_otherwise() {
+        for (asked, echo) in [
+            ("50", "50"),
+            ("50", "050"),
+            ("0", "00"),
+            ("1,4,06,0001,001c", "1,4,6,1,001C"),
+            ("1.002110,0", "1.00211,0"),
+            ("+00.000000", "0"),
+            ("-9.7937461", "-9.793746"),
+            ("", ""),
+        ] {
+            assert!(means(asked, echo, 0), "{asked} {echo}");
+        }
+    }
+
+    #[test]
+    fn other_numbers_are_not_the_same() {
+        for (asked, echo) in [
+            ("50", "40"),
+            ("50", "5"),
+            ("50", "50,1"),
+            ("50,1", "50"),
+            ("01E5", "10E4"),
+            ("1.0", "1.001"),
+            ("0.0", "x"),
+        ] {
+            assert!(!means(asked, echo, 0), "{asked} {echo}");
+        }
+        assert!(means("50", "50,1", 1));
+        assert!(!means("50,1", "50", 1));
+    }
+
+    #[test]
+    fn what_would_break_the_sentence_is_refused() {
+        for (text, found) in [("1*2", '*'), ("$VNWNV", '$'), ("1\r\n", '\r'), ("µ", 'µ')] {
+            assert_eq!(Fields::new(text), Err(FieldsError::Character { found }));
+        }
+        assert!(Fields::new("1".repeat(Fields::MAX_LENGTH)).is_ok());
+        assert_eq!(Fields::new("1".repeat(239)), Err(FieldsError::TooLong { length: 239 }));
+    }
+}

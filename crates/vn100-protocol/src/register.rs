@@ -1,0 +1,219 @@
+//! The registers of the sensor: their numbers, and what is common to their values.
+
+mod async_type;
+mod baud_rate;
+mod binary_output;
+mod calibration;
+mod field_reader;
+mod identity;
+mod processing;
+mod protocol_control;
+mod sync_control;
+
+use alloc::string::{String, ToString};
+use core::fmt;
+
+use thiserror::Error;
+
+pub use self::{
+    async_type::{AsyncRate, AsyncType},
+    baud_rate::BaudRate,
+    binary_output::{BinaryOutput, BinaryOutputNumber},
+    calibration::{
+        CalibratedSensor, Calibration, HsiControl, HsiResult, ReferenceFrameRotation, ReferenceVectors, StartupGyroBias,
+    },
+    identity::{Firmware, HardwareRevision, Model, SerialNumber},
+    processing::{DeltaSettings, ImuFilter, PerSensor, VpeControl},
+    protocol_control::ProtocolControl,
+    sync_control::SyncControl,
+};
+use crate::{checksum::Check, fields::Fields, message::MessageError};
+
+/// The number of a register; displays with two digits at least, as on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Register(pub u8);
+
+/// What a register holds, as text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RegisterContents {
+    /// Which register.
+    pub register: Register,
+    /// Its fields.
+    pub fields: Fields,
+    /// What protected the line that brought them.
+    pub check: Check,
+}
+
+/// A value that one register holds, or several alike.
+pub trait RegisterValue: Sized {
+    /// The registers that hold such a value.
+    const REGISTERS: &'static [Register];
+
+    /// Reads the value of one of these registers, as a read answers it or a write echoes it.
+    ///
+    /// # Errors
+    /// [`ValueError`] for another register, fields too few or too many, or one of them that is not what it should be.
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError>;
+}
+
+/// A value that can be written; displays as its fields with commas between them.
+pub trait Setting: RegisterValue + fmt::Display {
+    /// The register it belongs to.
+    fn register(&self) -> Register;
+
+    /// The fields to write.
+    fn fields(&self) -> Fields {
+        Fields::trusted(self.to_string())
+    }
+}
+
+/// Why the contents of a register are not the value they should be.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ValueError {
+    /// The contents are of another register.
+    #[error("register {found} does not hold such a value; register {} does", .expected[0])]
+    Register {
+        /// The registers that hold the value.
+        expected: &'static [Register],
+        /// The register of the contents.
+        found: Register,
+    },
+    /// Fewer fields than the value has.
+    #[error("register {register} ends before the field {name:?}")]
+    Missing {
+        /// Which register.
+        register: Register,
+        /// The first field that is not there.
+        name: &'static str,
+    },
+    /// More fields than the value has.
+    #[error("register {register} has more fields than are known, from {text:?} on")]
+    Surplus {
+        /// Which register.
+        register: Register,
+        /// The first field too many.
+        text: String,
+    },
+    /// A field that is not what it should be.
+    #[error("register {register}: {name} is {text:?} and should be {expected}")]
+    Field {
+        /// Which register.
+        register: Register,
+        /// The name of the field.
+        name: &'static str,
+        /// What it says.
+        text: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// The fields are not those of a measurement.
+    #[error("register {register}: {error}")]
+    Measurement {
+        /// Which register.
+        register: Register,
+        /// What is wrong with them.
+        error: MessageError,
+    },
+}
+
+/// Number, name and meaning of each register that has a constant.
+macro_rules! registers {
+    ($($constant:ident = $number:literal, $name:literal, $meaning:literal;)*) => {
+        impl Register {
+            $(#[doc = concat!("Register ", $number, ", ", $name, ": ", $meaning, ".")]
+            pub const $constant: Self = Self($number);)*
+
+            /// Its name; `None` where none is known here.
+            #[must_use]
+            pub fn name(self) -> Option<&'static str> {
+                match self.0 {
+                    $($number => Some($name),)*
+                    _ => None,
+                }
+            }
+
+            /// What it holds, in a line; `None` where that is not known here.
+            #[must_use]
+            pub fn meaning(self) -> Option<&'static str> {
+                match self.0 {
+                    $($number => Some($meaning),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+registers! {
+    USER_TAG = 0, "user tag", "a text of the user's, up to 20 characters";
+    MODEL = 1, "model", "the product name, such as VN-100S-CR";
+    HARDWARE_REVISION = 2, "hardware revision", "the revision of the circuit board";
+    SERIAL_NUMBER = 3, "serial number", "the number of this very sensor";
+    FIRMWARE = 4, "firmware", "the version of the firmware";
+    BAUD_RATE = 5, "baud rate", "bits per second of the port";
+    ASYNC_TYPE = 6, "async type", "the message that the port sends of itself";
+    ASYNC_RATE = 7, "async rate", "how often it sends that message, in hertz";
+    YPR = 8, "attitude", "yaw, pitch, roll";
+    QUATERNION = 9, "quaternion", "the attitude as a quaternion, scalar last";
+    QMR = 15, "QMR", "quaternion and the compensated magnetic field, acceleration and angular rate";
+    MAG = 17, "magnetic field", "the compensated magnetic field";
+    ACCEL = 18, "acceleration", "the compensated acceleration";
+    GYRO = 19, "angular rate", "the compensated angular rate";
+    MAR = 20, "MAR", "the compensated magnetic field, acceleration and angular rate";
+    REFERENCE_VECTORS = 21, "reference vectors", "the magnetic field and gravity that the attitude filter expects";
+    MAG_CALIBRATION = 23, "magnetometer calibration", "the user's matrix and offset for the magnetic field";
+    ACCEL_CALIBRATION = 25, "accelerometer calibration", "the user's matrix and offset for the acceleration";
+    ROTATION = 26, "reference frame rotation", "from the axes of the sensor to those of the vehicle";
+    YMR = 27, "YMR", "attitude and the compensated magnetic field, acceleration and angular rate";
+    PROTOCOL_CONTROL = 30, "protocol control", "suffix fields, checksums and error reports of the port";
+    SYNC_CONTROL = 32, "synchronisation control", "what the SyncIn and SyncOut pins do";
+    SYNC_STATUS = 33, "synchronisation status", "the counts of the SyncIn and SyncOut pins";
+    VPE_CONTROL = 35, "attitude filter", "the modes of the attitude filter";
+    VPE_MAG_TUNING = 36, "magnetometer tuning", "how far the attitude filter trusts the magnetometer";
+    VPE_ACCEL_TUNING = 38, "accelerometer tuning", "how far the attitude filter trusts the accelerometer";
+    STARTUP_GYRO_BIAS = 43, "start-up gyro bias", "the bias of the angular rate that the filter starts with";
+    HSI_CONTROL = 44, "magnetometer self-calibration", "whether it runs, and whether its result is used";
+    HSI_RESULT = 47, "magnetometer self-calibration result", "the matrix and offset that the sensor has found";
+    IMU = 54, "IMU", "the uncompensated magnetic field, acceleration and angular rate, temperature, pressure";
+    BINARY_OUTPUT_1 = 75, "binary output 1", "the first stream of binary packets";
+    BINARY_OUTPUT_2 = 76, "binary output 2", "the second stream of binary packets";
+    BINARY_OUTPUT_3 = 77, "binary output 3", "the third stream of binary packets";
+    DELTA = 80, "delta", "change of angle and of velocity since it was last read";
+    DELTA_SETTINGS = 82, "delta settings", "the frame and the compensation of these changes";
+    REFERENCE_MODEL = 83, "reference model", "whether magnetic field and gravity come from a model of the Earth";
+    GYRO_CALIBRATION = 84, "gyro calibration", "the user's matrix and offset for the angular rate";
+    IMU_FILTER = 85, "IMU filter", "how many 800 Hz samples are averaged";
+    HEAVE = 115, "heave", "vertical motion; firmware 3";
+    HEAVE_SETTINGS = 116, "heave settings", "the filter of the vertical motion; firmware 3";
+    LEGACY_COMPATIBILITY = 206, "legacy compatibility", "old behaviour under firmware 3";
+    YBA = 239, "YBA", "attitude, linear acceleration along the body's axes, angular rate";
+    YIA = 240, "YIA", "attitude, linear acceleration along north, east, down, angular rate";
+}
+
+impl RegisterContents {
+    /// The fields as the value that they make.
+    ///
+    /// # Errors
+    /// As [`RegisterValue::from_contents`].
+    pub fn value<T: RegisterValue>(&self) -> Result<T, ValueError> {
+        T::from_contents(self)
+    }
+}
+
+impl fmt::Display for Register {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:02}", self.0)
+    }
+}
+
+/// Writes values with commas between them.
+fn write_list(f: &mut fmt::Formatter<'_>, values: impl IntoIterator<Item = impl fmt::Display>) -> fmt::Result {
+    for (index, value) in values.into_iter().enumerate() {
+        if index > 0 {
+            f.write_str(",")?;
+        }
+        value.fmt(f)?;
+    }
+    Ok(())
+}

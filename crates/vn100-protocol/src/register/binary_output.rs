@@ -1,0 +1,99 @@
+//! Registers 75 to 77: the streams of binary packets.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader};
+use crate::packet;
+
+/// One of the three registers of binary outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum BinaryOutputNumber {
+    /// Register 75.
+    First,
+    /// Register 76.
+    Second,
+    /// Register 77.
+    Third,
+}
+
+/// One stream of binary packets.
+///
+/// ```text
+/// $VNWRG,75, 2, 4, 06, 0001, 001C
+///            |  |  |   '------'-- a word of fields for each group, the lowest group first
+///            |  |  '-- groups
+///            |  '-- every fourth of 800 samples a second
+///            '-- to port 2
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct BinaryOutput {
+    /// Which of the three.
+    pub number: BinaryOutputNumber,
+    /// Where packets go: 0 nowhere, 1 port 1, 2 port 2, 3 both. Firmware 3 takes it for a mask.
+    pub async_mode: u16,
+    /// A packet is sent every so many samples of the 800 in a second; 0 on request alone.
+    pub rate_divisor: u16,
+    /// A bit for each group of fields in the packet.
+    pub groups: u8,
+    /// The fields of each group, the lowest group first.
+    pub field_words: Vec<u16>,
+}
+
+impl BinaryOutput {
+    /// Packets per second to the ports in [`async_mode`](Self::async_mode); 0 where none are sent.
+    #[must_use]
+    pub fn rate_hz(&self) -> f64 {
+        if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
+    }
+
+    /// The bytes of a packet; `None` where a group or a field is not known, or their numbers do not go together.
+    #[must_use]
+    pub fn packet_length(&self) -> Option<usize> {
+        packet::length(self.groups, &self.field_words)
+    }
+}
+
+impl RegisterValue for BinaryOutput {
+    const REGISTERS: &'static [Register] =
+        &[Register::BINARY_OUTPUT_1, Register::BINARY_OUTPUT_2, Register::BINARY_OUTPUT_3];
+
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let mut fields = FieldReader::of::<Self>(contents)?;
+        let number = match contents.register {
+            Register::BINARY_OUTPUT_1 => BinaryOutputNumber::First,
+            Register::BINARY_OUTPUT_2 => BinaryOutputNumber::Second,
+            _ => BinaryOutputNumber::Third,
+        };
+        let async_mode = fields.integer("async mode")?;
+        let rate_divisor = fields.integer("rate divisor")?;
+        let groups = fields.value("groups", "two hexadecimal digits", |text| hexadecimal(text)?.try_into().ok())?;
+        let mut field_words = Vec::new();
+        while fields.rest().next().is_some() {
+            field_words.push(fields.value("fields", "four hexadecimal digits", hexadecimal)?);
+        }
+        Ok(Self { number, async_mode, rate_divisor, groups, field_words })
+    }
+}
+
+impl Setting for BinaryOutput {
+    fn register(&self) -> Register {
+        match self.number {
+            BinaryOutputNumber::First => Register::BINARY_OUTPUT_1,
+            BinaryOutputNumber::Second => Register::BINARY_OUTPUT_2,
+            BinaryOutputNumber::Third => Register::BINARY_OUTPUT_3,
+        }
+    }
+}
+
+impl fmt::Display for BinaryOutput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{:02X}", self.async_mode, self.rate_divisor, self.groups)?;
+        self.field_words.iter().try_for_each(|word| write!(f, ",{word:04X}"))
+    }
+}
+
+/// Hexadecimal digits alone: the standard library would take a sign, too.
+fn hexadecimal(text: &str) -> Option<u16> {
+    text.bytes().all(|byte| byte.is_ascii_hexdigit()).then(|| u16::from_str_radix(text, 16).ok())?
+}

@@ -1,0 +1,167 @@
+//! Registers 35, 82 and 85: what happens to the samples before they are sent.
+
+use core::fmt;
+
+use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
+
+/// Register 35: the modes of the attitude filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct VpeControl {
+    /// 1 on, 0 off; reserved in firmware 3.
+    pub enable: u8,
+    /// Where the heading comes from: 0 the magnetometer is trusted, 1 relative, 2 indoor.
+    pub heading_mode: u8,
+    /// Filtering: 0 none, 1 adaptive.
+    pub filtering_mode: u8,
+    /// Tuning: 0 fixed, 1 adaptive.
+    pub tuning_mode: u8,
+}
+
+impl RegisterValue for VpeControl {
+    const REGISTERS: &'static [Register] = &[Register::VPE_CONTROL];
+
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let mut fields = FieldReader::of::<Self>(contents)?;
+        let control = Self {
+            enable: fields.integer("enable")?,
+            heading_mode: fields.integer("heading mode")?,
+            filtering_mode: fields.integer("filtering mode")?,
+            tuning_mode: fields.integer("tuning mode")?,
+        };
+        fields.end()?;
+        Ok(control)
+    }
+}
+
+impl Setting for VpeControl {
+    fn register(&self) -> Register {
+        Register::VPE_CONTROL
+    }
+}
+
+impl fmt::Display for VpeControl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_list(f, [self.enable, self.heading_mode, self.filtering_mode, self.tuning_mode])
+    }
+}
+
+/// Register 82: how changes of angle and velocity are integrated; all zero as sold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct DeltaSettings {
+    /// 0 along the axes of the body, 1 along north, east, down.
+    pub frame: u8,
+    /// Whether the estimated bias of the angular rate is taken off: 0 no, 1 yes.
+    pub gyro_compensation: u8,
+    /// What is taken off the acceleration: 0 nothing, 1 gravity; the maker's library adds 2 bias, 3 both.
+    pub accel_compensation: u8,
+    /// Whether the rotation of the Earth is taken off: 0 no, 1 yes.
+    pub earth_rate_correction: u8,
+    /// Reserved, 0.
+    pub reserved: u16,
+}
+
+impl RegisterValue for DeltaSettings {
+    const REGISTERS: &'static [Register] = &[Register::DELTA_SETTINGS];
+
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let mut fields = FieldReader::of::<Self>(contents)?;
+        let settings = Self {
+            frame: fields.integer("integration frame")?,
+            gyro_compensation: fields.integer("gyro compensation")?,
+            accel_compensation: fields.integer("acceleration compensation")?,
+            earth_rate_correction: fields.integer("earth rate correction")?,
+            reserved: fields.integer("reserved")?,
+        };
+        fields.end()?;
+        Ok(settings)
+    }
+}
+
+impl Setting for DeltaSettings {
+    fn register(&self) -> Register {
+        Register::DELTA_SETTINGS
+    }
+}
+
+impl fmt::Display for DeltaSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frame, gyro_compensation, accel_compensation, earth_rate_correction, reserved } = *self;
+        write_list(
+            f,
+            [frame.into(), gyro_compensation.into(), accel_compensation.into(), earth_rate_correction.into(), reserved],
+        )
+    }
+}
+
+/// One number for each sensor inside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PerSensor<T> {
+    /// The magnetometer.
+    pub mag: T,
+    /// The accelerometer.
+    pub accel: T,
+    /// The gyro.
+    pub gyro: T,
+    /// The thermometer.
+    pub temperature: T,
+    /// The barometer.
+    pub pressure: T,
+}
+
+/// Register 85: the moving average of the 800 Hz samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ImuFilter {
+    /// The samples averaged; 0 and 1 are none but the last.
+    pub window: PerSensor<u16>,
+    /// Which values are averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
+    pub mode: PerSensor<u8>,
+}
+
+/// As sold: four samples of acceleration, angular rate and temperature.
+impl Default for ImuFilter {
+    fn default() -> Self {
+        Self {
+            window: PerSensor { mag: 0, accel: 4, gyro: 4, temperature: 4, pressure: 0 },
+            mode: PerSensor { mag: 0, accel: 3, gyro: 3, temperature: 3, pressure: 0 },
+        }
+    }
+}
+
+impl RegisterValue for ImuFilter {
+    const REGISTERS: &'static [Register] = &[Register::IMU_FILTER];
+
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let mut fields = FieldReader::of::<Self>(contents)?;
+        let window = PerSensor {
+            mag: fields.integer("magnetometer window")?,
+            accel: fields.integer("accelerometer window")?,
+            gyro: fields.integer("gyro window")?,
+            temperature: fields.integer("temperature window")?,
+            pressure: fields.integer("pressure window")?,
+        };
+        let mode = PerSensor {
+            mag: fields.integer("magnetometer mode")?,
+            accel: fields.integer("accelerometer mode")?,
+            gyro: fields.integer("gyro mode")?,
+            temperature: fields.integer("temperature mode")?,
+            pressure: fields.integer("pressure mode")?,
+        };
+        fields.end()?;
+        Ok(Self { window, mode })
+    }
+}
+
+impl Setting for ImuFilter {
+    fn register(&self) -> Register {
+        Register::IMU_FILTER
+    }
+}
+
+impl fmt::Display for ImuFilter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { window, mode } = self;
+        write_list(f, [window.mag, window.accel, window.gyro, window.temperature, window.pressure])?;
+        f.write_str(",")?;
+        write_list(f, [mode.mag, mode.accel, mode.gyro, mode.temperature, mode.pressure])
+    }
+}

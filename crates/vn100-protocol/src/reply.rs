@@ -1,0 +1,81 @@
+//! What a sensor says to a command.
+
+use alloc::{borrow::ToOwned, string::String};
+
+use thiserror::Error;
+
+use crate::{
+    device_error::DeviceError,
+    fields::Fields,
+    register::{Register, RegisterContents},
+    sentence::Sentence,
+};
+
+/// An answer of the sensor, or an error that it reports unasked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reply {
+    /// `VNRRG`: what a register holds.
+    Register(RegisterContents),
+    /// `VNWRG`: what has been written to a register.
+    Written(RegisterContents),
+    /// Any other command, echoed: the body of the sentence, such as `VNASY,0`.
+    Echo(String),
+    /// `VNERR`.
+    Error(DeviceError),
+}
+
+/// Why a sentence is no reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum ReplyError {
+    /// Its header is that of a measurement, or unknown.
+    #[error("the sentence is not a reply to a command")]
+    NotAReply,
+    /// Behind `VNRRG` or `VNWRG` stands no register number.
+    #[error("the reply does not begin with a register number from 0 to 255")]
+    RegisterNumber,
+    /// Nothing follows the register number: the command itself came back, as on a line that echoes.
+    #[error("the reply has no value behind the register number: it looks like the command itself")]
+    NoValue,
+    /// Behind `VNERR` does not stand one code.
+    #[error("the error code is not one or two hexadecimal digits")]
+    ErrorCode,
+}
+
+impl Reply {
+    /// Reads a sentence. A register number may be padded with zeros or not.
+    ///
+    /// # Errors
+    /// [`ReplyError`] says what keeps it from being a reply.
+    pub fn parse(sentence: &Sentence<'_>) -> Result<Self, ReplyError> {
+        if !sentence.is_reply() {
+            return Err(ReplyError::NotAReply);
+        }
+        let body = str::from_utf8(sentence.body).map_err(|_| ReplyError::NotAReply)?;
+        let (header, fields) = body.split_once(',').unwrap_or((body, ""));
+        match header {
+            "VNRRG" => contents(fields, sentence).map(Self::Register),
+            "VNWRG" => contents(fields, sentence).map(Self::Written),
+            "VNERR" => error_code(fields).map(|code| Self::Error(DeviceError::from_code(code))),
+            _ => Ok(Self::Echo(body.to_owned())),
+        }
+    }
+}
+
+fn contents(fields: &str, sentence: &Sentence<'_>) -> Result<RegisterContents, ReplyError> {
+    let (number, fields) = match fields.split_once(',') {
+        Some((number, fields)) => (number, Some(fields)),
+        None => (fields, None),
+    };
+    if !number.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Err(ReplyError::RegisterNumber);
+    }
+    let register = Register(number.parse().map_err(|_| ReplyError::RegisterNumber)?);
+    let fields = Fields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
+    Ok(RegisterContents { register, fields, check: sentence.check })
+}
+
+fn error_code(field: &str) -> Result<u8, ReplyError> {
+    // the standard library would take a sign
+    let is_code = field.len() <= 2 && field.bytes().all(|byte| byte.is_ascii_hexdigit());
+    u8::from_str_radix(field, 16).ok().filter(|_| is_code).ok_or(ReplyError::ErrorCode)
+}

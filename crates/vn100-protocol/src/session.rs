@@ -1,0 +1,328 @@
+//! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an argument.
+
+mod failure;
+
+use alloc::{collections::VecDeque, string::String, vec::Vec};
+use core::time::Duration;
+
+use thiserror::Error;
+
+pub use self::failure::RequestFailure;
+use crate::{
+    checksum::Check,
+    command::Command,
+    device_error::DeviceError,
+    register::{Register, RegisterContents},
+    reply::Reply,
+};
+
+/// Sends requests one at a time, finds their answers among the replies and repeats what may be repeated.
+///
+/// Each request ends exactly once, with an answer or a failure. Reads, writes and [`Command::Async`] are sent up to
+/// [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands once, whatever happens.
+///
+/// Its owner has the link and the clock. Times are those since any fixed moment, the same for all calls; nothing breaks if one is
+/// late. After any call, and when [`poll_timeout`](Self::poll_timeout) is due (with [`handle_timeout`](Self::handle_timeout)):
+/// send what [`poll_transmit`](Self::poll_transmit) gives, collect [`poll_completion`](Self::poll_completion) and
+/// [`poll_notice`](Self::poll_notice), and wait until the next [`poll_timeout`](Self::poll_timeout) or reply.
+///
+/// # Which reply answers which request
+///
+/// A reply answers by its command and its register. `VNERR` names neither: it answers the request on the wire, unless it is one of those
+/// that come unasked. So that a late answer to a request that was sent twice is not taken for that of the next one, the next waits until
+/// it has come or could have.
+#[derive(Debug)]
+pub struct Session {
+    check: Check,
+    queue: VecDeque<(RequestId, Command)>,
+    current: Option<Current>,
+    late: Option<Late>,
+    /// The sensor hears nothing before this time.
+    busy_until: Duration,
+    completions: VecDeque<Completion>,
+    notices: VecDeque<DeviceError>,
+    submitted: u64,
+}
+
+/// How a request ended.
+pub type Completion = (RequestId, Result<Answer, RequestFailure>);
+
+/// A request of one session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RequestId(u64);
+
+/// What the sensor answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Answer {
+    /// To a read: what the register holds. To a write: what it has taken.
+    Register(RegisterContents),
+    /// To any other command: that it is carried out.
+    Done,
+}
+
+/// Whether a reply was the session's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Handled {
+    /// It answers a request, the present one or one that has ended.
+    Mine,
+    /// It answers nothing that was asked here.
+    NotMine,
+}
+
+/// As many requests wait as a session takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("{} requests wait already: let them end and collect their answers before asking more", Session::CAPACITY)]
+pub struct QueueFull;
+
+/// The request on the wire.
+#[derive(Debug)]
+struct Current {
+    id: RequestId,
+    command: Command,
+    attempts: u32,
+    /// Lines sent and not yet answered.
+    unanswered: u32,
+    first_sent: Duration,
+    /// When to give the present attempt up; `None` when the next is to be sent.
+    deadline: Option<Duration>,
+}
+
+/// A request that has ended with fewer answers than it was sent times.
+#[derive(Debug)]
+struct Late {
+    command: Command,
+    unanswered: u32,
+    /// The others come no more after this time.
+    until: Duration,
+}
+
+impl Session {
+    /// How often a repeatable command is sent at most.
+    pub const ATTEMPTS: u32 = 3;
+    /// The requests that may wait, be on the wire, or have ended without being collected.
+    pub const CAPACITY: usize = 64;
+    /// The notices kept; the oldest go first.
+    pub const NOTICES: usize = 16;
+
+    /// A session whose lines are protected by `check`. The sensor takes XOR-8 and CRC-16 at any time, and a line with [`Check::None`] at none.
+    #[must_use]
+    pub fn new(check: Check) -> Self {
+        Self {
+            check,
+            queue: VecDeque::new(),
+            current: None,
+            late: None,
+            busy_until: Duration::ZERO,
+            completions: VecDeque::new(),
+            notices: VecDeque::new(),
+            submitted: 0,
+        }
+    }
+
+    /// Takes a request behind those that wait.
+    ///
+    /// # Errors
+    /// [`QueueFull`] when there are [`CAPACITY`](Self::CAPACITY) of them.
+    pub fn submit(&mut self, command: Command) -> Result<RequestId, QueueFull> {
+        if self.queue.len() + usize::from(self.current.is_some()) + self.completions.len() >= Self::CAPACITY {
+            return Err(QueueFull);
+        }
+        let id = RequestId(self.submitted);
+        self.submitted += 1;
+        self.queue.push_back((id, command));
+        Ok(id)
+    }
+
+    /// Takes a reply that has arrived.
+    pub fn handle_reply(&mut self, reply: &Reply, now: Duration) -> Handled {
+        if let Reply::Error(error) = reply {
+            return self.handle_error(*error, now);
+        }
+        let Some(current) = self.current.as_mut().filter(|current| current.is_answered_by(reply)) else {
+            return self.handle_late(|late| late.command.is_answered_by(reply));
+        };
+        if let (Command::WriteRegister { register, fields }, Reply::Written(echo)) = (&current.command, reply)
+            && !fields.means(&echo.fields, extra_fields(*register))
+        {
+            let is_late = |late: &Late| {
+                matches!(&late.command,
+                Command::WriteRegister { register, fields } if *register == echo.register
+                    && fields.means(&echo.fields, extra_fields(*register)))
+            };
+            if self.late.as_ref().is_some_and(is_late) {
+                return self.handle_late(is_late);
+            }
+            let failure = RequestFailure::EchoDiffers {
+                line: line(&current.command, self.check),
+                asked: fields.clone(),
+                got: echo.fields.clone(),
+            };
+            current.unanswered = current.unanswered.saturating_sub(1);
+            self.complete(Err(failure), now);
+            return Handled::Mine;
+        }
+        current.unanswered = current.unanswered.saturating_sub(1);
+        let answer = match reply {
+            Reply::Register(contents) | Reply::Written(contents) => Answer::Register(contents.clone()),
+            Reply::Echo(_) | Reply::Error(_) => Answer::Done,
+        };
+        self.complete(Ok(answer), now);
+        Handled::Mine
+    }
+
+    /// Gives up or repeats what was not answered in time; does nothing before that time.
+    pub fn handle_timeout(&mut self, now: Duration) {
+        let Some(current) = self.current.as_mut().filter(|current| current.deadline.is_some_and(|at| at <= now)) else {
+            return;
+        };
+        if current.may_be_repeated() {
+            current.deadline = None;
+            return;
+        }
+        let failure = RequestFailure::Timeout {
+            line: line(&current.command, self.check),
+            attempts: current.attempts,
+            after: now.saturating_sub(current.first_sent),
+        };
+        self.complete(Err(failure), now);
+    }
+
+    /// Ends all requests: the link is gone. Later ones wait for the next [`poll_transmit`](Self::poll_transmit), on a new link.
+    pub fn handle_link_down(&mut self) {
+        let current = self.current.take().map(|current| (current.id, current.command, current.attempts));
+        let queued = self.queue.drain(..).map(|(id, command)| (id, command, 0));
+        for (id, command, attempts) in current.into_iter().chain(queued) {
+            let failure = RequestFailure::LinkDown { line: line(&command, self.check), attempts };
+            self.completions.push_back((id, Err(failure)));
+        }
+        self.late = None;
+        self.busy_until = Duration::ZERO;
+    }
+
+    /// The line to send now, if there is one; its time to be answered begins.
+    #[must_use]
+    pub fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
+        if self.current.is_none() && now >= self.ready_at() {
+            self.current = self.queue.pop_front().map(|(id, command)| Current::new(id, command));
+        }
+        let current = self.current.as_mut().filter(|current| current.deadline.is_none())?;
+        if current.attempts == 0 {
+            current.first_sent = now;
+        }
+        current.attempts += 1;
+        current.unanswered += 1;
+        current.deadline = Some(now.saturating_add(current.command.answer_time()));
+        let mut line = line(&current.command, self.check);
+        line.push_str("\r\n");
+        Some(line.into_bytes())
+    }
+
+    /// When to call [`handle_timeout`](Self::handle_timeout) and [`poll_transmit`](Self::poll_transmit) again; `None` when only a reply or a
+    /// request can bring anything new. To be asked when [`poll_transmit`](Self::poll_transmit) has nothing more.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Duration> {
+        match &self.current {
+            Some(current) => current.deadline,
+            None if self.queue.is_empty() => None,
+            None => Some(self.ready_at()),
+        }
+    }
+
+    /// A request that has ended, in the order in which they end.
+    #[must_use]
+    pub fn poll_completion(&mut self) -> Option<Completion> {
+        self.completions.pop_front()
+    }
+
+    /// An error that the sensor reported and that answers no request, in the order of arrival.
+    #[must_use]
+    pub fn poll_notice(&mut self) -> Option<DeviceError> {
+        self.notices.pop_front()
+    }
+
+    fn handle_error(&mut self, error: DeviceError, now: Duration) -> Handled {
+        let current = self.current.as_mut().filter(|current| current.unanswered > 0 && !error.is_unasked());
+        let Some(current) = current else {
+            let handled =
+                if error.is_unasked() { Handled::NotMine } else { self.handle_late(|late| now <= late.until) };
+            if handled == Handled::NotMine {
+                if self.notices.len() == Self::NOTICES {
+                    self.notices.pop_front();
+                }
+                self.notices.push_back(error);
+            }
+            return handled;
+        };
+        current.unanswered -= 1;
+        if error.is_transmission_fault() && current.may_be_repeated() {
+            // an earlier copy may have arrived whole: its answer is as good
+            if current.unanswered == 0 {
+                current.deadline = None;
+            }
+        } else {
+            let failure = RequestFailure::Device { line: line(&current.command, self.check), error };
+            self.complete(Err(failure), now);
+        }
+        Handled::Mine
+    }
+
+    /// Takes a reply to the request that ended last, if one is still due and `is_its` says so.
+    fn handle_late(&mut self, is_its: impl FnOnce(&Late) -> bool) -> Handled {
+        let Some(late) = self.late.as_mut().filter(|late| is_its(late)) else {
+            return Handled::NotMine;
+        };
+        late.unanswered -= 1;
+        if late.unanswered == 0 {
+            self.late = None;
+        }
+        Handled::Mine
+    }
+
+    fn complete(&mut self, result: Result<Answer, RequestFailure>, now: Duration) {
+        let Some(current) = self.current.take() else {
+            return;
+        };
+        if result.is_ok() {
+            self.busy_until = now.saturating_add(current.command.busy_time());
+        }
+        self.late = (current.unanswered > 0).then(|| Late {
+            unanswered: current.unanswered,
+            until: current.deadline.unwrap_or(now),
+            command: current.command,
+        });
+        self.completions.push_back((current.id, result));
+    }
+
+    /// When the next request may be sent.
+    fn ready_at(&self) -> Duration {
+        self.late.as_ref().map_or(self.busy_until, |late| late.until.max(self.busy_until))
+    }
+}
+
+impl Current {
+    fn new(id: RequestId, command: Command) -> Self {
+        Self { id, command, attempts: 0, unanswered: 0, first_sent: Duration::ZERO, deadline: None }
+    }
+
+    fn is_answered_by(&self, reply: &Reply) -> bool {
+        self.attempts > 0 && self.command.is_answered_by(reply)
+    }
+
+    fn may_be_repeated(&self) -> bool {
+        self.command.is_repeatable() && self.attempts < Session::ATTEMPTS
+    }
+}
+
+/// Registers 5 to 7 may come back with their port.
+fn extra_fields(register: Register) -> usize {
+    usize::from(matches!(register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE))
+}
+
+/// The line of a command, without CR and LF.
+fn line(command: &Command, check: Check) -> String {
+    let mut line = String::new();
+    // a String takes all that is written to it
+    _ = command.encode(check, &mut line);
+    line.truncate(line.trim_end().len());
+    line
+}

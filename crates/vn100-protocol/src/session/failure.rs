@@ -1,0 +1,63 @@
+//! Why a request failed.
+
+use alloc::string::String;
+use core::time::Duration;
+
+use thiserror::Error;
+
+use crate::{device_error::DeviceError, fields::Fields};
+
+/// Why a request has no good answer. `line` is the command as sent, without CR and LF.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum RequestFailure {
+    /// The sensor said nothing.
+    #[error(
+        "no answer to {line}, sent {} in {:.1} s: check the baud rate and the wire to the sensor; a sensor whose error mode \
+         (register 30) is 0 says nothing to a command that it refuses", times(*.attempts), .after.as_secs_f64()
+    )]
+    Timeout {
+        /// The command.
+        line: String,
+        /// How often it was sent.
+        attempts: u32,
+        /// From the first time it was sent to the end of the wait.
+        after: Duration,
+    },
+    /// The sensor refused it.
+    #[error("the sensor refused {line} with {error}: {}", .error.advice())]
+    Device {
+        /// The command.
+        line: String,
+        /// What it said.
+        error: DeviceError,
+    },
+    /// The link went down before an answer came.
+    #[error("the link went down before {line} was answered; it was sent {}", times(*.attempts))]
+    LinkDown {
+        /// The command.
+        line: String,
+        /// How often it was sent; 0 for one that waited for others.
+        attempts: u32,
+    },
+    /// The sensor took a write, but not as it was asked.
+    #[error(
+        "the sensor answered {line} with other fields: asked for {asked}, got {got}; read the register to see what it holds"
+    )]
+    EchoDiffers {
+        /// The command.
+        line: String,
+        /// The fields sent.
+        asked: Fields,
+        /// The fields that came back.
+        got: Fields,
+    },
+}
+
+fn times(count: u32) -> String {
+    match count {
+        0 => "not at all".into(),
+        1 => "once".into(),
+        count => alloc::format!("{count} times"),
+    }
+}
