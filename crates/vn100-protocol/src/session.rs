@@ -83,6 +83,7 @@ struct Current {
     /// Lines sent and not yet answered.
     unanswered: u32,
     first_sent: Duration,
+    last_sent: Duration,
     /// When to give the present attempt up; `None` when the next is to be sent.
     deadline: Option<Duration>,
 }
@@ -209,6 +210,7 @@ impl Session {
         if current.attempts == 0 {
             current.first_sent = now;
         }
+        current.last_sent = now;
         current.attempts += 1;
         current.unanswered += 1;
         current.deadline = Some(now.saturating_add(current.command.answer_time()));
@@ -285,9 +287,14 @@ impl Session {
         if result.is_ok() {
             self.busy_until = now.saturating_add(current.command.busy_time());
         }
+        let answer_time = match &result {
+            Err(RequestFailure::Timeout { .. }) => current.command.answer_time(),
+            // the sensor may be as slow with the last line as it was with the first
+            _ => current.command.answer_time().max(now.saturating_sub(current.first_sent)),
+        };
         self.late = (current.unanswered > 0).then(|| Late {
             unanswered: current.unanswered,
-            until: current.deadline.unwrap_or(now),
+            until: current.last_sent.saturating_add(answer_time),
             command: current.command,
         });
         self.completions.push_back((current.id, result));
@@ -301,7 +308,15 @@ impl Session {
 
 impl Current {
     fn new(id: RequestId, command: Command) -> Self {
-        Self { id, command, attempts: 0, unanswered: 0, first_sent: Duration::ZERO, deadline: None }
+        Self {
+            id,
+            command,
+            attempts: 0,
+            unanswered: 0,
+            first_sent: Duration::ZERO,
+            last_sent: Duration::ZERO,
+            deadline: None,
+        }
     }
 
     fn is_answered_by(&self, reply: &Reply) -> bool {

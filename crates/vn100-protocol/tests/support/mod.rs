@@ -6,7 +6,9 @@ use proptest::{
     prelude::*,
     sample::{Index, select},
 };
-use vn100_protocol::{Decoder, Frame, Framer, Item, Options, Tally, crc16, xor8};
+use vn100_protocol::{
+    Check, Command, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, ReplyError, Tally, crc16, xor8,
+};
 
 /// The largest count of each channel that is in range.
 pub(crate) const LIMITS: [i32; 12] = [
@@ -144,4 +146,32 @@ pub(crate) fn frames(bytes: &[u8], options: Options) -> Vec<Frame<'_>> {
     }
     assert_eq!(at, bytes.len());
     frames
+}
+
+/// The reply in a line, with or without CR and LF.
+pub(crate) fn parse_reply(line: &str) -> Result<Reply, ReplyError> {
+    match frames(line.as_bytes(), Options::default())[..] {
+        [Frame::Sentence(sentence)] => Reply::parse(&sentence),
+        ref other => panic!("{line}: {other:?}"),
+    }
+}
+
+/// The reply with this body.
+pub(crate) fn reply(body: &str) -> Reply {
+    parse_reply(&sentence(body)).unwrap()
+}
+
+/// What a register holds, by the line that answers a read.
+pub(crate) fn contents(line: &str) -> RegisterContents {
+    match parse_reply(line) {
+        Ok(Reply::Register(contents)) => contents,
+        other => panic!("{line}: {other:?}"),
+    }
+}
+
+/// The line of a command, without CR and LF.
+pub(crate) fn line(command: &Command, check: Check) -> String {
+    let mut line = String::new();
+    command.encode(check, &mut line).unwrap();
+    line.strip_suffix("\r\n").unwrap().to_owned()
 }

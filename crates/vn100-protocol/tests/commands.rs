@@ -1,0 +1,246 @@
+//! Commands as the maker and users of sensors have sent them, and the replies.
+
+mod support;
+
+use proptest::prelude::*;
+use support::{line, parse_reply, reply, sentence};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, Command, DeltaSettings, DeviceError,
+    Fields, ImuFilter, PerSensor, ProtocolControl, Register, Reply, ReplyError, Setting, SyncControl,
+};
+
+fn read(register: u8) -> Command {
+    Command::ReadRegister(Register(register))
+}
+
+fn binary(async_mode: u16, rate_divisor: u16, groups: u8, field_words: &[u16]) -> BinaryOutput {
+    let field_words = field_words.to_vec();
+    BinaryOutput { number: BinaryOutputNumber::First, async_mode, rate_divisor, groups, field_words }
+}
+
+#[test]
+fn reads_are_the_published_lines() {
+    for published in [
+        "$VNRRG,01*72",
+        "$VNRRG,02*71",
+        "$VNRRG,03*70",
+        "$VNRRG,04*77",
+        "$VNRRG,05*76",
+        "$VNRRG,06*75",
+        "$VNRRG,07*74",
+        "$VNRRG,08*7B",
+        "$VNRRG,17*75",
+        "$VNRRG,21*70",
+        "$VNRRG,23*72",
+        "$VNRRG,25*74",
+        "$VNRRG,26*77",
+        "$VNRRG,27*76",
+        "$VNRRG,30*70",
+        "$VNRRG,32*72",
+        "$VNRRG,33*73",
+        "$VNRRG,35*75",
+        "$VNRRG,43*74",
+        "$VNRRG,44*73",
+        "$VNRRG,47*70",
+        "$VNRRG,54*72",
+        "$VNRRG,75*71",
+        "$VNRRG,76*72",
+        "$VNRRG,77*73",
+        "$VNRRG,80*7B",
+        "$VNRRG,82*79",
+        "$VNRRG,83*78",
+        "$VNRRG,84*7F",
+        "$VNRRG,85*7E",
+        "$VNRRG,239*4B",
+        "$VNRRG,240*45",
+    ] {
+        let number = published[7..published.len() - 3].parse().unwrap();
+        assert_eq!(line(&read(number), Check::Xor8), published);
+    }
+    for (number, published) in [(1, "$VNRRG,01*E15F"), (27, "$VNRRG,27*E7FB"), (8, "$VNRRG,08*7076")] {
+        assert_eq!(line(&read(number), Check::Crc16), published);
+    }
+}
+
+#[test]
+fn writes_are_the_published_lines() {
+    fn check(setting: &impl Setting, published: &str) {
+        assert_eq!(line(&Command::write(setting), Check::Xor8), published);
+    }
+    for (code, published) in [
+        (AsyncType::OFF, "$VNWRG,06,0*6C"),
+        (AsyncType::YPR, "$VNWRG,06,1*6D"),
+        (AsyncType::MAR, "$VNWRG,06,13*5E"),
+        (AsyncType::YMR, "$VNWRG,06,14*59"),
+        (AsyncType::IMU, "$VNWRG,06,19*54"),
+        (AsyncType::DTV, "$VNWRG,06,30*5F"),
+    ] {
+        check(&code, published);
+    }
+    for published in [
+        "$VNWRG,07,0*6D",
+        "$VNWRG,07,1*6C",
+        "$VNWRG,07,2*6F",
+        "$VNWRG,07,4*69",
+        "$VNWRG,07,5*68",
+        "$VNWRG,07,10*5C",
+        "$VNWRG,07,20*5F",
+        "$VNWRG,07,25*5A",
+        "$VNWRG,07,40*59",
+        "$VNWRG,07,50*58",
+        "$VNWRG,07,100*6C",
+        "$VNWRG,07,200*6F",
+    ] {
+        let hz = published[10..published.len() - 3].parse().unwrap();
+        check(&AsyncRate::new(hz).unwrap(), published);
+    }
+    for published in [
+        "$VNWRG,05,9600*50",
+        "$VNWRG,05,19200*65",
+        "$VNWRG,05,38400*60",
+        "$VNWRG,05,57600*6B",
+        "$VNWRG,05,128000*54",
+        "$VNWRG,05,115200*58",
+        "$VNWRG,05,230400*5A",
+        "$VNWRG,05,460800*55",
+        "$VNWRG,05,921600*53",
+    ] {
+        let rate = published[10..published.len() - 3].parse().unwrap();
+        check(&BaudRate::new(rate).unwrap(), published);
+    }
+    let sold = ProtocolControl::default();
+    check(&sold, "$VNWRG,30,0,0,0,0,1,0,1*69");
+    check(&ProtocolControl { serial_count: 3, ..sold }, "$VNWRG,30,3,0,0,0,1,0,1*6A");
+    check(&ProtocolControl { serial_count: 3, serial_status: 1, ..sold }, "$VNWRG,30,3,1,0,0,1,0,1*6B");
+    check(&ProtocolControl { serial_checksum: 3, ..sold }, "$VNWRG,30,0,0,0,0,3,0,1*6B");
+    let sync = SyncControl { out_mode: 1, out_polarity: 1, out_pulse_ns: 500_000, ..SyncControl::default() };
+    check(&sync, "$VNWRG,32,3,0,0,0,1,1,0,500000,0*5D");
+    check(&binary(0, 0, 0x01, &[0x0001]), "$VNWRG,75,0,0,01,0001*74");
+    check(&binary(1, 4, 0x01, &[0x0201]), "$VNWRG,75,1,4,01,0201*73");
+    check(&binary(1, 4, 0x01, &[0x0601]), "$VNWRG,75,1,4,01,0601*77");
+    check(&binary(1, 5, 0x01, &[0x0601]), "$VNWRG,75,1,5,01,0601*76");
+    check(&binary(1, 20, 0x01, &[0x0609]), "$VNWRG,75,1,20,01,0609*49");
+    check(&binary(1, 4, 0x06, &[0x0001, 0x001C]), "$VNWRG,75,1,4,06,0001,001C*28");
+    check(&binary(1, 4, 0x06, &[0x0001, 0x001E]), "$VNWRG,75,1,4,06,0001,001E*2E");
+    let delta = DeltaSettings { gyro_compensation: 1, accel_compensation: 1, ..DeltaSettings::default() };
+    check(&delta, "$VNWRG,82,0,1,1,0,0*60");
+    let filter = ImuFilter::default();
+    let filter = ImuFilter { window: PerSensor { accel: 20, gyro: 20, ..filter.window }, ..filter };
+    check(&filter, "$VNWRG,85,0,20,20,4,0,0,3,3,3,0*7C");
+    let with_port = Command::WriteRegister { register: Register::ASYNC_TYPE, fields: Fields::new("14,2").unwrap() };
+    assert_eq!(line(&with_port, Check::Xor8), "$VNWRG,06,14,2*47");
+    let crc = Command::write(&binary(1, 4, 0x01, &[0x0601]));
+    assert_eq!(line(&crc, Check::Crc16), "$VNWRG,75,1,4,01,0601*BE74");
+}
+
+#[test]
+fn the_other_commands_are_the_published_lines_and_answered_by_themselves() {
+    let commands = [
+        (Command::WriteSettings, "$VNWNV*57"),
+        (Command::RestoreFactorySettings, "$VNRFS*5F"),
+        (Command::Reset, "$VNRST*4D"),
+        (Command::Tare, "$VNTAR*5F"),
+        (Command::SetGyroBias, "$VNSGB*4E"),
+        (Command::Async(false), "$VNASY,0*4F"),
+        (Command::Async(true), "$VNASY,1*4E"),
+    ];
+    for (command, published) in &commands {
+        assert_eq!(line(command, Check::Xor8), *published);
+        for (other, echo) in &commands {
+            assert_eq!(command.is_answered_by(&parse_reply(echo).unwrap()), command == other, "{published} {echo}");
+        }
+    }
+    assert_eq!(line(&Command::Async(false), Check::Crc16), "$VNASY,0*4158");
+}
+
+#[test]
+fn only_reads_writes_and_pausing_may_be_repeated() {
+    let write = Command::write(&AsyncType::YMR);
+    for command in [read(1), write, Command::Async(true)] {
+        assert!(command.is_repeatable(), "{command:?}");
+    }
+    use Command::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
+    for command in [WriteSettings, RestoreFactorySettings, Reset, SetGyroBias, Tare] {
+        assert!(!command.is_repeatable(), "{command:?}");
+    }
+}
+
+#[test]
+fn answers_are_told_by_command_and_register_however_padded() {
+    let write = Command::write(&AsyncRate::new(40).unwrap());
+    for (body, reads, writes) in [
+        ("VNRRG,07,40", true, false),
+        ("VNRRG,7,40", true, false),
+        ("VNRRG,007,40,1", true, false),
+        ("VNRRG,08,-114.314,+000.058,-001.773", false, false),
+        ("VNRRG,70,40", false, false),
+        ("VNWRG,07,40", false, true),
+        ("VNWRG,7,50", false, true),
+        ("VNWRG,06,40", false, false),
+        ("VNWNV", false, false),
+        ("VNERR,03", false, false),
+    ] {
+        assert_eq!(read(7).is_answered_by(&reply(body)), reads, "{body}");
+        assert_eq!(write.is_answered_by(&reply(body)), writes, "{body}");
+    }
+}
+
+#[test]
+fn errors_have_their_codes() {
+    use DeviceError::*;
+    for (published, error) in [
+        ("$VNERR,01*70", HardFault),
+        ("$VNERR,02*73", ReceiveBufferOverflow),
+        ("$VNERR,03*72", InvalidChecksum),
+        ("$VNERR,03*B43A", InvalidChecksum),
+        ("$VNERR,04*75", InvalidCommand),
+        ("$VNERR,05*74", TooFewParameters),
+        ("$VNERR,06*77", TooManyParameters),
+        ("$VNERR,07*76", InvalidParameter),
+        ("$VNERR,08*79", InvalidRegister),
+        ("$VNERR,09*78", Unauthorized),
+        ("$VNERR,0A*00", WatchdogReset),
+        ("$VNERR,0B*03", OutputBufferOverflow),
+        ("$VNERR,0C*02", InsufficientBaudRate),
+        ("$VNERR,FF*71", ErrorBufferOverflow),
+        ("$VNERR,12*72", Unknown(0x12)),
+    ] {
+        assert_eq!(parse_reply(published), Ok(Reply::Error(error)), "{published}");
+    }
+}
+
+#[test]
+fn what_is_no_reply_says_why() {
+    use ReplyError::*;
+    for (body, error) in [
+        ("VNYPR,-129.867,-000.355,-000.296", NotAReply),
+        ("GPGGA,1", NotAReply),
+        ("VNRRG", RegisterNumber),
+        ("VNRRG,", RegisterNumber),
+        ("VNRRG,x,1", RegisterNumber),
+        ("VNRRG,+1,1", RegisterNumber),
+        ("VNWRG,256,1", RegisterNumber),
+        ("VNRRG,01", NoValue),
+        ("VNERR", ErrorCode),
+        ("VNERR,", ErrorCode),
+        ("VNERR,+3", ErrorCode),
+        ("VNERR,003", ErrorCode),
+        ("VNERR,03,1", ErrorCode),
+    ] {
+        assert_eq!(parse_reply(&sentence(body)), Err(error), "{body}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_is_sent_comes_back_as_an_answer(number: u8, text in "[ -#%-)+-~]{0,60}", crc: bool) {
+        let fields = Fields::new(text).unwrap();
+        let register = Register(number);
+        let command = Command::WriteRegister { register, fields: fields.clone() };
+        let check = if crc { Check::Crc16 } else { Check::Xor8 };
+        let reply = parse_reply(&line(&command, check)).unwrap();
+        prop_assert!(command.is_answered_by(&reply));
+        let Reply::Written(contents) = reply else { panic!("{reply:?}") };
+        prop_assert_eq!((contents.register, contents.fields, contents.check), (register, fields, check));
+    }
+}

@@ -1,0 +1,337 @@
+//! The request machine, step by step, on a clock that is a number.
+
+mod support;
+
+use core::time::Duration;
+
+use support::reply;
+use vn100_protocol::{
+    Answer, AsyncRate, BaudRate, Check, Command, DeviceError, Fields, Handled, QueueFull, Register, RequestFailure,
+    RequestId, Session,
+};
+
+const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
+const READ_MODEL: Command = Command::ReadRegister(Register::MODEL);
+
+fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+fn write_rate(hz: u32) -> Command {
+    Command::write(&AsyncRate::new(hz).unwrap())
+}
+
+/// A session with a clock.
+struct Bench {
+    session: Session,
+    now: Duration,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self { session: Session::new(Check::Xor8), now: ms(1_000_000) }
+    }
+
+    fn submit(&mut self, command: Command) -> RequestId {
+        self.session.submit(command).unwrap()
+    }
+
+    /// The lines to send now, without CR and LF.
+    fn sent(&mut self) -> Vec<String> {
+        core::iter::from_fn(|| self.session.poll_transmit(self.now))
+            .map(|bytes| String::from_utf8(bytes).unwrap().strip_suffix("\r\n").unwrap().to_owned())
+            .collect()
+    }
+
+    fn hear(&mut self, body: &str) -> Handled {
+        self.session.handle_reply(&reply(body), self.now)
+    }
+
+    fn wait(&mut self, milliseconds: u64) {
+        self.now += ms(milliseconds);
+        self.session.handle_timeout(self.now);
+    }
+
+    /// The next time out, from now on.
+    fn due(&self) -> Option<Duration> {
+        self.session.poll_timeout().map(|at| at - self.now)
+    }
+
+    fn answer(&mut self, id: RequestId) -> Answer {
+        let (ended, result) = self.session.poll_completion().unwrap();
+        assert_eq!(ended, id);
+        result.unwrap()
+    }
+
+    fn value(&mut self, id: RequestId) -> String {
+        match self.answer(id) {
+            Answer::Register(contents) => contents.fields.to_string(),
+            Answer::Done => panic!("no value"),
+        }
+    }
+
+    fn failure(&mut self, id: RequestId) -> RequestFailure {
+        let (ended, result) = self.session.poll_completion().unwrap();
+        assert_eq!(ended, id);
+        result.unwrap_err()
+    }
+}
+
+#[test]
+fn a_read_is_answered_among_other_lines() {
+    let mut bench = Bench::new();
+    let id = bench.submit(READ_RATE);
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    assert_eq!(bench.due(), Some(ms(500)));
+    for other in ["VNRRG,06,14", "VNWRG,07,40", "VNASY,1", "VNERR,0B"] {
+        assert_eq!(bench.hear(other), Handled::NotMine, "{other}");
+    }
+    assert_eq!(bench.session.poll_completion(), None);
+    assert_eq!(bench.hear("VNRRG,07,40"), Handled::Mine);
+    assert_eq!(bench.value(id), "40");
+    assert_eq!((bench.due(), bench.sent()), (None, vec![]));
+}
+
+#[test]
+fn one_request_is_on_the_wire_at_a_time_in_their_order() {
+    let mut bench = Bench::new();
+    let [rate, model, pause] = [READ_RATE, READ_MODEL, Command::Async(false)].map(|command| bench.submit(command));
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::NotMine);
+    assert_eq!(bench.hear("VNRRG,7,40"), Handled::Mine);
+    assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
+    assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::Mine);
+    assert_eq!(bench.sent(), ["$VNASY,0*4F"]);
+    assert_eq!(bench.hear("VNASY,1"), Handled::NotMine);
+    assert_eq!(bench.hear("VNASY,0"), Handled::Mine);
+    assert_eq!(
+        (bench.value(rate), bench.value(model), bench.answer(pause)),
+        ("40".into(), "VN-100S-CR".into(), Answer::Done)
+    );
+}
+
+#[test]
+fn a_read_is_sent_three_times_and_given_up() {
+    let mut bench = Bench::new();
+    let id = bench.submit(READ_MODEL);
+    for _ in 0..Session::ATTEMPTS {
+        assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
+        bench.wait(499);
+        assert_eq!((bench.sent(), bench.due()), (vec![], Some(ms(1))));
+        bench.wait(1);
+    }
+    let failure = bench.failure(id);
+    assert_eq!(failure, RequestFailure::Timeout { line: "$VNRRG,01*72".into(), attempts: 3, after: ms(1500) });
+    assert!(failure.to_string().starts_with("no answer to $VNRRG,01*72, sent 3 times in 1.5 s: "));
+    assert!(failure.to_string().contains("(register 30) is 0"));
+    assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::Mine);
+    assert_eq!((bench.sent(), bench.session.poll_completion()), (vec![], None));
+}
+
+#[test]
+fn what_may_not_be_repeated_is_sent_once() {
+    use Command::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
+    for (command, wait) in
+        [(WriteSettings, 1200), (RestoreFactorySettings, 2500), (Reset, 2500), (SetGyroBias, 500), (Tare, 500)]
+    {
+        let mut bench = Bench::new();
+        let id = bench.submit(command.clone());
+        assert_eq!((bench.sent().len(), bench.due()), (1, Some(ms(wait))), "{command:?}");
+        bench.wait(wait);
+        assert_eq!(bench.sent(), [""; 0]);
+        assert!(matches!(bench.failure(id), RequestFailure::Timeout { attempts: 1, .. }));
+
+        let id = bench.submit(command);
+        assert_eq!(bench.sent().len(), 1);
+        assert_eq!(bench.hear("VNERR,03"), Handled::Mine);
+        assert_eq!(bench.sent(), [""; 0]);
+        assert!(matches!(bench.failure(id), RequestFailure::Device { error: DeviceError::InvalidChecksum, .. }));
+    }
+}
+
+#[test]
+fn a_command_damaged_on_its_way_is_sent_again_at_once() {
+    let mut bench = Bench::new();
+    let id = bench.submit(write_rate(50));
+    assert_eq!(bench.sent(), ["$VNWRG,07,50*58"]);
+    assert_eq!((bench.hear("VNERR,03"), bench.sent()), (Handled::Mine, vec!["$VNWRG,07,50*58".into()]));
+    assert_eq!((bench.hear("VNERR,02"), bench.sent()), (Handled::Mine, vec!["$VNWRG,07,50*58".into()]));
+    assert_eq!(bench.hear("VNERR,03"), Handled::Mine);
+    let failure = bench.failure(id);
+    assert_eq!(
+        failure.to_string(),
+        "the sensor refused $VNWRG,07,50*58 with VNERR 03: the command arrived with a wrong checksum: pause the output before writing"
+    );
+}
+
+#[test]
+fn an_error_answers_the_request_unless_it_comes_unasked() {
+    let mut bench = Bench::new();
+    let id = bench.submit(write_rate(200));
+    assert_eq!(bench.hear("VNERR,07"), Handled::NotMine, "before it is sent, nothing can be refused");
+    bench.sent();
+    for unasked in ["VNERR,01", "VNERR,0A", "VNERR,0B", "VNERR,FF"] {
+        assert_eq!(bench.hear(unasked), Handled::NotMine);
+    }
+    assert_eq!(bench.hear("VNERR,0C"), Handled::Mine);
+    assert!(matches!(bench.failure(id), RequestFailure::Device { error: DeviceError::InsufficientBaudRate, .. }));
+    assert_eq!(bench.hear("VNERR,12"), Handled::NotMine);
+    use DeviceError::{ErrorBufferOverflow, HardFault, InvalidParameter, OutputBufferOverflow, Unknown, WatchdogReset};
+    let notices: Vec<_> = core::iter::from_fn(|| bench.session.poll_notice()).collect();
+    assert_eq!(
+        notices,
+        [InvalidParameter, HardFault, WatchdogReset, OutputBufferOverflow, ErrorBufferOverflow, Unknown(0x12)]
+    );
+}
+
+#[test]
+fn the_newest_notices_are_kept() {
+    let mut bench = Bench::new();
+    for code in 0x20..0x20 + Session::NOTICES + 2 {
+        bench.hear(&format!("VNERR,{code:02X}"));
+    }
+    let notices: Vec<_> = core::iter::from_fn(|| bench.session.poll_notice()).collect();
+    assert_eq!((notices.len(), notices[0]), (Session::NOTICES, DeviceError::Unknown(0x22)));
+}
+
+#[test]
+fn a_write_is_confirmed_by_its_fields() {
+    let mut bench = Bench::new();
+    let id = bench.submit(write_rate(50));
+    bench.sent();
+    assert_eq!(bench.hear("VNWRG,07,50,1"), Handled::Mine);
+    assert_eq!(bench.value(id), "50,1");
+    let id = bench.submit(write_rate(50));
+    assert_eq!(bench.sent().len(), 1);
+    assert_eq!(bench.hear("VNWRG,07,40"), Handled::Mine);
+    assert_eq!(
+        bench.failure(id).to_string(),
+        "the sensor answered $VNWRG,07,50*58 with other fields: asked for 50, got 40; read the register to see what it holds"
+    );
+    // a register without a port has no field more than it was given
+    let fields = Fields::new("0,1,5").unwrap();
+    let id = bench.submit(Command::WriteRegister { register: Register::HSI_CONTROL, fields });
+    bench.sent();
+    bench.hear("VNWRG,44,0,1,5,1");
+    assert!(matches!(bench.failure(id), RequestFailure::EchoDiffers { .. }));
+}
+
+#[test]
+fn a_late_error_is_not_taken_for_that_of_the_next_request() {
+    let mut bench = Bench::new();
+    let first = bench.submit(Command::ReadRegister(Register(99)));
+    let second = bench.submit(READ_RATE);
+    bench.sent();
+    bench.wait(500);
+    assert_eq!(bench.sent(), ["$VNRRG,99*73"]);
+    bench.wait(20);
+    // the answer to the first line: that to the second is still to come
+    assert_eq!(bench.hear("VNERR,08"), Handled::Mine);
+    assert!(matches!(bench.failure(first), RequestFailure::Device { error: DeviceError::InvalidRegister, .. }));
+    assert_eq!(bench.sent(), [""; 0]);
+    // as slow as the first at the most
+    assert_eq!(bench.due(), Some(ms(500)));
+    bench.wait(30);
+    assert_eq!(bench.hear("VNERR,08"), Handled::Mine);
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    bench.hear("VNRRG,07,40");
+    assert_eq!(bench.value(second), "40");
+    assert_eq!(bench.session.poll_notice(), None);
+}
+
+#[test]
+fn the_next_request_does_not_wait_for_ever_for_a_late_answer() {
+    let mut bench = Bench::new();
+    let first = bench.submit(READ_MODEL);
+    bench.submit(READ_RATE);
+    bench.sent();
+    bench.wait(500);
+    bench.sent();
+    bench.wait(100);
+    bench.hear("VNRRG,01,VN-100S-CR");
+    bench.value(first);
+    // sent 100 ms ago, and the answer took 600 ms since the first line
+    assert_eq!(bench.due(), Some(ms(500)));
+    bench.wait(500);
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::Mine);
+    assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::NotMine);
+}
+
+#[test]
+fn a_late_echo_of_an_earlier_write_is_not_taken_for_a_wrong_one() {
+    let mut bench = Bench::new();
+    let first = bench.submit(write_rate(50));
+    let second = bench.submit(write_rate(100));
+    for _ in 0..Session::ATTEMPTS {
+        assert_eq!(bench.sent(), ["$VNWRG,07,50*58"]);
+        bench.wait(500);
+    }
+    assert!(matches!(bench.failure(first), RequestFailure::Timeout { .. }));
+    assert_eq!(bench.sent(), ["$VNWRG,07,100*6C"]);
+    assert_eq!(bench.hear("VNWRG,07,50"), Handled::Mine);
+    assert_eq!(bench.session.poll_completion(), None);
+    assert_eq!(bench.hear("VNWRG,07,100"), Handled::Mine);
+    assert_eq!(bench.value(second), "100");
+}
+
+#[test]
+fn an_answer_that_comes_when_the_line_should_be_repeated_still_counts() {
+    let mut bench = Bench::new();
+    let id = bench.submit(READ_RATE);
+    bench.sent();
+    bench.wait(600);
+    bench.hear("VNRRG,07,40");
+    assert_eq!((bench.value(id), bench.sent()), ("40".into(), vec![]));
+}
+
+#[test]
+fn nothing_is_sent_while_the_sensor_restarts_or_saves() {
+    for (command, echo, busy) in [(Command::Reset, "VNRST", 1250), (Command::WriteSettings, "VNWNV", 500)] {
+        let mut bench = Bench::new();
+        let id = bench.submit(command);
+        bench.submit(READ_RATE);
+        bench.sent();
+        bench.hear(echo);
+        assert_eq!(bench.answer(id), Answer::Done);
+        assert_eq!((bench.sent(), bench.due()), (vec![], Some(ms(busy))));
+        bench.wait(busy);
+        assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    }
+}
+
+#[test]
+fn all_requests_end_with_the_link() {
+    let mut bench = Bench::new();
+    let first = bench.submit(Command::write(&BaudRate::DEFAULT));
+    let second = bench.submit(READ_RATE);
+    bench.sent();
+    bench.session.handle_link_down();
+    assert_eq!(
+        bench.failure(first).to_string(),
+        "the link went down before $VNWRG,05,115200*58 was answered; it was sent once"
+    );
+    assert_eq!(
+        bench.failure(second).to_string(),
+        "the link went down before $VNRRG,07*74 was answered; it was sent not at all"
+    );
+    assert_eq!((bench.sent(), bench.due()), (vec![], None));
+    let third = bench.submit(READ_MODEL);
+    assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
+    bench.hear("VNRRG,01,VN-100S-CR");
+    bench.value(third);
+}
+
+#[test]
+fn a_full_session_says_so_until_answers_are_collected() {
+    let mut bench = Bench::new();
+    for _ in 0..Session::CAPACITY {
+        bench.submit(READ_RATE);
+    }
+    bench.sent();
+    assert_eq!(bench.session.submit(READ_RATE), Err(QueueFull));
+    bench.hear("VNRRG,07,40");
+    assert_eq!(bench.session.submit(READ_RATE), Err(QueueFull));
+    assert!(bench.session.poll_completion().is_some());
+    bench.submit(READ_RATE);
+}
