@@ -28,6 +28,30 @@
 //!
 //! A number is never a float on its way: it is the integer that its digits make ([`Decimal`]), so that sums of samples can be exact.
 //!
+//! # Asking the sensor
+//!
+//! A [`Command`] reads or writes a [`Register`], or tells the sensor to do something; a [`Reply`] is what it says to that. A [`Session`]
+//! sends one after the other and finds the answers among the lines that keep coming; it has neither link nor clock, and is told the time.
+//!
+//! ```
+//! use std::time::Duration;
+//! use vn100_protocol::{Answer, AsyncRate, Check, Command, Decoder, Item, Options, Register, Reply, Session};
+//!
+//! let mut session = Session::new(Check::Xor8);
+//! let asked = session.submit(Command::ReadRegister(Register::ASYNC_RATE))?;
+//! assert_eq!(session.poll_transmit(Duration::ZERO).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
+//! Decoder::new(Options::default()).push(b"$VNYPR,+010.071,+000.278,-002.026*60\r\n$VNRRG,07,40*5C\r\n", |item| {
+//!     if let Item::Reply(sentence) = item && let Ok(reply) = Reply::parse(&sentence) {
+//!         session.handle_reply(&reply, Duration::from_millis(12));
+//!     }
+//! });
+//! let Some((ended, Ok(Answer::Register(contents)))) = session.poll_completion() else { panic!("no answer") };
+//! assert_eq!((ended, contents.value::<AsyncRate>()?.hz()), (asked, 40));
+//! # Ok::<_, Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`LinkLoad`] says beforehand whether lines and packets fit the baud rate.
+//!
 //! # Units
 //!
 //! | quantity | unit | decimals | limit |
@@ -40,7 +64,7 @@
 //! | pressure | kPa | 3 | 200 |
 //!
 //! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a magnitude beyond its limit is
-//! [`BadKind::Range`]. Old firmware prints fewer decimals: see [`PrintFormat`].
+//! [`BadKind::Range`]. Settings have the unit in their name. Old firmware prints fewer decimals: see [`PrintFormat`].
 //!
 //! # Where this reader departs from the maker's manual
 //!
@@ -50,6 +74,9 @@
 //! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and it is [`BadKind::Checksum`] here.
 //! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes either order.
 //! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum decides.
+//! - It lists the last error codes as decimal numbers in some editions. All are hexadecimal here, as firmware 3 sends them.
+//! - It prints register numbers of replies with and without a leading zero; they are compared as numbers.
+//! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`] knows 1 and 3 alone.
 //! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with extension words have no length that this
 //!   crate knows; their bytes are searched like any others.
 #![cfg_attr(not(test), no_std)]
@@ -98,5 +125,5 @@ pub use register::{
 };
 pub use reply::{Reply, ReplyError};
 pub use sentence::Sentence;
-pub use session::{Answer, Completion, Handled, QueueFull, RequestFailure, RequestId, Session};
+pub use session::{Answer, Handled, QueueFull, RequestFailure, RequestId, Session};
 pub use tally::{BadTally, Tally};

@@ -12,6 +12,7 @@ use crate::{
     checksum::Check,
     command::Command,
     device_error::DeviceError,
+    fields::Fields,
     register::{Register, RegisterContents},
     reply::Reply,
 };
@@ -39,13 +40,10 @@ pub struct Session {
     late: Option<Late>,
     /// The sensor hears nothing before this time.
     busy_until: Duration,
-    completions: VecDeque<Completion>,
+    completions: VecDeque<(RequestId, Result<Answer, RequestFailure>)>,
     notices: VecDeque<DeviceError>,
     submitted: u64,
 }
-
-/// How a request ended.
-pub type Completion = (RequestId, Result<Answer, RequestFailure>);
 
 /// A request of one session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -139,25 +137,16 @@ impl Session {
         if let Reply::Error(error) = reply {
             return self.handle_error(*error, now);
         }
-        let Some(current) = self.current.as_mut().filter(|current| current.is_answered_by(reply)) else {
+        let Some(current) = self.current.as_mut().filter(|current| current.command.is_answered_by(reply)) else {
             return self.handle_late(|late| late.command.is_answered_by(reply));
         };
-        if let (Command::WriteRegister { register, fields }, Reply::Written(echo)) = (&current.command, reply)
-            && !fields.means(&echo.fields, extra_fields(*register))
-        {
-            let is_late = |late: &Late| {
-                matches!(&late.command,
-                Command::WriteRegister { register, fields } if *register == echo.register
-                    && fields.means(&echo.fields, extra_fields(*register)))
-            };
-            if self.late.as_ref().is_some_and(is_late) {
-                return self.handle_late(is_late);
+        if let Some((asked, got)) = difference(&current.command, reply) {
+            let is_its = |late: &Late| late.command.is_answered_by(reply) && difference(&late.command, reply).is_none();
+            if self.late.as_ref().is_some_and(is_its) {
+                return self.handle_late(is_its);
             }
-            let failure = RequestFailure::EchoDiffers {
-                line: line(&current.command, self.check),
-                asked: fields.clone(),
-                got: echo.fields.clone(),
-            };
+            let line = line(&current.command, self.check);
+            let failure = RequestFailure::EchoDiffers { line, asked: asked.clone(), got: got.clone() };
             current.unanswered = current.unanswered.saturating_sub(1);
             self.complete(Err(failure), now);
             return Handled::Mine;
@@ -230,9 +219,9 @@ impl Session {
         }
     }
 
-    /// A request that has ended, in the order in which they end.
+    /// A request that has ended, and how; in the order in which they end.
     #[must_use]
-    pub fn poll_completion(&mut self) -> Option<Completion> {
+    pub fn poll_completion(&mut self) -> Option<(RequestId, Result<Answer, RequestFailure>)> {
         self.completions.pop_front()
     }
 
@@ -319,18 +308,19 @@ impl Current {
         }
     }
 
-    fn is_answered_by(&self, reply: &Reply) -> bool {
-        self.attempts > 0 && self.command.is_answered_by(reply)
-    }
-
     fn may_be_repeated(&self) -> bool {
         self.command.is_repeatable() && self.attempts < Session::ATTEMPTS
     }
 }
 
-/// Registers 5 to 7 may come back with their port.
-fn extra_fields(register: Register) -> usize {
-    usize::from(matches!(register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE))
+/// The fields that a write asked for and those that it was answered with, where they differ.
+fn difference<'a>(command: &'a Command, reply: &'a Reply) -> Option<(&'a Fields, &'a Fields)> {
+    let (Command::WriteRegister { register, fields }, Reply::Written(echo)) = (command, reply) else {
+        return None;
+    };
+    // these may come back with their port
+    let has_port = matches!(*register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);
+    (!fields.means(&echo.fields, usize::from(has_port))).then_some((fields, &echo.fields))
 }
 
 /// The line of a command, without CR and LF.

@@ -1,4 +1,5 @@
 //! Commands as the maker and users of sensors have sent them, and the replies.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! The request machine, step by step, on a clock that is a number.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
 
@@ -240,6 +241,35 @@ fn a_late_error_is_not_taken_for_that_of_the_next_request() {
 }
 
 #[test]
+fn a_damaged_copy_is_not_replaced_while_another_may_be_answered() {
+    let mut bench = Bench::new();
+    let id = bench.submit(READ_RATE);
+    bench.sent();
+    bench.wait(500);
+    assert_eq!(bench.sent().len(), 1);
+    assert_eq!((bench.hear("VNERR,03"), bench.sent()), (Handled::Mine, vec![]));
+    assert_eq!(bench.hear("VNRRG,07,40"), Handled::Mine);
+    assert_eq!(bench.value(id), "40");
+    // nothing more is to come, so nothing is waited for
+    bench.submit(READ_MODEL);
+    assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
+}
+
+#[test]
+fn an_error_that_comes_too_late_is_a_notice() {
+    let mut bench = Bench::new();
+    let id = bench.submit(READ_RATE);
+    bench.sent();
+    bench.wait(500);
+    bench.sent();
+    bench.hear("VNRRG,07,40");
+    bench.value(id);
+    bench.wait(501);
+    assert_eq!(bench.hear("VNERR,08"), Handled::NotMine);
+    assert_eq!(bench.session.poll_notice(), Some(DeviceError::InvalidRegister));
+}
+
+#[test]
 fn the_next_request_does_not_wait_for_ever_for_a_late_answer() {
     let mut bench = Bench::new();
     let first = bench.submit(READ_MODEL);
@@ -276,6 +306,21 @@ fn a_late_echo_of_an_earlier_write_is_not_taken_for_a_wrong_one() {
 }
 
 #[test]
+fn an_echo_is_not_excused_by_a_late_write_to_another_register() {
+    let mut bench = Bench::new();
+    let first = bench.submit(Command::WriteRegister { register: Register(99), fields: Fields::new("50").unwrap() });
+    let second = bench.submit(write_rate(100));
+    for _ in 0..Session::ATTEMPTS {
+        bench.sent();
+        bench.wait(500);
+    }
+    _ = bench.failure(first);
+    bench.sent();
+    bench.hear("VNWRG,07,50");
+    assert!(matches!(bench.failure(second), RequestFailure::EchoDiffers { .. }));
+}
+
+#[test]
 fn an_answer_that_comes_when_the_line_should_be_repeated_still_counts() {
     let mut bench = Bench::new();
     let id = bench.submit(READ_RATE);
@@ -309,17 +354,31 @@ fn all_requests_end_with_the_link() {
     bench.session.handle_link_down();
     assert_eq!(
         bench.failure(first).to_string(),
-        "the link went down before $VNWRG,05,115200*58 was answered; it was sent once"
+        "the link went down before $VNWRG,05,115200*58 was answered (sent once)"
     );
-    assert_eq!(
-        bench.failure(second).to_string(),
-        "the link went down before $VNRRG,07*74 was answered; it was sent not at all"
-    );
+    assert_eq!(bench.failure(second).to_string(), "the link went down before $VNRRG,07*74 was answered (not yet sent)");
     assert_eq!((bench.sent(), bench.due()), (vec![], None));
     let third = bench.submit(READ_MODEL);
     assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
     bench.hear("VNRRG,01,VN-100S-CR");
     bench.value(third);
+}
+
+#[test]
+fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
+    let mut bench = Bench::new();
+    bench.submit(Command::Reset);
+    bench.sent();
+    bench.hear("VNRST");
+    bench.session.handle_link_down();
+    bench.submit(READ_RATE);
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    bench.wait(500);
+    bench.sent();
+    bench.hear("VNRRG,07,40");
+    bench.session.handle_link_down();
+    bench.submit(READ_MODEL);
+    assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! What holds of the request machine under any interleaving, and with a sensor whose link loses, damages and delays lines.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
 
@@ -95,7 +96,7 @@ struct Sensor {
 enum Fate {
     Lost,
     Damaged,
-    AnswerLost(u64),
+    AnswerLost,
     Answered(u64),
 }
 
@@ -104,7 +105,7 @@ fn fate() -> impl Strategy<Value = Fate> {
     prop_oneof![
         1 => Just(Fate::Lost),
         1 => Just(Fate::Damaged),
-        1 => (0_u64..480).prop_map(Fate::AnswerLost),
+        1 => Just(Fate::AnswerLost),
         5 => (0_u64..480).prop_map(Fate::Answered),
     ]
 }
@@ -119,7 +120,7 @@ impl Sensor {
         let (delay, answer) = match fate {
             Fate::Lost => return,
             Fate::Damaged => (5, "VNERR,03".to_owned()),
-            Fate::AnswerLost(_) => {
+            Fate::AnswerLost => {
                 self.carry_out(body(line));
                 return;
             }
@@ -152,7 +153,7 @@ proptest! {
         let mut now = Duration::ZERO;
         let mut open = BTreeSet::new();
         let mut asked_once: BTreeMap<String, i32> = BTreeMap::new();
-        let mut collect = |session: &mut Session, open: &mut BTreeSet<RequestId>| {
+        let collect = |session: &mut Session, open: &mut BTreeSet<RequestId>| {
             while let Some((id, _)) = session.poll_completion() {
                 assert!(open.remove(&id), "{id:?} ended twice, or was never asked");
             }

@@ -1,6 +1,6 @@
 //! Why a request failed.
 
-use alloc::string::String;
+use alloc::{format, string::String};
 use core::time::Duration;
 
 use thiserror::Error;
@@ -13,8 +13,8 @@ use crate::{device_error::DeviceError, fields::Fields};
 pub enum RequestFailure {
     /// The sensor said nothing.
     #[error(
-        "no answer to {line}, sent {} in {:.1} s: check the baud rate and the wire to the sensor; a sensor whose error mode \
-         (register 30) is 0 says nothing to a command that it refuses", times(*.attempts), .after.as_secs_f64()
+        "no answer to {line}, {} in {:.1} s: check the baud rate and the wire to the sensor; a sensor whose error mode \
+         (register 30) is 0 says nothing to a command that it refuses", sent(*.attempts), .after.as_secs_f64()
     )]
     Timeout {
         /// The command.
@@ -33,7 +33,7 @@ pub enum RequestFailure {
         error: DeviceError,
     },
     /// The link went down before an answer came.
-    #[error("the link went down before {line} was answered; it was sent {}", times(*.attempts))]
+    #[error("the link went down before {line} was answered ({})", sent(*.attempts))]
     LinkDown {
         /// The command.
         line: String,
@@ -54,10 +54,10 @@ pub enum RequestFailure {
     },
 }
 
-fn times(count: u32) -> String {
-    match count {
-        0 => "not at all".into(),
-        1 => "once".into(),
-        count => alloc::format!("{count} times"),
+fn sent(times: u32) -> String {
+    match times {
+        0 => "not yet sent".into(),
+        1 => "sent once".into(),
+        times => format!("sent {times} times"),
     }
 }
