@@ -8,7 +8,7 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Parser, Subcommand};
 use vn100_driver::ColumnMap;
 
-pub(crate) use link::{Baud, LinkArgs, SourceName};
+pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
@@ -28,18 +28,24 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Measure live sensors, until stopped; nothing is changed on them unless asked
     Attach(AttachArgs),
+    /// Record a live sensor without measuring anything
+    Record(RecordArgs),
+    /// Ask a sensor what it is, what it sends, and what its line can carry
+    Info(InfoArgs),
+    /// Change what a sensor sends: checked before, read back after
+    Configure(ConfigureArgs),
     /// Run recorded captures through the pipeline, as fast as the machine can
     Replay(ReplayArgs),
-    /// Write a capture of an emulated sensor whose noise is known
+    /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     Sim(SimArgs),
     /// List the serial ports, those a VN-100 is likely on first
     Ports(PortsArgs),
 }
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct AttachArgs {
-    /// Serial ports such as /dev/ttyUSB0 or COM3, tcp://host:port for a serial server, or "-" for bytes on standard
-    /// input
+    /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for a serial server, or "-"
+    /// for bytes on standard input
     #[arg(required = true, value_name = "SOURCE")]
     pub(crate) sources: Vec<SourceName>,
 
@@ -47,7 +53,102 @@ pub(crate) struct AttachArgs {
     pub(crate) link: LinkArgs,
 
     #[command(flatten)]
+    pub(crate) change: ChangeArgs,
+
+    /// Read temperature, pressure and uncompensated measurements every ten seconds between the lines
+    #[arg(long, conflicts_with = "listen_only")]
+    pub(crate) temperature: bool,
+
+    /// Keep the raw bytes with their arrival times, as MCAP; once for each source, in their order
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+
+    #[command(flatten)]
     pub(crate) measure: MeasureArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RecordArgs {
+    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", tcp://host:port, or "-" for standard input
+    #[arg(value_name = "SOURCE")]
+    pub(crate) source: SourceName,
+
+    /// The recording to write, as MCAP; an existing file is never replaced
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+
+    /// Stop after this much data time, for example 5h
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    pub(crate) duration: Option<Duration>,
+
+    /// Read temperature, pressure and uncompensated measurements every ten seconds between the lines
+    #[arg(long, conflicts_with = "listen_only")]
+    pub(crate) temperature: bool,
+
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+
+    #[command(flatten)]
+    pub(crate) change: ChangeArgs,
+
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+}
+
+impl From<RecordArgs> for AttachArgs {
+    fn from(args: RecordArgs) -> Self {
+        Self {
+            sources: vec![args.source],
+            link: args.link,
+            change: args.change,
+            temperature: args.temperature,
+            record: vec![args.output],
+            recording: args.recording,
+            measure: MeasureArgs { duration: args.duration, ..MeasureArgs::default() },
+        }
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct InfoArgs {
+    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", or tcp://host:port
+    #[arg(value_name = "SOURCE")]
+    pub(crate) source: SourceName,
+
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+
+    /// Print a JSON document
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ConfigureArgs {
+    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", or tcp://host:port
+    #[arg(value_name = "SOURCE")]
+    pub(crate) source: SourceName,
+
+    #[command(flatten)]
+    pub(crate) link: LinkArgs,
+
+    #[command(flatten)]
+    pub(crate) change: ChangeArgs,
+
+    /// Set the speed of the line in baud: 9600 19200 38400 57600 115200 128000 230400 460800 921600
+    #[arg(long, value_name = "N")]
+    pub(crate) set_baud: Option<u32>,
+
+    /// Append a counter to each line, so that lost lines are counted exactly; "off" ends that
+    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = on_or_off)]
+    pub(crate) count: Option<bool>,
+
+    /// Keep all settings through switching off
+    #[arg(long)]
+    pub(crate) save: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -67,28 +168,33 @@ pub(crate) struct ReplayArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimArgs {
-    /// The capture to write, with a time for each line where the name ends in .mcap; "-" is standard output
+    /// Write a capture at once instead of emulating a port, with a time for each line where the name ends in .mcap; "-" is
+    /// standard output
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: Option<PathBuf>,
 
-    /// Length of the record, for example 5h
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, default_value = "60s")]
-    pub(crate) duration: Duration,
+    /// Length of the capture [default: 60s], or how long to emulate the port [default: until stopped]; for example 5h
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    pub(crate) duration: Option<Duration>,
 
-    /// Output rate in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200
-    #[arg(long, value_name = "HZ", default_value_t = 40)]
-    pub(crate) rate: u32,
+    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200 [default: 40]
+    #[arg(long, value_name = "HZ", requires = "output")]
+    pub(crate) rate: Option<u32>,
 
-    /// Seed of the noise; the same seed gives the same bytes
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) sensor: SimSensorArgs,
 
-    /// Noise of the sensor: "datasheet" or "lab3"
-    #[arg(long, default_value = "datasheet")]
-    pub(crate) profile: String,
+    /// A name that always leads to the emulated port, whatever the system calls it
+    #[arg(long, value_name = "PATH", conflicts_with = "output")]
+    pub(crate) link: Option<PathBuf>,
 
-    /// Replace an existing file
-    #[arg(long)]
+    /// Hand bytes on as a USB adapter does: in pieces of 62, or after this time, 16ms unless given
+    #[arg(long, value_name = "T", value_parser = humantime::parse_duration, num_args = 0..=1,
+        default_missing_value = "16ms", conflicts_with = "output")]
+    pub(crate) usb: Option<Duration>,
+
+    /// Replace an existing capture
+    #[arg(long, requires = "output")]
     pub(crate) force: bool,
 }
 
@@ -97,4 +203,12 @@ pub(crate) struct PortsArgs {
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+fn on_or_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("neither \"on\" nor \"off\"".into()),
+    }
 }

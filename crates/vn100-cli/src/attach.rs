@@ -1,23 +1,26 @@
-//! `vn100 attach`: live sensors through the pipeline until stopped, one result each, in the order given.
+//! `vn100 attach` and `vn100 record`: live sensors through the pipeline until stopped, one result each, in the order given.
 
-use std::{sync::Arc, time::Duration};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use tokio::{
     runtime::Runtime,
+    sync::watch,
     task::{self, JoinHandle},
     time::{self, Instant},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{LinkState, ReadOptions};
+use vn100_driver::{Change, LinkState, Recorder, RecordingState, configure, restore};
 use vn100_pipeline::{Outcome, Settings, Snapshot, start};
 
 use crate::{
-    args::{AttachArgs, SourceName},
+    args::{AttachArgs, RecordArgs, SourceName},
+    conditions::{self, conditions},
+    configure::describe,
     document::{Document, Origin},
-    exit::Exit,
+    exit::{Exit, report},
     interrupt::stop_on_interrupt,
-    live_source::LiveSource,
+    live_source::{LiveSource, Opened},
     measured::{Measured, Teller, Telling, print_line},
     status::Status,
 };
@@ -26,24 +29,38 @@ use crate::{
 const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 pub(crate) fn attach(args: AttachArgs) -> Result<Exit> {
+    let telling = args.measure.telling();
+    run(args, telling)
+}
+
+pub(crate) fn record(args: RecordArgs) -> Result<Exit> {
+    run(args.into(), Telling::Summary)
+}
+
+fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
+    if !args.record.is_empty() && args.record.len() != args.sources.len() {
+        bail!(
+            "--record is given {} times for {} sources: give it once for each, in their order",
+            args.record.len(),
+            args.sources.len()
+        );
+    }
+    let metadata = conditions::read(args.recording.meta.as_deref(), args.measure.duration)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let exit = runtime.block_on(attach_all(args));
+    let exit = runtime.block_on(attach_all(args, telling, metadata));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     exit
 }
 
-async fn attach_all(args: AttachArgs) -> Result<Exit> {
+async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<String, String>) -> Result<Exit> {
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
-    let job = Arc::new(Job {
-        settings: args.measure.settings(),
-        read: args.measure.read_options(),
-        telling: args.measure.telling(),
-        status: Status::new(),
-        args,
-    });
-    let sources: Vec<JoinHandle<Result<Measured>>> = (job.args.sources.iter())
-        .map(|source| task::spawn(attach_one(source.clone(), Arc::clone(&job), stop.child_token())))
+    let job = Arc::new(Job { settings: args.measure.settings(), telling, metadata, status: Status::new(), args });
+    let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
+    let sources: Vec<JoinHandle<Result<Measured>>> = (job.args.sources.iter().zip(recordings))
+        .map(|(source, recording)| {
+            task::spawn(attach_one(source.clone(), recording, Arc::clone(&job), stop.child_token()))
+        })
         .collect();
     let mut teller = Teller::new(job.telling);
     for source in sources {
@@ -57,47 +74,139 @@ async fn attach_all(args: AttachArgs) -> Result<Exit> {
 struct Job {
     args: AttachArgs,
     settings: Settings,
-    read: ReadOptions,
     telling: Telling,
+    /// Goes into every recording.
+    metadata: BTreeMap<String, String>,
     status: Status,
 }
 
-async fn attach_one(source: SourceName, job: Arc<Job>, stop: CancellationToken) -> Result<Measured> {
+async fn attach_one(
+    source: SourceName,
+    recording: Option<PathBuf>,
+    job: Arc<Job>,
+    stop: CancellationToken,
+) -> Result<Measured> {
     let mut origin = Origin { name: source.to_string(), ..Origin::default() };
-    let live = match LiveSource::open(&source, &job.args.link, job.read, stop.clone()) {
+    let live = match LiveSource::new(source, job.args.link.clone()) {
         Ok(live) => live,
         Err(error) => {
-            origin.error = Some(format!("{error:#}"));
+            origin.error = Some(format!("{}: {error:#}", origin.name));
             return Ok(Measured::nothing(origin, job.settings));
         }
     };
-    origin.kind = Some(live.kind);
-    let outcome = measure(live, &origin, &job, &stop).await?;
-    let measured = Measured::of(origin, outcome);
+    origin.kind = Some(live.kind());
+    origin.meta = conditions(&job.metadata);
+    let prepared = match prepare(&live, recording, &job, &stop, &origin.name).await {
+        Ok(prepared) => prepared,
+        Err(error) => {
+            origin.error = Some(format!("{}: {error:#}", origin.name));
+            return Ok(Measured::nothing(origin, job.settings));
+        }
+    };
+    let Prepared { changes, recorder } = prepared;
+    let measured = measure_and_record(&live, recorder, origin, &job, &stop).await?;
+    if !changes.is_empty() {
+        // a second signal ends the program
+        let back = live.ask(&CancellationToken::new(), async |link| Ok(restore(&link, &changes).await?)).await;
+        job.status.suspend(|| match back {
+            Ok(()) => report(&format!("{}: put back as it was", measured.origin.name)),
+            Err(error) => report(&format!("{}: could not be put back as it was: {error:#}", measured.origin.name)),
+        });
+    }
     if job.telling == Telling::Ndjson {
         tell_line(measured.document()).await?;
     }
     Ok(measured)
 }
 
+/// What was done before a source is measured.
+struct Prepared {
+    changes: Vec<Change>,
+    recorder: Option<Recorder>,
+}
+
+async fn prepare(
+    live: &LiveSource,
+    recording: Option<PathBuf>,
+    job: &Job,
+    stop: &CancellationToken,
+    name: &str,
+) -> Result<Prepared> {
+    // first: nothing is changed for a recording that cannot be made
+    let recorder = match recording {
+        Some(path) => {
+            let (resume, metadata) = (job.args.recording.resume, job.metadata.clone());
+            let create =
+                move || if resume { Recorder::resume(path, &metadata) } else { Recorder::create(path, &metadata) };
+            Some(task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")??)
+        }
+        None => None,
+    };
+    let changes = match job.args.change.settings() {
+        Some(settings) => {
+            let configured = live.ask(stop, async |link| Ok(configure(&link, &settings).await?)).await?;
+            job.status.suspend(|| report(&format!("{name}: {}", describe(&configured))));
+            configured.changes
+        }
+        None => Vec::new(),
+    };
+    Ok(Prepared { changes, recorder })
+}
+
+async fn measure_and_record(
+    live: &LiveSource,
+    recorder: Option<Recorder>,
+    mut origin: Origin,
+    job: &Job,
+    stop: &CancellationToken,
+) -> Result<Measured> {
+    let inputs = recorder.as_ref().map(Recorder::inputs);
+    let opened = match live.open(job.args.measure.read_options(), job.args.temperature, inputs, stop.clone()) {
+        Ok(opened) => opened,
+        Err(error) => {
+            origin.error = Some(format!("{}: {error:#}", origin.name));
+            return Ok(Measured::nothing(origin, job.settings));
+        }
+    };
+    let link = opened.link.clone();
+    let recording = recorder.as_ref().map(Recorder::state);
+    let outcome = measure(opened, recording, &origin, job, stop).await?;
+    let reason = match &outcome.source_error {
+        Some(error) => error.to_string(),
+        None if stop.is_cancelled() => "stopped".into(),
+        None => "the end of the source, or of the time asked for".into(),
+    };
+    let mut measured = Measured::of(origin, outcome);
+    if let Some(recorder) = recorder {
+        let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
+        measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);
+    }
+    Ok(measured)
+}
+
 /// Measures one source to its end, showing where it is and writing the documents of every second meanwhile.
-async fn measure(live: LiveSource, origin: &Origin, job: &Job, stop: &CancellationToken) -> Result<Outcome> {
-    let states = live.link.as_ref().map(|link| link.state());
-    let measurement = start(live.events, job.settings, None);
-    let latest = measurement.latest.clone();
+async fn measure(
+    opened: Opened,
+    recording: Option<watch::Receiver<RecordingState>>,
+    origin: &Origin,
+    job: &Job,
+    stop: &CancellationToken,
+) -> Result<Outcome> {
+    let state = opened.link.as_ref().map(|link| link.state());
+    let measurement = start(opened.events, job.settings, None);
+    let mut latest = measurement.latest.clone();
     let outcome = measurement.outcome();
     tokio::pin!(outcome);
     let mut line = job.status.line(&origin.name);
     let mut ticks = time::interval(Status::PERIOD);
-    let mut seconds = latest.clone();
     let mut told_second = 0;
     let mut heard = None;
     loop {
         tokio::select! {
             outcome = &mut outcome => return Ok(outcome?),
             // a writer that stalls misses seconds and delays nothing
-            Ok(()) = seconds.changed(), if job.telling == Telling::Ndjson => {
-                let snapshot = Arc::clone(&seconds.borrow_and_update());
+            Ok(()) = latest.changed(), if job.telling == Telling::Ndjson => {
+                let snapshot = Arc::clone(&latest.borrow_and_update());
                 let second = snapshot.timing.duration_s() as u64;
                 if second > told_second {
                     told_second = second;
@@ -106,9 +215,10 @@ async fn measure(live: LiveSource, origin: &Origin, job: &Job, stop: &Cancellati
             }
             _ = ticks.tick() => {
                 let snapshot = Arc::clone(&latest.borrow());
-                let state = states.as_ref().map(|state| state.borrow().clone());
-                line.show(state.as_ref(), &snapshot);
-                if sends_no_measurement(&snapshot) && matches!(state, None | Some(LinkState::Up(_) | LinkState::Silent(_))) {
+                let state = state.as_ref().map(|state| state.borrow().clone());
+                line.show(state.as_ref(), recording.as_ref().map(|state| state.borrow().clone()).as_ref(), &snapshot);
+                let is_up = matches!(state, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
+                if is_up && sends_no_measurement(&snapshot) {
                     let heard: &mut Instant = heard.get_or_insert_with(Instant::now);
                     if heard.elapsed() > NO_MEASUREMENT_AFTER {
                         stop.cancel();

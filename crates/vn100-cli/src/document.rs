@@ -9,7 +9,7 @@ use vn100_driver::{CsvReport, Recorded};
 use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
 
 use crate::{
-    recorded::{RecordedDocument, conditions},
+    recorded::RecordedDocument,
     units::{ChannelValues, channel_values},
 };
 
@@ -26,6 +26,8 @@ pub(crate) struct Origin {
     pub(crate) csv: Option<CsvReport>,
     /// What a recording says of itself.
     pub(crate) recorded: Option<Recorded>,
+    /// The conditions of the measurement.
+    pub(crate) meta: Option<BTreeMap<String, String>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -212,7 +214,7 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
         compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
         device: Device::new(&snapshot.registers),
         recorded: origin.recorded.as_ref().map(RecordedDocument::new),
-        meta: origin.recorded.as_ref().and_then(conditions),
+        meta: origin.meta.clone(),
         error: origin.error.clone(),
         csv: origin.csv.clone().map(csv),
     }

@@ -1,47 +1,152 @@
-//! Live sources by their names on the command line.
+//! Live sources by their names on the command line: opened to be measured, or for a few commands.
 
-use std::io;
+use std::{future::Future, io};
 
-use anyhow::{Context, Result};
-use tokio::sync::mpsc;
+use anyhow::{Context, Result, anyhow, bail};
+use tokio::{sync::mpsc, task, time::Duration};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
-    Clock, Event, LinkHandle, LinkOptions, ReadOptions, ReaderSource, SerialPorts, TcpServer, open_link, read_samples,
+    Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source, TcpServer,
+    open_link, read_samples,
+};
+use vn100_sim::pty::{PtyOptions, PtySensor, serve};
+
+use crate::{
+    args::{Baud, LinkArgs, SourceName},
+    sim,
 };
 
-use crate::args::{Baud, LinkArgs, SourceName};
+/// How often register 54 is read where the temperature is asked for.
+const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
+
+/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
+const ON_FOR: Duration = Duration::from_secs(2);
+
+/// A source that can be opened. While it is there an emulated sensor stays on.
+pub(crate) struct LiveSource {
+    name: SourceName,
+    link: LinkArgs,
+    emulated: Option<PtySensor>,
+}
 
 /// A source that is being opened; what comes of that, the events tell.
-pub(crate) struct LiveSource {
-    /// Its form, as documents name it.
-    pub(crate) kind: &'static str,
-    /// `None` for a stream that is no link: nothing can be sent there, and it does not come back.
+pub(crate) struct Opened {
+    /// `None` for a stream that is no link.
     pub(crate) link: Option<LinkHandle>,
     pub(crate) events: mpsc::Receiver<Event>,
 }
 
 impl LiveSource {
-    /// Begins to open a source. What it delivers is stamped, so that it goes on until `stop`.
+    /// Makes a source ready: starts the emulated sensor.
+    pub(crate) fn new(name: SourceName, link: LinkArgs) -> Result<Self> {
+        let emulated = match name {
+            SourceName::Sim => {
+                let options = PtyOptions { on_for: ON_FOR, ..sim::pty_options(&link.sim) };
+                Some(serve(sim::device(&link.sim), options)?)
+            }
+            SourceName::Port(_) | SourceName::Tcp(_) | SourceName::Stdin => None,
+        };
+        Ok(Self { name, link, emulated })
+    }
+
+    /// Its form, as documents name it.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self.name {
+            SourceName::Port(_) => "serial",
+            SourceName::Sim => "sim",
+            SourceName::Tcp(_) => "tcp",
+            SourceName::Stdin => "stdin",
+        }
+    }
+
+    /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too.
     pub(crate) fn open(
-        source: &SourceName,
-        args: &LinkArgs,
+        &self,
         read: ReadOptions,
+        temperature: bool,
+        recording: Option<mpsc::Sender<Input>>,
         stop: CancellationToken,
-    ) -> Result<Self> {
+    ) -> Result<Opened> {
+        if self.name == SourceName::Stdin {
+            let source = ReaderSource::spawn_live(io::stdin(), Clock::start()).context("cannot start to read")?;
+            let events = read_samples(Recorded { source, recording }, read, stop);
+            return Ok(Opened { link: None, events });
+        }
+        let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
+        let (link, events) =
+            self.open_link(LinkOptions { read, recording, poll_temperature, ..LinkOptions::default() }, stop)?;
+        Ok(Opened { link: Some(link), events })
+    }
+
+    /// Opens it for commands: waits until the sensor is heard, does `work`, and closes it again.
+    pub(crate) async fn ask<T, F: Future<Output = Result<T>>>(
+        &self,
+        stop: &CancellationToken,
+        work: impl FnOnce(LinkHandle) -> F,
+    ) -> Result<T> {
+        let closing = stop.child_token();
+        let (link, mut events) = self.open_link(LinkOptions::default(), closing.clone())?;
+        // the link waits for whoever takes its events
+        let ended = task::spawn(async move {
+            let mut error = None;
+            while let Some(event) = events.recv().await {
+                if let Event::End(end) = event {
+                    error = end.error;
+                }
+            }
+            error
+        });
+        let mut state = link.state();
+        let heard =
+            state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed));
+        let is_up = heard.await.is_ok_and(|state| !matches!(*state, LinkState::Closed));
+        let answer = match is_up {
+            true => Some(tokio::select! {
+                answer = work(link) => answer,
+                () = closing.cancelled() => Err(anyhow!("interrupted")),
+            }),
+            false => None,
+        };
+        closing.cancel();
+        let error = ended.await.context("the link stopped by a fault of this program")?;
+        match (answer, error) {
+            (Some(answer), _) => answer,
+            (None, Some(error)) => Err(error.into()),
+            (None, None) => bail!("interrupted"),
+        }
+    }
+
+    fn open_link(&self, options: LinkOptions, stop: CancellationToken) -> Result<(LinkHandle, mpsc::Receiver<Event>)> {
         let clock = Clock::start();
-        let baud = match args.baud {
+        let baud = match self.link.baud {
             Baud::Auto => None,
             Baud::Fixed(baud) => Some(baud),
         };
-        let options = LinkOptions { baud, listen_only: args.listen_only, read, ..LinkOptions::default() };
-        let (kind, (link, events)) = match source {
-            SourceName::Port(name) => ("serial", open_link(SerialPorts::new(name, clock), options, stop)),
-            SourceName::Tcp(address) => ("tcp", open_link(TcpServer::new(address, clock)?, options, stop)),
-            SourceName::Stdin => {
-                let reader = ReaderSource::spawn_live(io::stdin(), clock).context("cannot start the reading thread")?;
-                return Ok(Self { kind: "stdin", link: None, events: read_samples(reader, read, stop) });
+        let options = LinkOptions { baud, listen_only: self.link.listen_only, ..options };
+        Ok(match (&self.name, &self.emulated) {
+            (SourceName::Tcp(address), _) => open_link(TcpServer::new(address, clock)?, options, stop),
+            (SourceName::Stdin, _) => bail!("standard input cannot be asked anything: name a port"),
+            (_, Some(emulated)) => {
+                open_link(SerialPorts::new(&emulated.path().to_string_lossy(), clock), options, stop)
             }
-        };
-        Ok(Self { kind, link: Some(link), events })
+            (name, None) => open_link(SerialPorts::new(&name.to_string(), clock), options, stop),
+        })
+    }
+}
+
+/// A source that can wait, with a copy of all its inputs for a recording.
+struct Recorded<S> {
+    source: S,
+    recording: Option<mpsc::Sender<Input>>,
+}
+
+impl<S: Source> Source for Recorded<S> {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        let input = self.source.next_input().await?;
+        if let (Some(recording), Some(input)) = (&self.recording, &input) {
+            // a recording that has stopped says so itself
+            let _ = recording.send(input.clone()).await;
+        }
+        Ok(input)
     }
 }

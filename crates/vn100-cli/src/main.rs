@@ -2,8 +2,11 @@
 
 mod args;
 mod attach;
+mod conditions;
+mod configure;
 mod document;
 mod exit;
+mod info;
 mod interrupt;
 mod live_source;
 mod measured;
@@ -28,6 +31,9 @@ use crate::{
 fn main() -> ExitCode {
     let result = match Args::parse().command {
         Command::Attach(args) => attach::attach(args),
+        Command::Record(args) => attach::record(args),
+        Command::Info(args) => info::info(args),
+        Command::Configure(args) => configure::configure(args),
         Command::Replay(args) => replay::replay(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),

@@ -3,7 +3,9 @@
 use std::{io, sync::Arc};
 
 use anyhow::Result;
-use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot};
+use indicatif::HumanBytes;
+use vn100_driver::RecordingState;
+use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, Warning, WarningKind};
 
 use crate::{
     document::{Document, Origin},
@@ -46,6 +48,24 @@ impl Measured {
         Self { origin, snapshot, exit }
     }
 
+    /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
+    pub(crate) fn note_recording(&mut self, recording: &RecordingState, unrecorded_bytes: u64) {
+        let path = recording.path.display();
+        let text = match &recording.error {
+            Some(error) => format!(
+                "{path} ends after {} of the bytes read: {error}. The result does not depend on it; free the disk, or record elsewhere",
+                HumanBytes(recording.bytes)
+            ),
+            None if unrecorded_bytes > 0 => format!(
+                "{path} lacks {unrecorded_bytes} bytes, which the disk did not take in time, and says where; the result does not depend on it"
+            ),
+            None => return,
+        };
+        let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text };
+        Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
+        self.exit = self.exit.max(Exit::Failed);
+    }
+
     pub(crate) fn document(&self) -> Document {
         Document::new(&self.origin, &self.snapshot)
     }
@@ -66,6 +86,8 @@ pub(crate) enum Telling {
     Text,
     /// As one JSON document at the end.
     Json,
+    /// As text, without statistics and deviations.
+    Summary,
     /// As JSON documents in lines, which whoever measures writes.
     Ndjson,
 }
@@ -93,6 +115,7 @@ impl Teller {
             Telling::Text if measured.origin.kind.is_some() => {
                 print(&text::result(&measured.origin, &measured.snapshot))?;
             }
+            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot))?,
             Telling::Text | Telling::Ndjson => {}
         }
         Ok(())

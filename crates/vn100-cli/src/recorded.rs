@@ -1,9 +1,6 @@
 //! What a recording says of itself, in documents and in text.
 
-use std::{
-    collections::BTreeMap,
-    time::{Duration, SystemTime},
-};
+use std::time::{Duration, SystemTime};
 
 use serde::Serialize;
 use vn100_driver::Recorded;
@@ -42,11 +39,6 @@ impl RecordedDocument {
         };
         format!("{started} to {ended}{how}")
     }
-}
-
-/// The conditions that were recorded with the data.
-pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>> {
-    (!recorded.metadata.is_empty()).then(|| recorded.metadata.clone())
 }
 
 /// To the millisecond, as the clock of a host is not better than that; `None` for a time before 1970.

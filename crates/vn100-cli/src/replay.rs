@@ -20,6 +20,7 @@ use vn100_pipeline::{Outcome, Settings, every_second, start};
 
 use crate::{
     args::ReplayArgs,
+    conditions::{conditions, measured_duration},
     document::{Document, Origin},
     exit::Exit,
     interrupt::stop_on_interrupt,
@@ -94,8 +95,13 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     };
     origin.kind = Some(kind(&capture, &origin.name));
     origin.recorded = capture.recorded.clone();
+    let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
+    origin.meta = metadata.and_then(conditions);
+    let duration = job.settings.duration.or_else(|| measured_duration(metadata?));
+    let settings = Settings { duration, ..job.settings };
+    let read = ReadOptions { line_by_line: job.read.line_by_line || duration.is_some(), ..job.read };
 
-    let outcome = measure(capture, &origin, &job).await?;
+    let outcome = measure(capture, read, settings, &origin, &job).await?;
     let mut measured = Measured::of(origin, outcome);
     // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
@@ -109,12 +115,18 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
 }
 
 /// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
-async fn measure(capture: Capture, origin: &Origin, job: &Job) -> Result<Outcome> {
+async fn measure(
+    capture: Capture,
+    read: ReadOptions,
+    settings: Settings,
+    origin: &Origin,
+    job: &Job,
+) -> Result<Outcome> {
     let read_so_far = Arc::clone(&capture.stored_bytes_read);
     let (seconds, mut each_second) = every_second();
     let seconds = job.ndjson.then_some(seconds);
-    let events = capture.read(job.read, job.stop.clone()).context("cannot start the reading thread")?;
-    let measurement = start(events, job.settings, seconds);
+    let events = capture.read(read, job.stop.clone()).context("cannot start the reading thread")?;
+    let measurement = start(events, settings, seconds);
     let outcome = async {
         // ends with the measurement: it holds the only sender
         while let Some(snapshot) = each_second.recv().await {

@@ -1,38 +1,95 @@
-//! `vn100 sim`: writes a capture of the emulated sensor.
+//! `vn100 sim`: the emulated sensor on a serial port, or a capture of it.
 
 use std::{
     fs::File,
     io::{self, BufWriter, Write},
     path::Path,
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail};
+use tokio::{runtime::Runtime, task, time};
 use vn100_driver::{Chunk, RecordingWriter};
-use vn100_sim::{Generator, Profile, sentence::write_sentence, write_capture};
+use vn100_sim::{
+    Generator,
+    device::{Device, DeviceConfig},
+    pty::{PtyOptions, serve},
+    sentence::write_sentence,
+    write_capture,
+};
 
-use crate::{args::SimArgs, exit::Exit};
+use crate::{
+    args::{SimArgs, SimSensorArgs},
+    exit::{Exit, print, report},
+    interrupt::stop_on_interrupt,
+};
+
+/// The length of a capture, unless asked for.
+const CAPTURE_DURATION: Duration = Duration::from_secs(60);
+
+/// The rate of a capture in hertz, unless asked for: the sensor's own.
+const CAPTURE_RATE_HZ: u32 = 40;
 
 pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
-    let profile = Profile::named(&args.profile)?;
-    let mut generator = Generator::new(&profile, args.rate, args.seed)?;
-    let samples = (args.duration.as_secs_f64() * f64::from(args.rate)).round() as u64;
-    if samples == 0 {
-        bail!("a record of {:?} at {} Hz holds no sample: ask for a longer one", args.duration, args.rate);
+    match &args.output {
+        Some(output) => capture(args, output),
+        None => emulate(args),
     }
-    if args.output == Path::new("-") {
+}
+
+/// Serves the emulated port until stopped.
+fn emulate(args: &SimArgs) -> Result<Exit> {
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    runtime.block_on(async {
+        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let options = PtyOptions { link: args.link.clone(), usb_latency: args.usb, ..pty_options(&args.sensor) };
+        let sensor = serve(device(&args.sensor), options)?;
+        let path = args.link.clone().unwrap_or_else(|| sensor.path());
+        print(&format!("{}\n", path.display()))?;
+        match args.duration {
+            Some(duration) => _ = time::timeout(duration, stop.cancelled()).await,
+            None => stop.cancelled().await,
+        }
+        let stats = task::spawn_blocking(|| sensor.stop()).await.context("the emulator stopped by a fault")??;
+        report(&format!(
+            "opened {} times, {} bytes sent, {} bytes dropped because nobody read them",
+            stats.openings, stats.bytes_sent, stats.bytes_dropped
+        ));
+        Ok(Exit::Good)
+    })
+}
+
+/// The emulated sensor that the options describe.
+pub(crate) fn device(args: &SimSensorArgs) -> Device {
+    Device::new(DeviceConfig { profile: args.profile.clone(), seed: args.seed, ..DeviceConfig::default() })
+}
+
+/// How it is connected.
+pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
+    PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
+}
+
+fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
+    let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
+    let mut generator = Generator::new(&args.sensor.profile, rate_hz, args.sensor.seed)?;
+    let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
+    if samples == 0 {
+        bail!("a record of {duration:?} at {rate_hz} Hz holds no sample: ask for a longer one");
+    }
+    if output == Path::new("-") {
         write(io::stdout().lock(), &mut generator, samples).context("cannot write to standard output")?;
         return Ok(Exit::Good);
     }
-    let context = || format!("cannot write {}", args.output.display());
-    let file = if args.force { File::create(&args.output) } else { File::create_new(&args.output) };
+    let context = || format!("cannot write {}", output.display());
+    let file = if args.force { File::create(output) } else { File::create_new(output) };
     let file = match file {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            bail!("{} exists; --force replaces it", args.output.display())
+            bail!("{} exists; --force replaces it", output.display())
         }
         file => file.with_context(context)?,
     };
-    if args.output.extension().is_some_and(|extension| extension == "mcap") {
-        record(file, &mut generator, samples, args).with_context(context)?;
+    if output.extension().is_some_and(|extension| extension == "mcap") {
+        record(file, &mut generator, samples, rate_hz, &args.sensor).with_context(context)?;
     } else {
         write(file, &mut generator, samples).with_context(context)?;
     }
@@ -46,15 +103,18 @@ fn write(out: impl Write, generator: &mut Generator, samples: u64) -> io::Result
 }
 
 /// Writes each line as a read of its own, at the very time of its sample; the first is at 0.
-fn record(file: File, generator: &mut Generator, samples: u64, args: &SimArgs) -> io::Result<()> {
-    let recipe =
-        [("profile", args.profile.clone()), ("rate_hz", args.rate.to_string()), ("seed", args.seed.to_string())];
+fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, sensor: &SimSensorArgs) -> io::Result<()> {
+    let recipe = [
+        ("profile", sensor.profile.name.to_owned()),
+        ("rate_hz", rate_hz.to_string()),
+        ("seed", sensor.seed.to_string()),
+    ];
     let recipe = recipe.map(|(name, value)| (format!("sim.{name}"), value)).into();
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
         let mut line = Vec::new();
         write_sentence(&mut line, &generator.next_row());
-        let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(args.rate)).ok();
+        let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(rate_hz)).ok();
         recording.write(&Chunk { bytes: line.into(), at_ns }.into())?;
     }
     recording.finish(Some("the record has its length"))?.sync_all()

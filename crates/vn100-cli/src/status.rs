@@ -2,8 +2,8 @@
 
 use std::{borrow::Cow, time::Duration};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use vn100_driver::{LinkState, Up};
+use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use vn100_driver::{LinkState, RecordingState, Up};
 use vn100_pipeline::Snapshot;
 
 use crate::exit::{printable, report};
@@ -28,7 +28,7 @@ impl Status {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
             bar.set_style(style);
         }
-        StatusLine { bar, name: printable(name), told: None }
+        StatusLine { bar, name: printable(name), told: None, failure_told: false }
     }
 
     /// Takes the lines away while `print` writes to the terminal.
@@ -43,11 +43,12 @@ pub(crate) struct StatusLine {
     name: String,
     /// What of the link was last told for good.
     told: Option<LinkState>,
+    failure_told: bool,
 }
 
 impl StatusLine {
-    /// Shows where the source is, and tells what befell its link.
-    pub(crate) fn show(&mut self, link: Option<&LinkState>, snapshot: &Snapshot) {
+    /// Shows where the source and its recording are, and tells what befell them.
+    pub(crate) fn show(&mut self, link: Option<&LinkState>, recording: Option<&RecordingState>, snapshot: &Snapshot) {
         if let Some(state) = link
             && self.told.as_ref() != Some(state)
         {
@@ -56,8 +57,20 @@ impl StatusLine {
             }
             self.told = Some(state.clone());
         }
+        if let Some(RecordingState { path, error: Some(error), .. }) = recording
+            && !self.failure_told
+        {
+            self.failure_told = true;
+            let failure =
+                format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
+            self.bar.suspend(|| report(&failure));
+        }
         let state = link.map_or("reading".into(), short_state);
-        self.bar.set_message(format!("{}  {state}  {}", self.name, counts(snapshot)));
+        let recorded = recording.map_or(String::new(), |recording| match recording.error {
+            Some(_) => "RECORDING FAILED  ".into(),
+            None => format!("recorded {}  ", HumanBytes(recording.bytes)),
+        });
+        self.bar.set_message(format!("{}  {state}  {recorded}{}", self.name, counts(snapshot)));
         self.bar.tick();
     }
 }

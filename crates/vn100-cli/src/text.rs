@@ -25,7 +25,24 @@ pub(crate) fn result(origin: &Origin, snapshot: &Snapshot) -> String {
     out
 }
 
+/// What came and what may be wrong with it, without statistics and deviations. Ends with a line feed.
+pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot) -> String {
+    let mut out = String::new();
+    let _ = write_summary(&mut out, origin, snapshot);
+    out
+}
+
 fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
+    write_summary(out, origin, snapshot)?;
+    let channels = channel_values(snapshot);
+    if !channels.is_empty() {
+        write_statistics(out, &channels)?;
+        write_deviations(out, snapshot, &channels)?;
+    }
+    writeln!(out)
+}
+
+fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
     write_head(out, origin, snapshot)?;
     if let Some(csv) = &origin.csv {
         write_csv(out, csv)?;
@@ -38,13 +55,7 @@ fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::
         let options = textwrap::Options::new(WIDTH).initial_indent("! ").subsequent_indent("  ");
         writeln!(out, "{}", textwrap::fill(&warning.to_string(), options))?;
     }
-    let channels = channel_values(snapshot);
-    if channels.is_empty() {
-        return writeln!(out);
-    }
-    write_statistics(out, &channels)?;
-    write_deviations(out, snapshot, &channels)?;
-    writeln!(out)
+    Ok(())
 }
 
 fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {

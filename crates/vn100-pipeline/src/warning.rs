@@ -6,6 +6,8 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum WarningKind {
+    /// The recording that was made meanwhile is not whole.
+    RecordingFailed,
     /// Bytes arrive, and no sample is among them.
     NoValidLines,
     /// Good lines of another message are left out.
@@ -49,6 +51,7 @@ impl WarningKind {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::RecordingFailed => "recording-failed",
             Self::NoValidLines => "no-valid-lines",
             Self::OtherMessages => "other-messages",
             Self::CompensatedStream => "compensated-stream",

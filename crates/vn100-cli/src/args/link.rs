@@ -1,14 +1,18 @@
 //! Options of every command that talks to a live sensor.
 
-use std::{convert::Infallible, fmt, str::FromStr};
+use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
 
 use clap::Args;
+use vn100_driver::OutputSettings;
+use vn100_sim::{Profile, fault::FaultPlan};
 
 /// Where a live stream comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum SourceName {
     /// A serial port by its path or name.
     Port(String),
+    /// The emulated sensor, behind a serial port of its own.
+    Sim,
     /// A serial server, `tcp://host:port`.
     Tcp(String),
     /// Bytes on standard input.
@@ -20,6 +24,7 @@ impl FromStr for SourceName {
 
     fn from_str(text: &str) -> Result<Self, Infallible> {
         Ok(match text {
+            "sim" => Self::Sim,
             "-" => Self::Stdin,
             _ if text.starts_with("tcp://") => Self::Tcp(text.to_owned()),
             _ => Self::Port(text.to_owned()),
@@ -31,6 +36,7 @@ impl fmt::Display for SourceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Port(name) | Self::Tcp(name) => f.write_str(name),
+            Self::Sim => f.write_str("sim"),
             Self::Stdin => f.write_str("-"),
         }
     }
@@ -58,7 +64,7 @@ impl FromStr for Baud {
 }
 
 /// How the link is opened.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct LinkArgs {
     /// Speed of the line in baud, or "auto": the nine speeds of the sensor are tried
     #[arg(long, value_name = "N", default_value = "auto")]
@@ -67,6 +73,66 @@ pub(crate) struct LinkArgs {
     /// Send nothing to the sensor: for shared or one-way cables
     #[arg(long)]
     pub(crate) listen_only: bool,
+
+    #[command(flatten)]
+    pub(crate) sim: SimSensorArgs,
+}
+
+/// The sensor that "sim" emulates.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SimSensorArgs {
+    /// Noise of the emulated sensor: "datasheet" or "lab3"
+    #[arg(long, value_parser = Profile::named, default_value = "datasheet")]
+    pub(crate) profile: Profile,
+
+    /// Seed of the emulated sensor; the same seed gives the same noise
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// What befalls the emulated sensor's link, as in "flip@1% unplug@20s+3s"; times count from its power-up
+    #[arg(long, value_name = "PLAN", default_value_t)]
+    pub(crate) faults: FaultPlan,
+}
+
+/// What is to be changed on the sensor before it is measured, and put back after.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ChangeArgs {
+    /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200
+    #[arg(long, value_name = "HZ", conflicts_with = "listen_only")]
+    pub(crate) set_rate: Option<u32>,
+
+    /// Set the message to be sent, such as VNYMR or VNIMU
+    #[arg(long, value_name = "NAME", conflicts_with = "listen_only")]
+    pub(crate) set_message: Option<String>,
+
+    /// Average so many refreshes of 800 Hz in gyroscope and accelerometer; 800 divided by the rate is the honest setting
+    #[arg(long, value_name = "N", conflicts_with = "listen_only")]
+    pub(crate) window: Option<u32>,
+}
+
+impl ChangeArgs {
+    /// What they ask for; `None` for nothing.
+    pub(crate) fn settings(&self) -> Option<OutputSettings> {
+        let settings = OutputSettings {
+            message: self.set_message.clone(),
+            rate_hz: self.set_rate,
+            window: self.window,
+            ..OutputSettings::default()
+        };
+        (settings != OutputSettings::default()).then_some(settings)
+    }
+}
+
+/// What goes into a recording beside the bytes.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RecordingArgs {
+    /// Go on with recordings that exist, behind a break
+    #[arg(long)]
+    pub(crate) resume: bool,
+
+    /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) meta: Option<PathBuf>,
 }
 
 #[cfg(test)]
@@ -78,6 +144,8 @@ mod tests {
         for (text, source) in [
             ("/dev/ttyUSB0", SourceName::Port("/dev/ttyUSB0".into())),
             ("COM3", SourceName::Port("COM3".into())),
+            ("sim", SourceName::Sim),
+            ("./sim", SourceName::Port("./sim".into())),
             ("tcp://bench:2000", SourceName::Tcp("tcp://bench:2000".into())),
             ("-", SourceName::Stdin),
         ] {

@@ -9,7 +9,7 @@ use vn100_pipeline::Settings;
 use crate::measured::Telling;
 
 /// What is measured and how it is told, the same for every command that measures.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
     /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
     #[arg(long, value_name = "HZ", value_parser = rate)]

@@ -1,0 +1,48 @@
+//! `vn100 configure`: changes what a sensor sends.
+
+use anyhow::{Context, Result, bail};
+use tokio::runtime::Runtime;
+use vn100_driver::{Configured, OutputSettings};
+
+use crate::{
+    args::ConfigureArgs,
+    exit::{Exit, print, printable},
+    interrupt::stop_on_interrupt,
+    live_source::LiveSource,
+};
+
+pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
+    let settings = OutputSettings {
+        baud: args.set_baud,
+        count: args.count,
+        save: args.save,
+        ..args.change.settings().unwrap_or_default()
+    };
+    if settings == OutputSettings::default() {
+        bail!("nothing to change: give --set-rate, --set-message, --set-baud, --window, --count or --save");
+    }
+    if args.link.listen_only {
+        bail!("--listen-only sends nothing to the sensor, so that it cannot be changed");
+    }
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    let name = args.source.to_string();
+    let configured = runtime.block_on(async {
+        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let live = LiveSource::new(args.source, args.link)?;
+        live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings).await?)).await
+    })?;
+    print(&format!("{}: {}\n", printable(&name), describe(&configured)))?;
+    Ok(if configured.rate_is_kept() { Exit::Good } else { Exit::Failed })
+}
+
+/// What was changed, and whether the sensor does what it is set to.
+pub(crate) fn describe(configured: &Configured) -> String {
+    let changes: Vec<_> = (configured.changes.iter())
+        .map(|change| format!("register {} from {} to {}", change.register, change.before, change.after))
+        .collect();
+    let changed = if changes.is_empty() { "all was as asked".into() } else { changes.join(", ") };
+    let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
+    let verdict =
+        if configured.rate_is_kept() { "" } else { ": NOT as set; look at the cable and the speed of the line" };
+    printable(&format!("{changed}; {measured_hz:.1} samples a second come, {rate_hz} are set{verdict}"))
+}

@@ -1,0 +1,240 @@
+//! `vn100 info`: what a sensor is, what it sends, what its line can carry.
+
+use std::{collections::BTreeMap, fmt::Write};
+
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+use tokio::runtime::Runtime;
+use vn100_driver::{
+    Command, CommandError, LinkHandle, LinkState,
+    protocol::{
+        AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
+        ProtocolControl, Register, RegisterContents, RegisterValue,
+    },
+};
+
+use crate::{
+    args::InfoArgs,
+    exit::{Exit, print, printable},
+    interrupt::stop_on_interrupt,
+    live_source::LiveSource,
+};
+
+/// What is asked: identity, output, processing.
+const REGISTERS: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 30, 35, 75, 76, 77, 82, 85];
+
+/// The refreshes of gyroscope and accelerometer in a second.
+const REFRESH_HZ: u32 = 800;
+
+pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
+    if args.link.listen_only {
+        bail!("--listen-only sends nothing to the sensor, so that it cannot be asked");
+    }
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    let name = args.source.to_string();
+    let info = runtime.block_on(async {
+        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let live = LiveSource::new(args.source, args.link)?;
+        live.ask(&stop, async |link| ask(&link, name).await).await
+    })?;
+    print(&if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { info.text() })?;
+    Ok(Exit::Good)
+}
+
+/// A sensor, as it was asked.
+#[derive(Debug, Serialize)]
+struct Info {
+    schema: &'static str,
+    source: String,
+    model: Option<String>,
+    hardware_revision: Option<String>,
+    serial_number: Option<String>,
+    firmware: Option<String>,
+    /// Speed of the line in baud; null where the link has none.
+    baud: Option<u32>,
+    message: Option<&'static str>,
+    rate_hz: Option<u32>,
+    /// Refreshes averaged for a sample of magnetometer, accelerometer, gyroscope.
+    window: Option<[u16; 3]>,
+    checksum_bits: Option<u8>,
+    /// Whether each line carries a count.
+    count: Option<bool>,
+    line: Option<Line>,
+    /// Every register asked, by number, as printed.
+    registers: BTreeMap<u8, String>,
+}
+
+/// What the line carries and could carry.
+#[derive(Debug, Serialize)]
+struct Line {
+    bytes_per_s: f64,
+    bytes_per_s_at_most: u32,
+    /// The highest rate of each message that is analysed, were it the only one.
+    highest_rate_hz: BTreeMap<&'static str, Option<u32>>,
+}
+
+async fn ask(link: &LinkHandle, source: String) -> Result<Info> {
+    let mut registers = BTreeMap::new();
+    for register in REGISTERS {
+        match link.request(Command::ReadRegister(register)).await {
+            Ok(answer) => _ = registers.insert(register, answer.fields),
+            // another model or firmware does not have all
+            Err(CommandError::Refused { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    let baud = match &*link.state().borrow() {
+        LinkState::Up(up) | LinkState::Silent(up) => up.baud,
+        _ => None,
+    };
+    Ok(Info::new(source, baud, registers))
+}
+
+impl Info {
+    fn new(source: String, baud: Option<u32>, registers: BTreeMap<u8, String>) -> Self {
+        let text = |register: u8| registers.get(&register).filter(|text| !text.is_empty()).cloned();
+        let message = value::<AsyncType>(&registers, 6);
+        let rate = value::<AsyncRate>(&registers, 7);
+        let control = value::<ProtocolControl>(&registers, 30);
+        let filter = value::<ImuFilter>(&registers, 85);
+        let speed = baud.and_then(BaudRate::new).or_else(|| value(&registers, 5));
+        let line = speed.and_then(|speed| {
+            let form = control.as_ref().map(LineForm::from)?;
+            let packets: Option<LinkLoad> = (75..=77)
+                .filter_map(|register| value::<BinaryOutput>(&registers, register))
+                .map(|output| LinkLoad::of_packets(&output))
+                .sum();
+            let lines = LinkLoad::of_lines(message?.line_length(form)?, rate?);
+            let highest = [AsyncType::YMR, AsyncType::IMU].into_iter().filter_map(|message| {
+                let highest = LinkLoad::NONE.highest_rate_beside(message.line_length(form)?, speed);
+                Some((message.header()?, highest.map(AsyncRate::hz)))
+            });
+            Some(Line {
+                bytes_per_s: (packets? + lines).bytes_per_s(),
+                bytes_per_s_at_most: speed.bytes_per_s(),
+                highest_rate_hz: highest.collect(),
+            })
+        });
+        Self {
+            schema: "vn100.info/1",
+            source,
+            model: text(1),
+            hardware_revision: text(2),
+            serial_number: text(3),
+            firmware: text(4),
+            baud,
+            message: message.and_then(AsyncType::header),
+            rate_hz: rate.map(AsyncRate::hz),
+            window: filter.map(|filter| [filter.window.mag, filter.window.accel, filter.window.gyro]),
+            checksum_bits: control.as_ref().and_then(|control| match control.check()? {
+                Check::Xor8 => Some(8),
+                Check::Crc16 => Some(16),
+                Check::None => None,
+            }),
+            count: control.map(|control| control.serial_count != 0),
+            line,
+            registers,
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut out = String::new();
+        // a String takes everything
+        let _ = self.write(&mut out);
+        out
+    }
+
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let known = |text: &Option<String>| text.as_deref().map_or("not told".to_owned(), printable);
+        writeln!(out, "{}: {}", printable(&self.source), known(&self.model))?;
+        writeln!(
+            out,
+            "  serial no. {}, firmware {}, hardware {}",
+            known(&self.serial_number),
+            known(&self.firmware),
+            known(&self.hardware_revision)
+        )?;
+        let sends = match (self.message, self.rate_hz) {
+            (Some(message), Some(rate_hz)) => format!("{message} at {rate_hz} Hz"),
+            (None, Some(_)) => "no message; --set-message VNYMR makes it send one".into(),
+            _ => "not told".into(),
+        };
+        let check = self.checksum_bits.map_or(String::new(), |bits| format!(", {bits}-bit checksum"));
+        let count = if self.count == Some(true) { ", counted" } else { "" };
+        writeln!(out, "  sends      {sends}{check}{count}")?;
+        if let Some(line) = &self.line {
+            let speed = self.baud.map_or("serial server".into(), |baud| format!("{baud} baud"));
+            let share = 100.0 * line.bytes_per_s / f64::from(line.bytes_per_s_at_most);
+            writeln!(
+                out,
+                "  line       {speed}, {:.0} of {} bytes/s in use ({share:.0} %)",
+                line.bytes_per_s, line.bytes_per_s_at_most
+            )?;
+            let highest: Vec<_> = (line.highest_rate_hz.iter())
+                .map(|(message, hz)| {
+                    format!("{message} {}", hz.map_or("not even 1 Hz".into(), |hz| format!("{hz} Hz")))
+                })
+                .collect();
+            writeln!(out, "  at most    {} at this speed", highest.join(", "))?;
+        }
+        if let Some([mag, accel, gyro]) = self.window {
+            writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer, {mag} magnetometer refreshes")?;
+            if let Some(rate_hz) = self.rate_hz.filter(|hz| OUTPUT_RATES_HZ.contains(hz))
+                && u32::from(gyro.min(accel)).max(1) * rate_hz < REFRESH_HZ
+            {
+                writeln!(
+                    out,
+                    "             of 800 a second: noise is folded in at {rate_hz} Hz; --window {} averages all",
+                    REFRESH_HZ / rate_hz
+                )?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
+    let fields = Fields::new(registers.get(&register)?.as_str()).ok()?;
+    RegisterContents { register: Register(register), fields, check: Check::Xor8 }.value().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn as_sold() -> BTreeMap<u8, String> {
+        [
+            (1, "VN-100S-CR"),
+            (2, "7"),
+            (3, "0100130608"),
+            (4, "3.1.0.0"),
+            (5, "115200"),
+            (6, "14"),
+            (7, "40"),
+            (30, "0,0,0,0,1,0,1"),
+            (75, "0,0,01,0001"),
+            (85, "0,4,4,4,0,0,3,3,3,0"),
+        ]
+        .map(|(register, fields)| (register, fields.to_owned()))
+        .into()
+    }
+
+    #[test]
+    fn a_sensor_as_sold() {
+        let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), as_sold()).text();
+        assert_eq!(
+            text,
+            "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
+             sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
+             at most    VNIMU 100 Hz, VNYMR 50 Hz at this speed\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             of 800 a second: noise is folded in at 40 Hz; --window 20 averages all\n"
+        );
+    }
+
+    #[test]
+    fn a_sensor_that_tells_nothing_has_nothing_made_up() {
+        let info = Info::new("tcp://a:1".into(), None, BTreeMap::new());
+        assert!(info.line.is_none() && info.message.is_none() && info.rate_hz.is_none());
+        assert!(info.text().contains("not told"));
+    }
+}

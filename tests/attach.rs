@@ -1,0 +1,113 @@
+//! Live sources that need no device: a serial server, standard input, and what cannot be opened.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    fs,
+    io::{Read, Write},
+    net::{Shutdown, TcpListener},
+    process::Stdio,
+    thread,
+};
+
+use serde_json::Value;
+use support::{document, replay, replay_log, vn100, with_stdin};
+
+const CLEAN: &str = "clean-minute.vnymr";
+
+/// The statistics and deviations of a document, without what depends on when the bytes came.
+fn numbers(document: &Value) -> Vec<Value> {
+    let channels = document["channels"].as_array().unwrap();
+    channels.iter().map(|channel| Value::from(vec![channel["name"].clone(), channel["statistics"].clone()])).collect()
+}
+
+#[test]
+fn standard_input_is_measured_like_the_file() {
+    let log = replay_log(CLEAN);
+    let output = with_stdin(vn100().args(["attach", "-", "--json"]), &fs::read(&log).unwrap());
+    let live = document(&output);
+    let (file, _) = replay(&log, &[]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(live["source"]["kind"], "stdin");
+    assert_eq!(live["timing"]["samples"], file["timing"]["samples"]);
+    assert_eq!(live["link"]["bytes"], file["link"]["bytes"]);
+    assert_eq!(numbers(&live), numbers(&file));
+}
+
+#[test]
+fn a_serial_server_is_measured_for_the_time_asked() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let serving = thread::spawn(move || {
+        let (mut stream, _) = server.accept().unwrap();
+        // as the sensor does: what went wrong with the reader, its exit tells
+        let _ = stream.write_all(&fs::read(replay_log(CLEAN)).unwrap());
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    let output = vn100().args(["attach", &source, "--duration", "20s", "--json"]).output().unwrap();
+    serving.join().unwrap();
+    let document = document(&output);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(document["source"]["kind"], "tcp");
+    assert_eq!(document["source"]["name"], source.as_str());
+    assert_eq!(document["timing"]["samples"], 800);
+    assert_eq!(document["link"]["reconnects"], 0);
+}
+
+#[test]
+fn a_server_that_hangs_up_is_reached_again_and_the_measurement_goes_on() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let log = fs::read(replay_log(CLEAN)).unwrap();
+    let serving = thread::spawn(move || {
+        // 100 lines and a half, then another 700
+        for bytes in [&log[..100 * 122 + 60], &log[100 * 122..800 * 122]] {
+            let (mut stream, _) = server.accept().unwrap();
+            stream.write_all(bytes).unwrap();
+            stream.shutdown(Shutdown::Write).unwrap();
+            let _ = stream.read_to_end(&mut Vec::new());
+        }
+    });
+    let output = vn100().args(["attach", &source, "--duration", "20s", "--json"]).output().unwrap();
+    serving.join().unwrap();
+    let document = document(&output);
+    assert_eq!(document["timing"]["samples"], 800);
+    assert_eq!(document["timing"]["segments"], 2);
+    assert_eq!(document["link"]["reconnects"], 1);
+    assert_eq!(document["link"]["bad_frames"]["truncated"], 1);
+    assert_eq!(document["link"]["frames"], 800);
+}
+
+#[test]
+fn several_sources_get_a_result_each() {
+    let log = fs::read(replay_log(CLEAN)).unwrap();
+    let output = with_stdin(vn100().args(["attach", "-", "/nowhere/ttyUSB7", "tcp://nothing", "--json"]), &log);
+    let documents = document(&output);
+    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(documents[0]["timing"]["samples"], 2400);
+    for (index, expected) in [(1, "no such port"), (2, "tcp://host:port")] {
+        assert_eq!(documents[index]["timing"]["samples"], 0);
+        let error = documents[index]["source"]["error"].as_str().unwrap();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn what_is_no_port_is_told() {
+    let file = replay_log(CLEAN);
+    let output = vn100().args(["attach", "--json"]).arg(&file).stdin(Stdio::null()).output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("not a serial port"), "{error}");
+}
+
+#[test]
+fn every_second_is_told_in_lines() {
+    let log = fs::read(replay_log(CLEAN)).unwrap();
+    let output = with_stdin(vn100().args(["attach", "-", "--ndjson"]), &log);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(last["timing"]["samples"], 2400);
+    assert!(text.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()));
+}
