@@ -26,7 +26,7 @@ pub enum Counted {
 /// is right as long as a line follows the one before it anywhere among them. An increment of n steps, within a quarter
 /// step, is n - 1 missing lines; any other one, or a counter that goes back, is a restart. Counters may wrap at 2^32.
 ///
-/// A counter that never moves counts nothing: then no line is missing as far as it knows, see
+/// A counter that stands still from one line to the next, always or at times, counts something slower than the lines: then no line is missing as far as it knows, see
 /// [`is_counting`](Self::is_counting).
 ///
 /// ```
@@ -132,11 +132,14 @@ fn increment(last: u64, count: u64) -> Increment {
     }
 }
 
-/// Events from line to line; 0 for a counter that never moves.
+/// Events from line to line; 0 for a counter that stands still.
 fn step(increments: &[Increment]) -> f64 {
+    if increments.iter().any(|increment| matches!(increment, Increment::By(0))) {
+        return 0.0;
+    }
     let events = increments.iter().filter_map(|increment| match increment {
-        Increment::By(events) if *events > 0 => Some(*events as f64),
-        _ => None,
+        Increment::By(events) => Some(*events as f64),
+        Increment::Back => None,
     });
     let Some(least) = events.clone().reduce(f64::min) else {
         return 0.0;
@@ -170,6 +173,8 @@ mod tests {
         (0..40).for_each(|_| counter.push(11_912));
         assert_eq!(counter.is_counting(), Some(false));
         assert_eq!(told([5; 100]), [Counted::Lines(100)]);
+        // two lines to each event
+        assert_eq!(told((0..100).map(|line| line / 2)), [Counted::Lines(100)]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::{
     document::{Document, Origin},
     exit::{Exit, report},
     interrupt::stop_on_interrupt,
-    live_source::{LiveSource, Opened},
+    live_source::{LiveSource, Opened, closed},
     measured::{Measured, Teller, Telling, print_line},
     status::Status,
 };
@@ -171,6 +171,9 @@ async fn measure_and_record(
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);
     let outcome = measure(opened, recording, &origin, job, stop).await?;
+    if let Some(link) = &link {
+        closed(link).await;
+    }
     let reason = match &outcome.source_error {
         Some(error) => error.to_string(),
         None if stop.is_cancelled() => "stopped".into(),

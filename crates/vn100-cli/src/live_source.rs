@@ -1,6 +1,13 @@
 //! Live sources by their names on the command line: opened to be measured, or for a few commands.
 
-use std::{future::Future, io};
+use std::{
+    env,
+    future::Future,
+    io,
+    path::PathBuf,
+    process,
+    sync::atomic::{AtomicU32, Ordering},
+};
 
 use anyhow::{Context, Result, anyhow, bail};
 use tokio::{sync::mpsc, task, time::Duration};
@@ -26,7 +33,14 @@ const ON_FOR: Duration = Duration::from_secs(2);
 pub(crate) struct LiveSource {
     name: SourceName,
     link: LinkArgs,
-    emulated: Option<PtySensor>,
+    /// The emulated sensor and the name of its port.
+    emulated: Option<(PathBuf, PtySensor)>,
+}
+
+/// Waits until a link whose events nobody takes any more has let go of its port.
+pub(crate) async fn closed(link: &LinkHandle) {
+    // a link that is gone has no state any more
+    let _ = link.state().wait_for(|state| matches!(state, LinkState::Closed)).await;
 }
 
 /// A source that is being opened; what comes of that, the events tell.
@@ -41,8 +55,9 @@ impl LiveSource {
     pub(crate) fn new(name: SourceName, link: LinkArgs) -> Result<Self> {
         let emulated = match name {
             SourceName::Sim => {
-                let options = PtyOptions { on_for: ON_FOR, ..sim::pty_options(&link.sim) };
-                Some(serve(sim::device(&link.sim), options)?)
+                let port = private_name();
+                let options = PtyOptions { link: Some(port.clone()), on_for: ON_FOR, ..sim::pty_options(&link.sim) };
+                Some((port, serve(sim::device(&link.sim), options)?))
             }
             SourceName::Port(_) | SourceName::Tcp(_) | SourceName::Stdin => None,
         };
@@ -126,12 +141,17 @@ impl LiveSource {
         Ok(match (&self.name, &self.emulated) {
             (SourceName::Tcp(address), _) => open_link(TcpServer::new(address, clock)?, options, stop),
             (SourceName::Stdin, _) => bail!("standard input cannot be asked anything: name a port"),
-            (_, Some(emulated)) => {
-                open_link(SerialPorts::new(&emulated.path().to_string_lossy(), clock), options, stop)
-            }
+            (_, Some((name, _))) => open_link(SerialPorts::new(&name.to_string_lossy(), clock), options, stop),
             (name, None) => open_link(SerialPorts::new(&name.to_string(), clock), options, stop),
         })
     }
+}
+
+/// A name for the port of an emulated sensor of this process, which comes back under it when it was unplugged.
+fn private_name() -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(1);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    env::temp_dir().join(format!("vn100-sim-{}-{number}", process::id()))
 }
 
 /// A source that can wait, with a copy of all its inputs for a recording.
