@@ -1,0 +1,269 @@
+//! The whole program on emulated sensors behind real pseudo-terminals: each fault, with its counts.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+};
+
+use serde_json::Value;
+use support::{document, replay, vn100, warned};
+use tempfile::TempDir;
+
+/// An emulated sensor in a process of its own, behind a name that stays.
+struct Sensor {
+    process: Child,
+    folder: TempDir,
+}
+
+impl Sensor {
+    fn start(options: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("sensor");
+        let mut process = vn100()
+            .args(["sim", "--duration", "2min", "--link"])
+            .arg(&link)
+            .args(options)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // it says its name once the port is there
+        let mut name = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut name).unwrap();
+        assert_eq!(Path::new(name.trim_end()), link);
+        Self { process, folder }
+    }
+
+    fn port(&self) -> PathBuf {
+        self.folder.path().join("sensor")
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, command: &str, options: &[&str]) -> Command {
+        let mut vn100 = vn100();
+        vn100.arg(command).arg(self.port()).args(options).stdin(Stdio::null());
+        vn100
+    }
+
+    fn run(&self, command: &str, options: &[&str]) -> Output {
+        self.command(command, options).output().unwrap()
+    }
+}
+
+impl Drop for Sensor {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn number(document: &Value, pointer: &str) -> u64 {
+    document.pointer(pointer).and_then(Value::as_u64).unwrap_or_else(|| panic!("no {pointer} in {document}"))
+}
+
+/// Every good line is a sample, a reply or something else, and none is lost.
+fn assert_conserved(document: &Value) {
+    let n = |pointer| number(document, pointer);
+    let told = n("/timing/samples") + n("/timing/left_out") + n("/link/replies") + n("/link/other_messages");
+    assert_eq!(n("/link/frames"), told, "{}", document["link"]);
+}
+
+/// What two documents say, but for where it came from.
+fn assert_same_but_source(mut a: Value, mut b: Value) {
+    a["source"] = Value::Null;
+    b["source"] = Value::Null;
+    assert_eq!(a, b);
+}
+
+#[test]
+fn the_speed_is_found_and_a_replay_equals_the_measurement() {
+    for baud in ["57600", "460800", "921600"] {
+        let folder = tempfile::tempdir().unwrap();
+        let recording = folder.path().join("live.mcap");
+        let output = vn100()
+            .args(["attach", "sim", "--duration", "2s", "--json", "--faults", &format!("baud@0s:{baud}"), "--record"])
+            .arg(&recording)
+            .output()
+            .unwrap();
+        let live = document(&output);
+        assert_eq!((number(&live, "/timing/samples"), output.status.code()), (80, Some(0)), "{baud}");
+        assert_eq!(number(&live, "/timing/missing"), 0);
+        assert_eq!(live["source"]["kind"], "sim");
+        assert_conserved(&live);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(stderr.contains(&format!("at {baud} baud")), "{stderr}");
+        let (recorded, exit) = replay(&recording, &[]);
+        assert_eq!(exit, 0);
+        assert_eq!(recorded["source"]["recorded"]["complete"], true);
+        assert_eq!(recorded["source"]["device"], live["source"]["device"]);
+        assert_same_but_source(recorded, live);
+    }
+}
+
+#[test]
+fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
+    let sensor = Sensor::start(&[]);
+    let told = |output: &Output| (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned());
+    let info = || document(&sensor.run("info", &["--json"]));
+    let configured = sensor.run("configure", &["--set-rate", "20", "--window", "40"]);
+    assert_eq!(configured.status.code(), Some(0), "{:?}", told(&configured));
+    assert_eq!((&info()["rate_hz"], &info()["window"][2]), (&20.into(), &40.into()));
+
+    let refused = sensor.run("configure", &["--set-rate", "100"]);
+    let (exit, error) = told(&refused);
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("at most 50 Hz fit"), "{error}");
+    assert_eq!(info()["rate_hz"], 20);
+
+    let attached = sensor.run("attach", &["--set-rate", "50", "--set-message", "VNIMU", "--duration", "2s", "--json"]);
+    let measured = document(&attached);
+    assert_eq!((&measured["timing"]["rate_hz"], &measured["source"]["message"]), (&50.0.into(), &"VNIMU".into()));
+    assert_eq!(measured["timing"]["rate_from"], "device");
+    assert!(told(&attached).1.contains("put back"), "{:?}", told(&attached));
+    assert_eq!((&info()["rate_hz"], &info()["message"]), (&20.into(), &"VNYMR".into()));
+}
+
+#[test]
+fn a_counter_in_each_line_makes_the_losses_exact() {
+    let sensor = Sensor::start(&["--faults", "flip@0.02%"]);
+    assert_eq!(sensor.run("configure", &["--count"]).status.code(), Some(0));
+    let measured = document(&sensor.run("attach", &["--duration", "10s", "--json"]));
+    assert_eq!(measured["timing"]["missing_from"], "counter");
+    let n = |pointer| number(&measured, pointer);
+    assert_eq!(n("/timing/samples") + n("/timing/missing"), 400);
+    assert_conserved(&measured);
+}
+
+#[test]
+fn flipped_bits_cost_their_lines_and_nothing_else() {
+    let sensor = Sensor::start(&["--faults", "flip@0.02%", "--seed", "3"]);
+    let measured = document(&sensor.run("attach", &["--duration", "10s", "--json"]));
+    let n = |pointer| number(&measured, pointer);
+    assert!(n("/link/bad_frames/checksum") > 0, "{}", measured["link"]);
+    assert_eq!(n("/timing/samples") + n("/timing/missing"), 400);
+    assert_conserved(&measured);
+    assert!(warned(&measured, "bad-lines"));
+}
+
+#[test]
+fn a_port_is_for_one() {
+    let sensor = Sensor::start(&[]);
+    let mut first = sensor.command("attach", &["--ndjson"]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(first.stdout.take().unwrap()).lines();
+    lines.next().unwrap().unwrap();
+    let second = sensor.run("attach", &["--duration", "1s", "--json"]);
+    assert_eq!(second.status.code(), Some(3));
+    let error = String::from_utf8(second.stderr).unwrap();
+    assert!(error.contains("in use"), "{error}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // a killed program leaves no lock behind
+    assert_eq!(sensor.run("attach", &["--duration", "1s", "--json"]).status.code(), Some(0));
+}
+
+#[test]
+fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
+    let sensor = Sensor::start(&["--faults", "unplug@4s+1s"]);
+    let recording = sensor.file("unplugged.mcap");
+    let output =
+        sensor.command("attach", &["--duration", "6s", "--json", "--record"]).arg(&recording).output().unwrap();
+    let measured = document(&output);
+    assert_eq!(number(&measured, "/timing/samples") + number(&measured, "/timing/missing"), 240);
+    assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
+    assert_conserved(&measured);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("lost"), "{error}");
+    assert_same_but_source(replay(&recording, &[]).0, measured);
+}
+
+#[test]
+fn an_interrupt_ends_with_the_result() {
+    let sensor = Sensor::start(&[]);
+    let recording = sensor.file("interrupted.mcap");
+    let mut attached =
+        sensor.command("attach", &["--ndjson", "--record"]).arg(&recording).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
+    // two seconds of data
+    lines.next().unwrap().unwrap();
+    lines.next().unwrap().unwrap();
+    let interrupt = Command::new("kill").args(["-INT", &attached.id().to_string()]).status().unwrap();
+    assert!(interrupt.success());
+    let last: Value = serde_json::from_str(&lines.last().unwrap().unwrap()).unwrap();
+    assert_eq!(attached.wait().unwrap().code(), Some(0));
+    assert!(number(&last, "/timing/samples") >= 80);
+    let (recorded, _) = replay(&recording, &[]);
+    assert_eq!(recorded["source"]["recorded"]["end_reason"], "stopped");
+    assert_same_but_source(recorded, last);
+}
+
+#[test]
+fn a_killed_recording_loses_a_second_at_most_and_can_be_resumed() {
+    let sensor = Sensor::start(&[]);
+    let recording = sensor.file("killed.mcap");
+    let mut attached =
+        sensor.command("attach", &["--ndjson", "--record"]).arg(&recording).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
+    let third: Value = serde_json::from_str(&lines.nth(2).unwrap().unwrap()).unwrap();
+    attached.kill().unwrap();
+    attached.wait().unwrap();
+    let (recorded, exit) = replay(&recording, &[]);
+    assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
+    assert!(number(&recorded, "/timing/samples") + 40 >= number(&third, "/timing/samples"));
+
+    let existing = sensor.command("record", &["--duration", "1s", "-o"]).arg(&recording).output().unwrap();
+    assert_ne!(existing.status.code(), Some(0));
+    let resumed = sensor.command("record", &["--duration", "1s", "--resume", "-o"]).arg(&recording).output().unwrap();
+    assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
+    let (whole, _) = replay(&recording, &[]);
+    assert_eq!(number(&whole, "/timing/segments"), 2);
+    assert!(number(&whole, "/timing/samples") >= number(&recorded, "/timing/samples") + 40);
+}
+
+#[test]
+fn a_full_disk_stops_the_recording_and_not_the_measurement() {
+    let folder = tempfile::tempdir().unwrap();
+    // files of this process may not grow beyond 16 blocks; writing on is then an error instead of a signal
+    let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" attach sim --duration 3s --json --record \"$1\"";
+    let output = Command::new("bash")
+        .args(["-c", script])
+        .arg(env!("CARGO_BIN_EXE_vn100"))
+        .arg(folder.path().join("full.mcap"))
+        .output()
+        .unwrap();
+    let measured = document(&output);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(number(&measured, "/timing/samples"), 120);
+    assert!(warned(&measured, "recording-failed"));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("RECORDING FAILED"), "{error}");
+    assert!(number(&replay(&folder.path().join("full.mcap"), &[]).0, "/timing/samples") > 20);
+}
+
+#[test]
+fn another_message_is_named_with_the_line_that_cures_it() {
+    let sensor = Sensor::start(&[]);
+    assert_eq!(sensor.run("configure", &["--set-message", "VNYPR"]).status.code(), Some(1), "no samples come");
+    let output = sensor.run("attach", &["--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let told = document(&output);
+    assert!(number(&told, "/link/other_messages") > 0);
+    assert!(told["warnings"].to_string().contains("VNYPR"), "{}", told["warnings"]);
+}
+
+#[test]
+fn listening_only_asks_nothing() {
+    let sensor = Sensor::start(&[]);
+    let measured = document(&sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "2s", "--json"]));
+    assert_eq!((number(&measured, "/timing/samples"), number(&measured, "/link/replies")), (80, 0));
+    assert_eq!(measured["source"]["device"], Value::Null);
+    let refused = sensor.run("configure", &["--listen-only", "--set-rate", "20"]);
+    assert_ne!(refused.status.code(), Some(0));
+}
