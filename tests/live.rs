@@ -261,7 +261,8 @@ fn another_message_is_named_with_the_line_that_cures_it() {
 #[test]
 fn listening_only_asks_nothing() {
     let sensor = Sensor::start(&[]);
-    let measured = document(&sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "2s", "--json"]));
+    let measured =
+        document(&sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "2s", "--json"]));
     assert_eq!((number(&measured, "/timing/samples"), number(&measured, "/link/replies")), (80, 0));
     assert_eq!(measured["source"]["device"], Value::Null);
     let refused = sensor.run("configure", &["--listen-only", "--set-rate", "20"]);

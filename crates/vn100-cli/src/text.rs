@@ -146,14 +146,15 @@ fn bad_lines(tally: &Tally) -> String {
 
 fn write_statistics(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     writeln!(out)?;
-    writeln!(out, "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}", "channel", "unit", "mean", "std", "min", "max")?;
+    let width = channels.iter().map(|channel| channel.name.len() + 1).max().unwrap_or(0).max(12);
+    writeln!(out, "{:<width$}{:<7}{:>15}{:>15}{:>15}{:>15}", "channel", "unit", "mean", "std", "min", "max")?;
     for channel in channels {
         // three digits more than the sensor prints: averages resolve more than one sample
         let average = |value| number(value, channel.decimals + 3);
         let sample = |value| number(value, channel.decimals);
         writeln!(
             out,
-            "{:<12}{:<7}{:>15}{:>15}{:>15}{:>15}",
+            "{:<width$}{:<7}{:>15}{:>15}{:>15}{:>15}",
             channel.name,
             channel.unit,
             average(channel.mean),
@@ -192,7 +193,9 @@ fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelVa
         Estimator::Plain => "no overlap",
     };
     writeln!(out, "\n{deviation}, {windows}")?;
-    for group in channels.chunk_by(|a, b| a.quantity == b.quantity) {
+    // what was asked for between the lines has no deviation
+    let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
+    for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
         write!(out, "\n{}, {}\n{:>10}{:>10}{:>10}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
         for channel in group {
             write!(out, "{:>14}", channel.name)?;

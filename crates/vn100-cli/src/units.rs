@@ -2,7 +2,7 @@
 
 use imu_noise::counts_to_unit;
 use vn100_pipeline::{ChannelSnapshot, Snapshot};
-use vn100_protocol::Quantity;
+use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what the samples do not tell.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,32 +31,37 @@ pub(crate) struct Point {
     pub(crate) terms: u64,
 }
 
-/// All channels of a snapshot, in its order.
+/// All channels of a snapshot, in its order, and those asked for between the lines behind them.
 pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
     let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    (channels.iter().zip(&snapshot.channels))
-        .map(|(channel, results)| {
-            let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
-            let moments = &results.moments;
-            let sample =
-                |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
-            ChannelValues {
-                name: channel.name.to_string(),
-                quantity: channel.quantity,
-                unit: channel.unit.to_string(),
-                decimals: usize::from(channel.decimals),
-                count: moments.count(),
-                mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
-                std: moments.std_counts().map(value),
-                skewness: moments.skewness(),
-                excess_kurtosis: moments.excess_kurtosis(),
-                min: sample(moments.min_counts()),
-                max: sample(moments.max_counts()),
-                resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
-                deviations: points(results, snapshot, value),
-            }
-        })
+    let polled = snapshot.polled.iter().map(|polled| (&polled.channel, &polled.results));
+    channels
+        .iter()
+        .zip(&snapshot.channels)
+        .chain(polled)
+        .map(|(channel, results)| values(channel, results, snapshot))
         .collect()
+}
+
+fn values(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> ChannelValues {
+    let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+    let moments = &results.moments;
+    let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
+    ChannelValues {
+        name: channel.name.to_string(),
+        quantity: channel.quantity,
+        unit: channel.unit.to_string(),
+        decimals: usize::from(channel.decimals),
+        count: moments.count(),
+        mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
+        std: moments.std_counts().map(value),
+        skewness: moments.skewness(),
+        excess_kurtosis: moments.excess_kurtosis(),
+        min: sample(moments.min_counts()),
+        max: sample(moments.max_counts()),
+        resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
+        deviations: points(results, snapshot, value),
+    }
 }
 
 fn points(results: &ChannelSnapshot, snapshot: &Snapshot, value: impl Fn(f64) -> f64) -> Vec<Point> {

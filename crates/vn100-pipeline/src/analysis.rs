@@ -10,6 +10,7 @@ use crate::{
     advice::{self, Findings},
     channel_state::ChannelState,
     evidence::Verdict,
+    polled::Polled,
     rates::rates_hz,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
@@ -30,6 +31,7 @@ pub struct Analysis {
     column: Vec<i32>,
     repeats: Repeats,
     registers: BTreeMap<u8, String>,
+    polled: Polled,
     link: LinkCounts,
     /// Of a stream with arrival stamps.
     waiting: Option<Waiting>,
@@ -68,6 +70,7 @@ impl Analysis {
             column: Vec::new(),
             repeats: Repeats::new(),
             registers: BTreeMap::new(),
+            polled: Polled::new(),
             link: LinkCounts::default(),
             waiting: None,
             missing_by_evidence: false,
@@ -160,6 +163,7 @@ impl Analysis {
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             channels,
+            polled: self.polled.snapshot(),
             warnings: Vec::new(),
         };
         let findings =
@@ -299,6 +303,7 @@ impl Analysis {
     }
 
     fn take_register(&mut self, value: &RegisterValue) {
+        self.polled.take(value);
         self.registers.insert(value.register, value.fields.clone());
         match (self.timing.rate_from, self.device_rate_hz()) {
             (RateFrom::Assumed, Some(rate_hz)) => {

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum, TimebaseSummary};
 use vn100_driver::LinkCounts;
-use vn100_protocol::Layout;
+use vn100_protocol::{Channel, Layout};
 
 use crate::warning::Warning;
 
@@ -29,6 +29,9 @@ pub struct Snapshot {
     pub deviation: Deviation,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
+    /// What was read from register 54 between the lines: temperature, pressure, and the measurements without the sensor's own
+    /// compensation; empty where it was not read.
+    pub polled: Vec<PolledChannel>,
     /// What may spoil the result, the gravest first.
     pub warnings: Vec<Warning>,
 }
@@ -111,4 +114,13 @@ pub struct ChannelSnapshot {
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,
+}
+
+/// A channel that was asked for between the lines.
+#[derive(Debug, Clone)]
+pub struct PolledChannel {
+    /// What it is, by a name of its own.
+    pub channel: Channel,
+    /// Its statistics; it has no deviation.
+    pub results: ChannelSnapshot,
 }

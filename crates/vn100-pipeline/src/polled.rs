@@ -1,0 +1,87 @@
+//! What was asked for between the lines: the uncompensated measurements, temperature and pressure of register 54.
+
+use imu_noise::{Histogram, Moments};
+use vn100_driver::RegisterValue as Reply;
+use vn100_protocol::{Channel, Check, Fields, Imu, Quantity, Register, RegisterContents, VNIMU};
+
+use crate::snapshot::{ChannelSnapshot, PolledChannel};
+
+/// Statistics of the answers to reads of register 54. They come too seldom, and at times too uneven, for a deviation.
+#[derive(Debug, Clone)]
+pub(crate) struct Polled {
+    channels: Vec<(Moments, Histogram)>,
+}
+
+impl Polled {
+    pub(crate) fn new() -> Self {
+        Self { channels: vec![(Moments::new(), Histogram::new()); VNIMU.channels.len()] }
+    }
+
+    /// Takes a reply, if it is of that register and well formed.
+    pub(crate) fn take(&mut self, reply: &Reply) {
+        let Some(imu) = measurement(reply) else {
+            return;
+        };
+        for ((moments, histogram), &count) in self.channels.iter_mut().zip(imu.counts()) {
+            moments.push(&[count]);
+            histogram.push(&[count]);
+        }
+    }
+
+    /// The channels; none where nothing was asked.
+    pub(crate) fn snapshot(&self) -> Vec<PolledChannel> {
+        (VNIMU.channels.iter().zip(&self.channels))
+            .filter(|(_, (moments, _))| moments.count() > 0)
+            .map(|(channel, (moments, histogram))| PolledChannel {
+                channel: renamed(channel),
+                results: ChannelSnapshot {
+                    moments: moments.clone(),
+                    histogram: histogram.clone(),
+                    octaves: Vec::new(),
+                    branch_counts: 0,
+                    printed_decimals: channel.decimals,
+                },
+            })
+            .collect()
+    }
+}
+
+fn measurement(reply: &Reply) -> Option<Imu> {
+    let register = Register(reply.register);
+    let fields = Fields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
+    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+}
+
+/// The stream may have a channel of the plain name, with other values.
+fn renamed(channel: &Channel) -> Channel {
+    let prefix = match channel.quantity {
+        Quantity::Temperature | Quantity::Pressure => "polled",
+        _ => "uncompensated",
+    };
+    Channel { name: format!("{prefix}_{}", channel.name).into(), ..channel.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_become_channels_of_their_own() {
+        let mut polled = Polled::new();
+        assert!(polled.snapshot().is_empty());
+        let reply = |register, fields: &str| Reply { before_row: 0, register, fields: fields.into() };
+        let first =
+            "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
+        polled.take(&reply(54, first));
+        polled.take(&reply(54, &first.replace("+21.6", "+21.8")));
+        polled.take(&reply(54, "damaged"));
+        polled.take(&reply(27, first));
+        let channels = polled.snapshot();
+        assert_eq!(channels.len(), 11);
+        assert_eq!(channels[6].channel.name, "uncompensated_gyro_x");
+        assert_eq!(channels[6].results.moments.mean_counts(), Some(-5683.0));
+        assert_eq!(channels[9].channel.name, "polled_temperature");
+        assert_eq!(channels[9].results.moments.mean_counts(), Some(217.0));
+        assert_eq!(channels[9].results.moments.count(), 2);
+    }
+}
