@@ -35,6 +35,8 @@
 mod channel;
 mod convention;
 mod counter;
+mod chi_squared;
+mod confidence;
 mod histogram;
 mod lanes;
 mod moments;
@@ -42,6 +44,8 @@ mod octaves;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
+mod power_law;
+mod record;
 mod scale;
 mod timebase;
 mod unwrap;
@@ -49,9 +53,12 @@ mod unwrap;
 pub use channel::ChannelAccumulator;
 pub use convention::{Convention, Parameter, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
 pub use counter::{Counted, LineCounter};
+pub use confidence::{Interval, edf};
 pub use histogram::{Histogram, MAX_BINS};
 pub use moments::Moments;
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
+pub use power_law::PowerLaw;
+pub use record::{Octave, RecordShape};
 pub use scale::counts_to_unit;
 pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 pub use unwrap::Unwrap;

@@ -36,7 +36,7 @@ pub enum Deviation {
 
 impl Deviation {
     /// Blocks of m samples in one window.
-    const fn order(self) -> usize {
+    pub(crate) const fn order(self) -> usize {
         match self {
             Self::Allan => 2,
             Self::Hadamard => 3,
@@ -44,7 +44,7 @@ impl Deviation {
     }
 
     /// Factor c of variance = sum / (c m^2 n): 2 (Riley, NIST SP 1065, 2008, eq. 10 and 11), 6 (eq. 16).
-    const fn divisor(self) -> f64 {
+    pub(crate) const fn divisor(self) -> f64 {
         match self {
             Self::Allan => 2.0,
             Self::Hadamard => 6.0,

@@ -25,7 +25,7 @@ pub(crate) fn json(file: &str) -> serde_json::Value {
 }
 
 /// Rows of a table as (column name, field) pairs.
-fn table(file: &str) -> Vec<Vec<(String, String)>> {
+pub(crate) fn table(file: &str) -> Vec<Vec<(String, String)>> {
     let text = text(file);
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let names: Vec<_> = lines.next().unwrap().split(',').collect();
@@ -34,7 +34,7 @@ fn table(file: &str) -> Vec<Vec<(String, String)>> {
         .collect()
 }
 
-fn field<'a>(row: &'a [(String, String)], name: &str) -> Option<&'a str> {
+pub(crate) fn field<'a>(row: &'a [(String, String)], name: &str) -> Option<&'a str> {
     row.iter().find(|(column, _)| column == name).map(|(_, field)| field.as_str())
 }
 

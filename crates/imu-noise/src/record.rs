@@ -1,0 +1,57 @@
+//! What a record offers to the octave deviations: how many windows fit, and at which starts.
+
+use crate::{Deviation, Estimator};
+
+/// One octave of a read-out, in the unit of the channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Octave {
+    /// Averaging factor: samples per block, a power of two.
+    pub m: u64,
+    /// Number of squared differences in the variance.
+    pub terms: u64,
+    /// Allan or Hadamard variance, in the unit squared.
+    pub variance: f64,
+}
+
+/// How the octaves of a record came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordShape {
+    /// Samples from the first to the last, missing ones included.
+    pub samples: u64,
+    /// Time between samples, in seconds.
+    pub interval_s: f64,
+    /// Which windows were summed.
+    pub estimator: Estimator,
+    /// What was squared.
+    pub deviation: Deviation,
+}
+
+impl RecordShape {
+    /// Samples between the starts of successive windows at averaging factor `m`.
+    #[must_use]
+    pub const fn stride(&self, m: u64) -> u64 {
+        match self.estimator {
+            Estimator::Strided => {
+                if m < 16 {
+                    1
+                } else {
+                    m / 16
+                }
+            }
+            Estimator::Plain => m,
+            Estimator::Full => 1,
+        }
+    }
+
+    /// Windows of averaging factor `m` that fit if no sample is missing.
+    #[must_use]
+    pub const fn windows(&self, m: u64) -> u64 {
+        let span = m * self.deviation.order() as u64;
+        if self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
+    }
+
+    /// Whether samples are missing, seen by the windows that are.
+    pub(crate) fn share_of_windows(&self, octave: &Octave) -> f64 {
+        (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
+    }
+}
