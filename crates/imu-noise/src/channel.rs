@@ -1,6 +1,11 @@
 //! Everything accumulated of one channel.
 
-use crate::{Deviation, Estimator, Histogram, Moments, Octaves};
+use crate::{
+    Deviation, Estimator, Histogram, Moments, NoiseType, Octave, Octaves, RecordShape,
+    aligned::{self, AlignedSums},
+    identification::{self, Identification},
+    trend::Trend,
+};
 
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
 const BLOCK: usize = 256;
@@ -13,13 +18,23 @@ pub struct ChannelAccumulator {
     moments: Moments,
     histogram: Histogram,
     octaves: Octaves,
+    aligned: AlignedSums,
+    identification: Identification,
+    trend: Trend,
 }
 
 impl ChannelAccumulator {
     /// A channel without samples.
     #[must_use]
     pub fn new(estimator: Estimator, deviation: Deviation) -> Self {
-        Self { moments: Moments::new(), histogram: Histogram::new(), octaves: Octaves::new(estimator, deviation) }
+        Self {
+            moments: Moments::new(),
+            histogram: Histogram::new(),
+            octaves: Octaves::new(estimator, deviation),
+            aligned: AlignedSums::new(aligned::BLOCK),
+            identification: Identification::default(),
+            trend: Trend::new(aligned::BLOCK),
+        }
     }
 
     /// Adds the next samples, in time order.
@@ -28,12 +43,21 @@ impl ChannelAccumulator {
             self.moments.push(block);
             self.histogram.push(block);
             self.octaves.push(block);
+            self.aligned.push(block, |number, sum| {
+                self.identification.push(number, sum);
+                self.trend.push(number, sum);
+            });
         }
     }
 
     /// Samples are missing here, see [`Octaves::gap`]. Moments and histogram do not depend on time.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.octaves.gap(missing);
+        self.aligned.gap(missing);
+        self.identification.gap();
+        if missing.is_none() {
+            self.trend.restart();
+        }
     }
 
     /// Announces about `samples` samples without a gap, see [`Octaves::reserve`].
@@ -57,5 +81,18 @@ impl ChannelAccumulator {
     #[must_use]
     pub const fn octaves(&self) -> &Octaves {
         &self.octaves
+    }
+
+    /// Slope of the regression line over the record, in counts per sample, missing samples counted as such. `None`
+    /// below three blocks of 64 samples, and after a gap of unknown length.
+    #[must_use]
+    pub fn slope_counts(&self) -> Option<f64> {
+        self.trend.slope_counts()
+    }
+
+    /// The kind of noise of each of `octaves`, whose `variances` are in any unit.
+    #[must_use]
+    pub fn noise_types(&self, octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<NoiseType> {
+        identification::noise_types(octaves, variances, shape, |m| self.identification.lag_one(m))
     }
 }

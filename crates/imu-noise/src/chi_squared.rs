@@ -1,6 +1,6 @@
-//! The chi-squared distribution at any, also fractional, degrees of freedom.
+//! The chi-squared distribution at any, also fractional, degrees of freedom, and its relatives.
 
-use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
+use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT};
 
 /// x with P(χ² < x) = `p` at `dof` degrees of freedom; `None` unless 0 < p < 1 and dof > 0.
 pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
@@ -22,4 +22,26 @@ pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
         }
     }
     Some(x)
+}
+/// P(χ² > x) at `dof` degrees of freedom; `None` unless dof > 0 and x is a number.
+pub(crate) fn probability_above(x: f64, dof: f64) -> Option<f64> {
+    if x.is_nan() {
+        return None;
+    }
+    ChiSquared::new(dof).ok().map(|chi_squared| chi_squared.sf(x))
+}
+
+/// x with P(|Z| < x) = `p` for a standard normal Z; `None` unless 0 < p < 1.
+pub(crate) fn normal_two_sided(p: f64) -> Option<f64> {
+    (p > 0.0 && p < 1.0).then(|| Normal::standard().inverse_cdf(0.5 + p / 2.0))
+}
+
+/// x with P(|T| < x) = `p` for Student's T with `dof` degrees of freedom, taken between 1 and 10 000; `None` unless 0
+/// < p < 1.
+pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
+    if !(p > 0.0 && p < 1.0) {
+        return None;
+    }
+    let dof = if dof.is_nan() { 1.0 } else { dof.clamp(1.0, 10_000.0) };
+    StudentsT::new(0.0, 1.0, dof).ok().map(|student| student.inverse_cdf(0.5 + p / 2.0))
 }

@@ -1,13 +1,13 @@
 //! Equivalent degrees of freedom of an octave, and the confidence interval of its deviation.
 
-use crate::{Octave, PowerLaw, RecordShape, chi_squared, power_law::difference_covariance};
+use crate::{Octave, PowerLaw, RecordShape, chi_squared, power_law::difference_autocovariance};
 
-/// Windows per averaging time that stand for all overlaps: the degrees of freedom differ by less than 1e-6 for α <= 0. Noise
-/// of the phase has more in more overlaps; its intervals are wider than need be.
+/// Windows per averaging time that stand for all overlaps: the degrees of freedom differ by less than 1e-6 for α <=
+/// 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
 const ALL_OVERLAPS: u64 = 2048;
 
-/// Correlations of flicker noise fall with the square of the distance. What they add beyond this many averaging times is
-/// below 1e-6 of the degrees of freedom.
+/// Correlations of flicker noise fall with the square of the distance. What they add beyond this many averaging times
+/// is below 1e-6 of the degrees of freedom.
 const LONGEST_LAG_TAU: u64 = 64;
 
 /// Confidence interval of the deviation of one octave.
@@ -24,10 +24,12 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The interval with probability `confidence` (0 < p < 1) around an estimate `variance` with `edf` degrees of freedom:
-    /// edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes, 1981). Both tails have the same probability.
+    /// The interval with probability `confidence` (0 < p < 1) around an estimate `variance` with `edf` degrees of
+    /// freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes, 1981). Both tails have the same
+    /// probability.
     ///
-    /// `None` for a confidence outside 0 < p < 1, an edf that is not positive, a variance that is negative or no number.
+    /// `None` for a confidence outside 0 < p < 1, an edf that is not positive, a variance that is negative or no
+    /// number.
     #[must_use]
     pub fn new(variance: f64, edf: f64, confidence: f64) -> Option<Self> {
         if !(variance >= 0.0 && edf.is_finite() && confidence > 0.0 && confidence < 1.0) {
@@ -41,9 +43,9 @@ impl Interval {
 
 /// Equivalent degrees of freedom of an octave in noise of one kind.
 ///
-/// edf = M / (1 + 2 Σ (1 - j/M) ρ_j²), with M windows and the correlation ρ_j of differences j strides apart (Greenhall and
-/// Riley, 2003, eq. 7), summed for the stride in use with the covariances of sampled noise. With samples missing, the edf
-/// shrinks as the number of windows.
+/// edf = M / (1 + 2 Σ (1 - j/M) ρ_j²), with M windows and the correlation ρ_j of differences j strides apart
+/// (Greenhall and Riley, 2003, eq. 7), summed for the stride in use with the covariances of sampled noise. With
+/// samples missing, the edf shrinks as the number of windows.
 ///
 /// `None` for fewer than two windows.
 #[must_use]
@@ -61,7 +63,7 @@ pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
 
 /// Correlations of the differences at averaging factor `m`, at the lags of [`lags`].
 pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f64) -> Vec<f64> {
-    let at = |lag| difference_covariance(shape.deviation, m as f64, m as f64, lag, &phase);
+    let at = |lag| difference_autocovariance(shape.deviation, m as f64, lag, &phase);
     let variance = at(0.0);
     lags(shape, m).map(|lag| at(lag.samples as f64) / variance).collect()
 }
@@ -83,8 +85,8 @@ struct Lag {
 fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = Lag> {
     let stride = shape.stride(m);
     let fine = stride.max(m / ALL_OVERLAPS);
-    let coarse = stride.max(m / 16);
-    let corners = (shape.deviation.order() as u64 + 2) * m;
+    let coarse = stride.max(m / 4);
+    let corners = (shape.deviation.order() as u64 + 5) * m;
     let last = (LONGEST_LAG_TAU * m).min((shape.windows(m).max(1) - 1) * stride);
     let fine_lags = (0..=corners.min(last) / fine).map(move |j| {
         let pairs = fine as f64 / stride as f64;
@@ -130,7 +132,7 @@ mod tests {
             if alpha > 0.0 && stride == 1 && m > ALL_OVERLAPS {
                 continue;
             }
-            let Some(found) = edf(&Octave { m, terms, variance: 1.0 }, &shape, PowerLaw::nearest(alpha as i8)) else {
+            let Some(found) = edf(&Octave { m, terms }, &shape, PowerLaw::nearest(alpha as i8)) else {
                 assert_eq!(terms, 1);
                 continue;
             };
@@ -159,7 +161,7 @@ mod tests {
         let shape =
             RecordShape { samples: 4096, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
         let whole = shape.windows(64);
-        let edf_of = |terms| edf(&Octave { m: 64, terms, variance: 1.0 }, &shape, PowerLaw::Flicker).unwrap();
+        let edf_of = |terms: u64| edf(&Octave { m: 64, terms }, &shape, PowerLaw::Flicker).unwrap();
         assert!((edf_of(whole / 2) / edf_of(whole) - (whole / 2) as f64 / whole as f64).abs() < 1e-12);
     }
 
@@ -167,7 +169,7 @@ mod tests {
     fn few_windows_and_odd_levels_have_no_interval() {
         let shape =
             RecordShape { samples: 9, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
-        let octave = |m, terms| Octave { m, terms, variance: 1.0 };
+        let octave = |m, terms| Octave { m, terms };
         assert!(edf(&octave(4, 2), &shape, PowerLaw::White).is_some());
         assert_eq!(edf(&octave(4, 1), &shape, PowerLaw::White), None);
         assert_eq!(edf(&octave(4, 0), &shape, PowerLaw::White), None);

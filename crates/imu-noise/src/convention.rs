@@ -10,23 +10,10 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use crate::noise_model::Term;
+
 /// Standard gravity in m/s², by definition (3rd General Conference on Weights and Measures, 1901).
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
-
-/// A term of the noise model; the letters are those of IEEE Std 952.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Parameter {
-    /// Q, quantisation noise: unit · s.
-    Quantization,
-    /// N, white noise of the rate, the angle or velocity random walk: unit/√Hz.
-    White,
-    /// B, bias instability (flicker): unit.
-    BiasInstability,
-    /// K, rate random walk: unit/√s.
-    RateRandomWalk,
-    /// R, rate ramp: unit/s.
-    RateRamp,
-}
 
 /// What the channel measures, and so its SI unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -62,17 +49,17 @@ pub struct Convention {
 /// All conventions for a parameter; the SI unit comes first.
 ///
 /// ```
-/// use imu_noise::{Parameter, Sensor, conventions};
+/// use imu_noise::{Sensor, Term, conventions};
 ///
-/// let all = conventions(Sensor::Gyroscope, Parameter::White);
+/// let all = conventions(Sensor::Gyroscope, Term::White);
 /// assert_eq!((all[0].unit, all[0].factor), ("rad/s/sqrt(Hz)", 1.0));
 /// let walk = all.iter().find(|convention| convention.unit == "deg/sqrt(h)").unwrap();
 /// assert_eq!((0.001 * walk.factor * 1e4).round() / 1e4, 3.4377);
 /// ```
 #[must_use]
-pub const fn conventions(sensor: Sensor, parameter: Parameter) -> &'static [Convention] {
-    use Parameter::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White};
+pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Convention] {
     use Sensor::{Accelerometer, Gyroscope, Magnetometer};
+    use Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White};
     match (sensor, parameter) {
         (Gyroscope, Quantization) => &GYRO_QUANTIZATION,
         (Gyroscope, White) => &GYRO_WHITE,
@@ -146,13 +133,12 @@ static MAG_RAMP: [Convention; 1] = [unit("gauss/s", 1.0)];
 #[cfg(test)]
 mod tests {
     use super::{
-        Parameter::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
         Sensor::{Accelerometer, Gyroscope, Magnetometer},
+        Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
         *,
     };
 
     const SENSORS: [Sensor; 3] = [Gyroscope, Accelerometer, Magnetometer];
-    const PARAMETERS: [Parameter; 5] = [Quantization, White, BiasInstability, RateRandomWalk, RateRamp];
 
     #[test]
     fn factors_are_those_of_the_reference_works() {
@@ -187,7 +173,7 @@ mod tests {
     #[test]
     fn the_si_unit_comes_first_and_no_unit_twice() {
         for sensor in SENSORS {
-            for parameter in PARAMETERS {
+            for parameter in Term::ALL {
                 let all = conventions(sensor, parameter);
                 assert_eq!(all[0].factor, 1.0, "{sensor:?} {parameter:?}");
                 for (index, convention) in all.iter().enumerate() {

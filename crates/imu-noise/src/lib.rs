@@ -32,14 +32,17 @@
 //! - W. J. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008): definitions and test suites.
 //! - IEEE Std 952 and 1293: the Allan variance of gyroscopes and accelerometers.
 
+mod aligned;
 mod channel;
-mod convention;
-mod counter;
 mod chi_squared;
 mod confidence;
+mod convention;
+mod counter;
 mod histogram;
+mod identification;
 mod lanes;
 mod moments;
+mod noise_model;
 mod octaves;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
@@ -48,14 +51,20 @@ mod power_law;
 mod record;
 mod scale;
 mod timebase;
+mod trend;
 mod unwrap;
 
 pub use channel::ChannelAccumulator;
-pub use convention::{Convention, Parameter, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
-pub use counter::{Counted, LineCounter};
 pub use confidence::{Interval, edf};
+pub use convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
+pub use counter::{Counted, LineCounter};
 pub use histogram::{Histogram, MAX_BINS};
+pub use identification::{LagOne, NoiseType};
 pub use moments::Moments;
+pub use noise_model::{
+    BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
+    Term, Terms, classical_reading, over_bound, visible_random_walk,
+};
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
 pub use power_law::PowerLaw;
 pub use record::{Octave, RecordShape};

@@ -4,6 +4,7 @@ mod cascade;
 mod overlapping;
 mod squares;
 
+use crate::Octave;
 use cascade::Cascade;
 use overlapping::Overlapping;
 
@@ -164,6 +165,12 @@ impl Octaves {
 }
 
 impl OctaveSum {
+    /// Averaging factor and windows, what confidence and fit need to know besides the variance.
+    #[must_use]
+    pub const fn octave(&self) -> Octave {
+        Octave { m: self.m, terms: self.terms }
+    }
+
     /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is unknown.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {

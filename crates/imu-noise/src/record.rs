@@ -2,15 +2,13 @@
 
 use crate::{Deviation, Estimator};
 
-/// One octave of a read-out, in the unit of the channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One octave of a record, whatever the channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Octave {
     /// Averaging factor: samples per block, a power of two.
     pub m: u64,
-    /// Number of squared differences in the variance.
+    /// Number of windows: squared differences in the variance.
     pub terms: u64,
-    /// Allan or Hadamard variance, in the unit squared.
-    pub variance: f64,
 }
 
 /// How the octaves of a record came about.
@@ -18,7 +16,7 @@ pub struct Octave {
 pub struct RecordShape {
     /// Samples from the first to the last, missing ones included.
     pub samples: u64,
-    /// Time between samples, in seconds.
+    /// Time between samples, in seconds, above 0.
     pub interval_s: f64,
     /// Which windows were summed.
     pub estimator: Estimator,
@@ -46,11 +44,11 @@ impl RecordShape {
     /// Windows of averaging factor `m` that fit if no sample is missing.
     #[must_use]
     pub const fn windows(&self, m: u64) -> u64 {
-        let span = m * self.deviation.order() as u64;
-        if self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
+        let span = m.saturating_mul(self.deviation.order() as u64);
+        if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
-    /// Whether samples are missing, seen by the windows that are.
+    /// Windows that are there, of those that would be if no sample were missing.
     pub(crate) fn share_of_windows(&self, octave: &Octave) -> f64 {
         (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
     }

@@ -1,0 +1,65 @@
+//! How often intervals and bounds hold: seeded records of known noise, every record scored.
+//!
+//! `cargo bench -p imu-noise --bench coverage -- --records 500 --minutes 60`, with `--plain`, `--full` or
+//! `--hadamard` for other estimators. Prints per noise the share of records whose interval or bound at 95 % holds the
+//! truth, with the share in which the parameter is called estimated, and the share of octave intervals (degrees of
+//! freedom above 10) that hold. All noises of a record share its random numbers.
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
+
+use std::time::{Duration, Instant};
+
+#[path = "../tests/synthetic/score.rs"]
+mod score;
+#[path = "../tests/synthetic/mod.rs"]
+mod synthetic;
+
+use imu_noise::{Deviation, Estimator};
+use score::{Cell, NOISES, RATE_HZ, ReadOut, counts};
+use synthetic::Synthesis;
+
+fn main() {
+    let argument = |name: &str| {
+        let mut arguments = std::env::args().skip_while(move |argument| argument != name);
+        arguments.nth(1).map(|value| value.parse::<f64>().unwrap())
+    };
+    let records = argument("--records").unwrap_or(200.0) as usize;
+    let minutes = argument("--minutes").map_or(vec![10.0, 60.0, 300.0], |minutes| vec![minutes]);
+    let has = |name: &str| std::env::args().any(|argument| argument == name);
+    let estimator = match (has("--plain"), has("--full")) {
+        (true, _) => Estimator::Plain,
+        (_, true) => Estimator::Full,
+        _ => Estimator::Strided,
+    };
+    let deviation = if has("--hadamard") { Deviation::Hadamard } else { Deviation::Allan };
+    println!("share of {records} records that holds (share estimated), %");
+    for minutes in minutes {
+        let samples = (minutes * 60.0 * RATE_HZ) as usize;
+        println!("\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected");
+        let mut cells = vec![Cell::default(); NOISES.len()];
+        let (mut in_model, mut in_fit) = (Duration::ZERO, Duration::ZERO);
+        let mut synthesis = Synthesis::new(samples, 1);
+        for _ in 0..records {
+            let record = synthesis.next_record();
+            for (cell, noise) in cells.iter_mut().zip(&NOISES) {
+                let read_out = ReadOut::new(&counts(noise, &record), estimator, deviation);
+                let start = Instant::now();
+                let model = read_out.model();
+                in_model += start.elapsed();
+                let start = Instant::now();
+                let fit = read_out.fit(&model);
+                in_fit += start.elapsed();
+                cell.score(noise, &read_out, &fit);
+            }
+        }
+        for (cell, noise) in cells.iter().zip(&NOISES) {
+            print!("{:24}", noise.name);
+            for score in &cell.terms {
+                print!("{:5.1} ({:3.0})", score.held_percent(), score.estimated_percent());
+            }
+            let rejected = 100.0 * cell.rejected as f64 / records as f64;
+            println!("{:9.1} {rejected:9.1}", cell.octaves.held_percent());
+        }
+        let runs = (records * NOISES.len()) as u32;
+        println!("{:?} for a model of all channels, {:?} for the fit of one", in_model / runs, in_fit / runs);
+    }
+}

@@ -1,0 +1,139 @@
+//! What is read off a deviation curve by hand, and what a filter designer draws above it.
+
+/// The letters of a curve as they are read off by rule, without a model and without error.
+///
+/// For comparison with published figures only: white noise and random walk alone leave a minimum that reads as bias
+/// instability, and the last octaves wander.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClassicalReading {
+    /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves with the slope nearest to it.
+    pub white: Option<f64>,
+    /// B: the minimum over √(2 ln 2/π) = 0.664; `None` where the curve still falls or only rises.
+    pub bias_instability: Option<f64>,
+    /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves with the slope nearest to it.
+    pub rate_random_walk: Option<f64>,
+}
+
+/// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A line is read where a
+/// pair of neighbours has its slope within 1/4.
+#[must_use]
+pub fn classical_reading(tau_s: &[f64], deviations: &[f64]) -> ClassicalReading {
+    let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
+    let usable = points.iter().all(|(tau, deviation)| *tau > 0.0 && *deviation > 0.0);
+    // Deviation at the middle of a pair, for τ = 1 s and the line of `slope`
+    let line = |slope: f64| {
+        let pairs = points.windows(2).filter(|_| usable).map(|pair| {
+            let [(tau_1, dev_1), (tau_2, dev_2)] = [pair[0], pair[1]];
+            let apart = ((dev_2 / dev_1).ln() / (tau_2 / tau_1).ln() - slope).abs();
+            (apart, (dev_1 * dev_2).sqrt() * (tau_1 * tau_2).sqrt().powf(-slope))
+        });
+        pairs.filter(|(apart, _)| *apart <= 0.25).min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, at_one)| at_one)
+    };
+    let lowest = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1));
+    let inner = lowest.filter(|lowest| usable && *lowest > 0 && lowest + 1 < points.len());
+    ClassicalReading {
+        white: line(-0.5),
+        bias_instability: inner
+            .map(|lowest| points[lowest].1 / (2.0 * core::f64::consts::LN_2 / core::f64::consts::PI).sqrt()),
+        rate_random_walk: line(0.5).map(|at_one| at_one * 3_f64.sqrt()),
+    }
+}
+
+/// White noise and random walk that together lie above a curve everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverBound {
+    /// N, in unit/√Hz.
+    pub white: f64,
+    /// K, in unit/√s.
+    pub rate_random_walk: f64,
+}
+
+/// The N and K for which N²/τ + K² τ/3 is at least the square of each of `bounds` (upper confidence bounds of
+/// octaves, say) and their ratio to those squares is smallest on average: for filters that know no other noise.
+/// `None` without bounds, and where one is not positive.
+#[must_use]
+pub fn over_bound(tau_s: &[f64], bounds: &[f64]) -> Option<OverBound> {
+    // Each octave asks for a N² + b K² >= 1.
+    let asked: Vec<(f64, f64)> = tau_s
+        .iter()
+        .zip(bounds)
+        .map(|(tau, bound)| (1.0 / (tau * bound * bound), tau / (3.0 * bound * bound)))
+        .collect();
+    if asked.iter().any(|(a, b)| !(a.is_finite() && b.is_finite() && *a > 0.0 && *b > 0.0)) {
+        return None;
+    }
+    let (sum_a, sum_b) = asked.iter().fold((0.0, 0.0), |(sum_a, sum_b), (a, b)| (sum_a + a, sum_b + b));
+    // The best solution of a linear program is a corner: one octave alone, or two at once.
+    let alone = asked.iter().flat_map(|(a, b)| [(1.0 / a, 0.0), (0.0, 1.0 / b)]);
+    let pairs = asked.iter().enumerate().flat_map(|(i, first)| asked[..i].iter().map(move |second| (first, second)));
+    let crossings = pairs.map(|((a1, b1), (a2, b2))| {
+        let determinant = a1 * b2 - a2 * b1;
+        ((b2 - b1) / determinant, (a1 - a2) / determinant)
+    });
+    let above = |(n, k): &(f64, f64)| *n >= 0.0 && *k >= 0.0 && asked.iter().all(|(a, b)| a * n + b * k >= 1.0 - 1e-12);
+    let best = alone
+        .chain(crossings)
+        .filter(above)
+        .min_by(|(n1, k1), (n2, k2)| (sum_a * n1 + sum_b * k1).total_cmp(&(sum_a * n2 + sum_b * k2)));
+    best.map(|(n, k)| OverBound { white: n.sqrt(), rate_random_walk: k.sqrt() })
+}
+
+/// The smallest random walk, K in unit/√s, that a record of `duration_s` shows above white noise `white`, N in
+/// unit/√Hz: about 20 √3 N/T, where the two cross at a twentieth of the record.
+#[must_use]
+pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
+    20.0 * 3_f64.sqrt() * white / duration_s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::{collection::vec, prelude::*};
+
+    fn curve(n: f64, b: f64, k: f64) -> (Vec<f64>, Vec<f64>) {
+        let tau_s: Vec<f64> = (0..20).map(|i| 0.025 * f64::from(1 << i)).collect();
+        let plateau = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI;
+        let deviation = |tau: &f64| (n * n / tau + plateau * b * b + k * k * tau / 3.0).sqrt();
+        let deviations = tau_s.iter().map(deviation).collect();
+        (tau_s, deviations)
+    }
+
+    #[test]
+    fn lines_and_minimum_are_read_where_they_are() {
+        let (tau_s, deviations) = curve(2e-4, 3e-5, 2e-6);
+        let reading = classical_reading(&tau_s, &deviations);
+        assert!((reading.white.unwrap() / 2e-4 - 1.0).abs() < 0.01, "{reading:?}");
+        assert!((reading.rate_random_walk.unwrap() / 2e-6 - 1.0).abs() < 0.1, "{reading:?}");
+        assert!((1.0..1.6).contains(&(reading.bias_instability.unwrap() / 3e-5)), "{reading:?}");
+        // What the rule makes of white noise and random walk alone: 1.62 √(N K), not 0.
+        let (tau_s, deviations) = curve(2e-4, 0.0, 2e-6);
+        let reading = classical_reading(&tau_s, &deviations);
+        assert!((reading.bias_instability.unwrap() / (1.62 * (2e-4_f64 * 2e-6).sqrt()) - 1.0).abs() < 0.05);
+        let (tau_s, deviations) = curve(2e-4, 0.0, 0.0);
+        let reading = classical_reading(&tau_s, &deviations);
+        assert_eq!((reading.bias_instability, reading.rate_random_walk), (None, None));
+        let nothing = ClassicalReading { white: None, bias_instability: None, rate_random_walk: None };
+        assert_eq!(classical_reading(&[], &[]), nothing);
+        assert_eq!(classical_reading(&[1.0, 2.0], &[0.0, 0.0]), nothing);
+    }
+
+    #[test]
+    fn bounds_without_sense_have_no_over_bound() {
+        assert_eq!(over_bound(&[], &[]), None);
+        assert_eq!(over_bound(&[1.0], &[0.0]), None);
+        assert_eq!(over_bound(&[1.0], &[f64::NAN]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn an_over_bound_lies_above_and_touches(bounds in vec(1e-6..1e-2, 1..20)) {
+            let tau_s: Vec<f64> = (0..bounds.len()).map(|i| 0.025 * f64::from(1 << i)).collect();
+            let OverBound { white, rate_random_walk } = over_bound(&tau_s, &bounds).unwrap();
+            let ratio = |(tau, bound): (&f64, &f64)| {
+                (white * white / tau + rate_random_walk * rate_random_walk * tau / 3.0).sqrt() / bound
+            };
+            let smallest = tau_s.iter().zip(&bounds).map(ratio).fold(f64::INFINITY, f64::min);
+            prop_assert!((smallest - 1.0).abs() < 1e-9, "{}", smallest);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! White noise and one correlated process of the first order, as an alternative to flicker noise and random walk.
+
+use super::{
+    NoiseModel, Parameter, Status, Term,
+    joint::Component,
+    model::Model,
+    regression::{Regression, Solution},
+};
+use crate::{Octave, PowerLaw, chi_squared};
+
+/// Correlation times tried, at equal ratios.
+const TRIALS: usize = 24;
+
+/// Shortest correlation time in samples: below, samples say little of the process between them.
+const SHORTEST: f64 = 8.0;
+
+/// White noise and a first-order Gauss-Markov process.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussMarkovFit {
+    /// N, in unit/√Hz.
+    pub white: Parameter,
+    /// Standard deviation σ of the process, in the unit of the channel, for the best correlation time.
+    pub sigma: Parameter,
+    /// Correlation time, where the covariance is σ²/e. The bounds are those of its interval, where they lie within
+    /// the times that the record can tell: from 8 samples to a quarter of it.
+    pub correlation_time_s: Parameter,
+    /// Sum of squared independent residuals.
+    pub chi2: f64,
+    /// Octaves in use less three.
+    pub dof: usize,
+    /// Probability of a larger sum if the model is right.
+    pub p: f64,
+}
+
+impl NoiseModel {
+    /// Fits white noise and a first-order Gauss-Markov process instead of the terms of the model, at the level
+    /// `confidence`, to all octaves of one channel.
+    ///
+    /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a second. `None` with
+    /// fewer than five octaves, for variances that are not positive, and for a level outside 0 < p < 1.
+    #[must_use]
+    pub fn fit_gauss_markov(&self, variances: &[f64], confidence: f64) -> Option<GaussMarkovFit> {
+        let z = chi_squared::normal_two_sided(confidence)?;
+        let octaves: Vec<Octave> = self.octaves[..self.fitted].iter().map(|(_, octave)| *octave).collect();
+        let values: Vec<f64> =
+            self.octaves[..self.fitted].iter().filter_map(|(i, _)| variances.get(*i).copied()).collect();
+        let dof = octaves.len().checked_sub(3).filter(|dof| *dof > 1)?;
+        if values.len() != octaves.len() || values.iter().any(|value| !(value.is_finite() && *value > 0.0)) {
+            return None;
+        }
+        let longest = self.shape.samples as f64 / 4.0;
+        let time = |trial: usize| SHORTEST * (longest / SHORTEST).powf(trial as f64 / (TRIALS - 1) as f64);
+        let trials: Vec<(Model, Option<Solution>)> = (0..TRIALS)
+            .map(|trial| {
+                let model = self.gauss_markov(&octaves, time(trial));
+                let solution = Regression::new(&model, &values, 0..octaves.len()).fit();
+                (model, solution)
+            })
+            .collect();
+        let chi2 = |trial: usize| trials[trial].1.as_ref().map_or(f64::INFINITY, |solution| solution.chi2);
+        let best = (0..TRIALS).min_by(|a, b| chi2(*a).total_cmp(&chi2(*b)))?;
+        let (model, solution) = (&trials[best].0, trials[best].1.as_ref()?);
+        let regression = Regression::new(model, &values, 0..octaves.len());
+        let parameter = |i| Parameter::of(&regression, solution, i, confidence);
+        let sigma = parameter(1);
+        let excluded = |trial: &usize| chi2(*trial) - solution.chi2 > z * z;
+        let seconds = |trial: usize| time(trial) * self.shape.interval_s;
+        let correlation_time_s = if sigma.status == Status::Estimated {
+            Parameter {
+                status: Status::Estimated,
+                value: Some(seconds(best)),
+                lower: (0..best).rev().find(excluded).map(seconds),
+                upper: (best + 1..TRIALS).find(excluded).map(seconds),
+            }
+        } else {
+            Parameter::without_value(Status::NotObservable)
+        };
+        Some(GaussMarkovFit {
+            white: parameter(0).scaled(Term::White.per_second(self.shape.interval_s)),
+            sigma,
+            correlation_time_s,
+            chi2: solution.chi2,
+            dof,
+            p: chi_squared::probability_above(solution.chi2, dof as f64)?,
+        })
+    }
+
+    fn gauss_markov(&self, octaves: &[Octave], time: f64) -> Model {
+        let white = |lag: f64| PowerLaw::White.phase_covariance(lag);
+        let process = |lag: f64| phase_covariance(lag, time);
+        let component = |phase, scale| Component { phase, meets_at_edges: false, scale };
+        Model::new(octaves, &self.shape, &[component(&white, 1), component(&process, u64::MAX)])
+    }
+}
+
+/// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x - x²/2), x =
+/// |t|/T, whose second derivative is that covariance less a constant; the polynomial drops out of differences and
+/// keeps the digits.
+fn phase_covariance(lag: f64, time: f64) -> f64 {
+    let x = lag.abs() / time;
+    let remainder = if x < 0.5 {
+        // -x³/6 + x⁴/24 - ...
+        let terms = (3..16).rev();
+        terms.fold(0.0, |rest, k| (1.0 - rest) * x / f64::from(k)) * -x * x / 2.0
+    } else {
+        (-x).exp() - 1.0 + x - x * x / 2.0
+    };
+    -time * time * remainder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Deviation, power_law::difference_autocovariance};
+
+    #[test]
+    fn variances_are_those_of_the_formula() {
+        for time in [20.0, 1000.0, 10_000.0] {
+            for m in [16.0, 256.0, 65_536.0] {
+                let variance = difference_autocovariance(Deviation::Allan, m, 0.0, |lag| phase_covariance(lag, time))
+                    / (2.0 * m * m);
+                // IEEE Std 952, C.1.1.7.1, with (q T)² = 2 σ² T
+                let x: f64 = m / time;
+                let expected = 2.0 / x * (1.0 - (3.0 - 4.0 * (-x).exp() + (-2.0 * x).exp()) / (2.0 * x));
+                assert!((variance / expected - 1.0).abs() < 1e-6, "{time} {m}: {variance}, not {expected}");
+            }
+        }
+        // Much shorter than the correlation time it is a walk with steps of variance 2/T.
+        let variance = difference_autocovariance(Deviation::Allan, 16.0, 0.0, |lag| phase_covariance(lag, 1e6)) / 512.0;
+        assert!((variance / (2e-6 * 16.0 / 3.0) - 1.0).abs() < 1e-4, "{variance}");
+    }
+}

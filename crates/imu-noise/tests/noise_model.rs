@@ -1,0 +1,235 @@
+//! The fit against noise-free curves, and what it says when data do not follow the model.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod oracle;
+mod synthetic;
+
+use std::f64::consts::TAU;
+
+use imu_noise::{
+    BoxcarWindow, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octave, Octaves, Parameter, RecordShape,
+    Status, Term, Terms,
+};
+use synthetic::Synthesis;
+
+const INTERVAL_S: f64 = 0.025;
+const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
+
+fn shape(samples: u64) -> RecordShape {
+    RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan }
+}
+
+/// Fits `terms` to values in units of 1e-4.
+fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> NoiseFit {
+    let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
+    let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+    sums.push(&counts);
+    let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+    let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window).fit(&variances, None, 0.95)
+}
+
+fn near(found: f64, expected: f64, tolerance: f64) -> bool {
+    (found / expected - 1.0).abs() < tolerance
+}
+
+#[test]
+fn curves_without_noise_give_their_parameters_back() {
+    let text = oracle::text("fit_curves.csv");
+    let mut sets = 0;
+    for parameters in text.lines().filter_map(|line| line.strip_prefix("#   ")).filter(|line| line.starts_with('{')) {
+        let parameters: serde_json::Value = serde_json::from_str(parameters).unwrap();
+        let number = |name: &str| parameters[name].as_str().unwrap().parse::<f64>().unwrap();
+        // The ramp of one set needs the slope of the record; it is not in the curve alone.
+        if number("R") != 0.0 {
+            continue;
+        }
+        let rows: Vec<(u64, f64)> = oracle::table("fit_curves.csv")
+            .iter()
+            .filter(|row| oracle::field(row, "set") == parameters["set"].as_str())
+            .map(|row| {
+                let field = |name| oracle::field(row, name).unwrap();
+                (field("m").parse().unwrap(), field("avar_disc").parse().unwrap())
+            })
+            .collect();
+        // So many samples that the estimates have no spread.
+        let shape = RecordShape { interval_s: number("tau0"), ..shape(1 << 36) };
+        let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave { m: *m, terms: shape.windows(*m) }).collect();
+        let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
+        let terms = Terms::of(&[Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk]);
+        let fit = NoiseModel::new(&octaves, &shape, terms, None).fit(&variances, None, 0.95);
+        for (term, name) in
+            [(Term::Quantization, "Q"), (Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")]
+        {
+            let Parameter { status, value, upper, .. } = fit.parameter(term).unwrap();
+            let expected = number(name);
+            if expected == 0.0 {
+                assert_eq!(status, Status::Bounded, "{parameters} {name} {value:?}");
+                assert!(upper.unwrap() < 0.02 * number("N"), "{parameters} {name} {upper:?}");
+            } else {
+                assert!(near(value.unwrap(), expected, 1e-6), "{parameters} {name}: {value:?}");
+            }
+        }
+        sets += 1;
+    }
+    assert_eq!(sets, 3);
+}
+
+#[test]
+fn a_vibration_line_shortens_the_range_instead_of_inventing_terms() {
+    let mut synthesis = Synthesis::new(72_000, 3);
+    let (white, ..) = synthesis.next_record();
+    let values: Vec<_> =
+        white.iter().enumerate().map(|(i, white)| white + (TAU * 3.1 * INTERVAL_S * i as f64).sin()).collect();
+    let fit = fit_record(&values, STOCHASTIC, None);
+    let quality = fit.quality.unwrap();
+    assert!(quality.p >= 0.01 && quality.tau_min_s > 0.1, "{quality:?}");
+    let white = fit.parameter(Term::White).unwrap();
+    assert!(near(white.value.unwrap(), INTERVAL_S.sqrt(), 0.1), "{white:?}");
+    assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
+    assert_eq!(fit.edf(1), None);
+}
+
+#[test]
+fn data_that_follow_no_model_are_rejected() {
+    // Blue noise at every averaging time: differences of white noise.
+    let mut synthesis = Synthesis::new(20_000, 4);
+    let (white, ..) = synthesis.next_record();
+    let values: Vec<_> = white.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let fit = fit_record(&values, STOCHASTIC, None);
+    assert_eq!(fit.quality, None);
+    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+        assert_eq!(fit.parameter(term), Some(Parameter::without_value(Status::ModelRejected)));
+    }
+    assert_eq!(fit.parameter(Term::Quantization), None);
+    // It is quantisation of the angle, which is fitted on request.
+    let fit = fit_record(&values, Terms::of(&[Term::Quantization, Term::White]), None);
+    let quantization = fit.parameter(Term::Quantization).unwrap();
+    assert!(near(quantization.value.unwrap(), INTERVAL_S, 0.05), "{quantization:?} {:?}", fit.quality);
+    assert_eq!(fit.parameter(Term::White).unwrap().status, Status::Bounded);
+}
+
+#[test]
+fn too_little_and_constant_data_say_nothing() {
+    for values in [vec![], vec![1.0], vec![1.0, 2.0], vec![1.0, 3.0, 2.0, 5.0], vec![1.0; 5000]] {
+        let fit = fit_record(&values, STOCHASTIC, None);
+        assert_eq!(fit.quality, None, "{} samples", values.len());
+        assert_eq!(fit.parameter(Term::White), Some(Parameter::without_value(Status::NotObservable)));
+    }
+}
+
+#[test]
+fn a_window_longer_than_the_interval_needs_its_own_basis() {
+    // 20 of 800 a second averaged, every 4th average sent: neighbours share 16 of 20.
+    let mut synthesis = Synthesis::new(400_000, 5);
+    let (internal, ..) = synthesis.next_record();
+    let values: Vec<f64> = internal.windows(20).step_by(4).map(|window| window.iter().sum::<f64>() / 20.0).collect();
+    let fit = fit_record(&values, STOCHASTIC, Some(BoxcarWindow { length: 20, decimation: 4 }));
+    assert_eq!(fit.quality.map(|quality| quality.tau_min_s), Some(INTERVAL_S), "{:?}", fit.quality);
+    // Long averages of the outputs are those of the internal samples: N is 1 per √(internal sample).
+    let expected = (INTERVAL_S / 4.0).sqrt();
+    let white = fit.parameter(Term::White).unwrap();
+    assert!(near(white.value.unwrap(), expected, 0.02), "{white:?}, not {expected}");
+    assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
+    let naive = fit_record(&values, STOCHASTIC, None);
+    assert!(naive.quality.is_none_or(|quality| quality.tau_min_s > 4.0 * INTERVAL_S), "{:?}", naive.quality);
+}
+
+#[test]
+fn intervals_widen_with_the_level() {
+    let mut synthesis = Synthesis::new(24_000, 6);
+    let (white, flicker, _) = synthesis.next_record();
+    let values: Vec<_> = white.iter().zip(&flicker).map(|(white, flicker)| white + 0.1 * flicker).collect();
+    let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
+    let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+    sums.push(&counts);
+    let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+    let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap()).collect();
+    let model = NoiseModel::new(&octaves, &shape(24_000), STOCHASTIC, None);
+    let mut width_before = 0.0;
+    for confidence in [0.5, 0.6827, 0.95, 0.999] {
+        let Parameter { value, lower, upper, .. } =
+            model.fit(&variances, None, confidence).parameter(Term::BiasInstability).unwrap();
+        let (value, lower, upper) = (value.unwrap(), lower.unwrap(), upper.unwrap());
+        assert!(lower <= value && value <= upper && upper - lower > width_before, "{lower} {value} {upper}");
+        width_before = upper - lower;
+    }
+    for confidence in [0.0, 1.0, f64::NAN] {
+        let parameter = model.fit(&variances, None, confidence).parameter(Term::White).unwrap();
+        assert_eq!(parameter.status, Status::NotObservable);
+    }
+}
+
+#[test]
+fn lost_samples_widen_the_intervals_as_they_must() {
+    const RECORDS: usize = 60;
+    const SAMPLES: usize = 24_000;
+    let mut synthesis = Synthesis::new(SAMPLES, 9);
+    let (mut white_held, mut octaves_held, mut octaves_all, mut rejected) = (0, 0, 0, 0);
+    for _ in 0..RECORDS {
+        let (white, ..) = synthesis.next_record();
+        let counts: Vec<i32> = white.iter().map(|value| (value * 1e4).round() as i32).collect();
+        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+        // One in 601 lost: the windows of m = 128 that are left are half of all.
+        for run in counts.chunks(601) {
+            sums.push(&run[..run.len() - 1]);
+            sums.gap(Some(1));
+        }
+        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+        let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+        let fit = NoiseModel::new(&octaves, &shape(SAMPLES as u64), STOCHASTIC, None).fit(&variances, None, 0.95);
+        rejected += usize::from(fit.quality.is_none());
+        let white = fit.parameter(Term::White).unwrap();
+        let truth = INTERVAL_S.sqrt();
+        white_held += usize::from(white.lower.is_some_and(|lower| lower <= truth) && truth <= white.upper.unwrap());
+        for (octave, variance) in octaves.iter().zip(&variances) {
+            if let Some(edf) = fit.edf(octave.m).filter(|edf| *edf > 10.0) {
+                let interval = Interval::new(*variance, edf, 0.95).unwrap();
+                octaves_all += 1;
+                octaves_held += usize::from((interval.lower..=interval.upper).contains(&(octave.m as f64).powf(-0.5)));
+            }
+        }
+    }
+    assert!(rejected <= 2, "{rejected}");
+    assert!(white_held >= 53, "{white_held}");
+    assert!((0.91..0.985).contains(&(octaves_held as f64 / f64::from(octaves_all))), "{octaves_held}/{octaves_all}");
+}
+
+#[test]
+fn a_gauss_markov_process_is_found_with_its_time() {
+    const TIME: f64 = 400.0;
+    let mut synthesis = Synthesis::new(72_000, 8);
+    let (white, _, walk) = synthesis.next_record();
+    let keep = (-1.0 / TIME).exp();
+    let mut state = 0.0;
+    let steps = walk.windows(2).map(|pair| pair[1] - pair[0]);
+    let values: Vec<f64> = white
+        .iter()
+        .zip(steps)
+        .map(|(white, step)| {
+            state = keep * state + (1.0 - keep * keep).sqrt() * step;
+            white + 0.3 * state
+        })
+        .collect();
+    let fit = |values: &[f64]| {
+        let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
+        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+        sums.push(&counts);
+        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+        let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+        let model = NoiseModel::new(&octaves, &shape(values.len() as u64), STOCHASTIC, None);
+        model.fit_gauss_markov(&variances, 0.95)
+    };
+    let found = fit(&values).unwrap();
+    let holds =
+        |parameter: Parameter, truth: f64| parameter.lower.unwrap() <= truth && truth <= parameter.upper.unwrap();
+    assert!(found.p > 0.01, "{found:?}");
+    assert!(holds(found.white, INTERVAL_S.sqrt()), "{found:?}");
+    assert!(holds(found.sigma, 0.3), "{found:?}");
+    assert!(holds(found.correlation_time_s, TIME * INTERVAL_S), "{found:?}");
+
+    let without = fit(&white).unwrap();
+    assert_eq!(without.sigma.status, Status::Bounded, "{without:?}");
+    assert_eq!(without.correlation_time_s.status, Status::NotObservable);
+    assert_eq!(fit(&white[..20]), None);
+}

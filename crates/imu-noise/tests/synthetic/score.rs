@@ -1,0 +1,140 @@
+//! Which intervals of a record with known noise hold the truth.
+
+use imu_noise::{
+    Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, PowerLaw, RecordShape, Status, Term, Terms,
+};
+
+pub(crate) const RATE_HZ: f64 = 40.0;
+pub(crate) const CONFIDENCE: f64 = 0.95;
+/// Counts per standard deviation of white noise: rounding is out of sight.
+const COUNTS: f64 = 10_000.0;
+
+pub(crate) const TERMS: [Term; 4] = [Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
+
+/// Amplitudes in standard deviations of white noise: flicker, step of the walk, ramp over the whole record.
+pub(crate) struct Noise {
+    pub(crate) name: &'static str,
+    pub(crate) flicker: f64,
+    pub(crate) step: f64,
+    pub(crate) ramp: f64,
+}
+
+pub(crate) const NOISES: [Noise; 8] = [
+    Noise { name: "white", flicker: 0.0, step: 0.0, ramp: 0.0 },
+    Noise { name: "white + flicker", flicker: 0.1, step: 0.0, ramp: 0.0 },
+    Noise { name: "white + walk", flicker: 0.0, step: 1e-3, ramp: 0.0 },
+    Noise { name: "all", flicker: 0.1, step: 1e-3, ramp: 0.0 },
+    Noise { name: "white, ramp", flicker: 0.0, step: 0.0, ramp: 1.0 },
+    Noise { name: "white + flicker, ramp", flicker: 0.1, step: 0.0, ramp: 1.0 },
+    Noise { name: "white + walk, ramp", flicker: 0.0, step: 1e-3, ramp: 1.0 },
+    Noise { name: "all, ramp", flicker: 0.1, step: 1e-3, ramp: 1.0 },
+];
+
+/// Intervals and bounds that held, and parameters that were called estimated, of all.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Score {
+    pub(crate) held: usize,
+    pub(crate) estimated: usize,
+    pub(crate) of: usize,
+}
+
+impl Score {
+    pub(crate) fn held_percent(&self) -> f64 {
+        100.0 * self.held as f64 / self.of as f64
+    }
+
+    pub(crate) fn estimated_percent(&self) -> f64 {
+        100.0 * self.estimated as f64 / self.of as f64
+    }
+}
+
+/// What became of the records of one noise.
+#[derive(Clone, Default)]
+pub(crate) struct Cell {
+    /// In the order of [`TERMS`].
+    pub(crate) terms: [Score; TERMS.len()],
+    /// Octaves with more than 10 degrees of freedom.
+    pub(crate) octaves: Score,
+    pub(crate) rejected: usize,
+}
+
+/// The record in the unit in which white noise has the standard deviation 1, as counts.
+pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>, Vec<f64>)) -> Vec<i32> {
+    let slope = noise.ramp / white.len() as f64;
+    let samples = white.iter().zip(flicker).zip(walk).enumerate();
+    let value = |(i, ((white, flicker), walk))| {
+        let value: f64 = white + noise.flicker * flicker + noise.step * walk + slope * f64::from(i as u32);
+        (COUNTS * value).round() as i32
+    };
+    samples.map(value).collect()
+}
+
+/// What is read out of a record.
+pub(crate) struct ReadOut {
+    pub(crate) shape: RecordShape,
+    pub(crate) octaves: Vec<imu_noise::Octave>,
+    pub(crate) variances: Vec<f64>,
+    slope_s: f64,
+}
+
+impl ReadOut {
+    pub(crate) fn new(counts: &[i32], estimator: Estimator, deviation: Deviation) -> Self {
+        let shape = RecordShape { samples: counts.len() as u64, interval_s: 1.0 / RATE_HZ, estimator, deviation };
+        let mut sums = Octaves::new(shape.estimator, shape.deviation);
+        sums.push(counts);
+        Self {
+            shape,
+            octaves: sums.sums().map(|sum| sum.octave()).collect(),
+            variances: sums.sums().map(|sum| sum.variance_counts2().unwrap() / (COUNTS * COUNTS)).collect(),
+            slope_s: slope(counts) / COUNTS * RATE_HZ,
+        }
+    }
+
+    pub(crate) fn model(&self) -> NoiseModel {
+        NoiseModel::new(&self.octaves, &self.shape, Terms::RATE, None)
+    }
+
+    pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
+        model.fit(&self.variances, Some(self.slope_s), CONFIDENCE)
+    }
+}
+
+impl Cell {
+    pub(crate) fn score(&mut self, noise: &Noise, read_out: &ReadOut, fit: &NoiseFit) {
+        let interval_s = read_out.shape.interval_s;
+        let ramp = noise.ramp / read_out.shape.samples as f64;
+        let truths = [interval_s.sqrt(), noise.flicker, noise.step / interval_s.sqrt(), ramp / interval_s];
+        for ((term, truth), score) in TERMS.into_iter().zip(truths).zip(&mut self.terms) {
+            let parameter = fit.parameter(term).unwrap();
+            let above = parameter.lower.is_none_or(|lower| lower <= truth);
+            score.of += 1;
+            score.estimated += usize::from(parameter.status == Status::Estimated);
+            score.held += usize::from(above && parameter.upper.is_none_or(|upper| truth <= upper));
+        }
+        self.rejected += usize::from(fit.quality.is_none());
+        for (octave, variance) in read_out.octaves.iter().zip(&read_out.variances) {
+            let of = |law: PowerLaw| law.variance(read_out.shape.deviation, octave.m);
+            let truth = of(PowerLaw::White)
+                + noise.flicker.powi(2) * of(PowerLaw::Flicker)
+                + noise.step.powi(2) * of(PowerLaw::RandomWalk)
+                + if read_out.shape.deviation == Deviation::Allan {
+                    (ramp * octave.m as f64).powi(2) / 2.0
+                } else {
+                    0.0
+                };
+            if let Some(edf) = fit.edf(octave.m).filter(|edf| *edf > 10.0) {
+                let interval = Interval::new(*variance, edf, CONFIDENCE).unwrap();
+                self.octaves.of += 1;
+                self.octaves.held += usize::from((interval.lower..=interval.upper).contains(&truth.sqrt()));
+            }
+        }
+    }
+}
+
+/// Of the regression line, in counts per sample.
+fn slope(counts: &[i32]) -> f64 {
+    let n = counts.len() as f64;
+    let centre = (n - 1.0) / 2.0;
+    let sum: f64 = counts.iter().enumerate().map(|(i, count)| (i as f64 - centre) * f64::from(*count)).sum();
+    12.0 * sum / (n * (n * n - 1.0))
+}
