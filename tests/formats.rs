@@ -49,6 +49,47 @@ fn lines_lost_whole_are_found_by_the_times_of_their_reads() {
 }
 
 #[test]
+fn a_sidecar_that_ends_early_leaves_the_rest_out_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = stamped(folder.path(), 40.0, |_| false);
+    let sidecar = folder.path().join("stamped.bin.timing");
+    let rows = fs::read_to_string(&sidecar).unwrap();
+    // two rows a line behind the names
+    let cut = rows.lines().take(2001).fold(String::new(), |text, row| text + row + "\n");
+    fs::write(&sidecar, cut).unwrap();
+    let (document, exit) = replay(&capture, &[]);
+    assert_eq!(exit, 1);
+    let error = document["source"]["error"].as_str().unwrap();
+    let last_offset = 999 * 122 + 62;
+    assert!(error.contains(&format!("the rows end at line 2001 with offset {last_offset}")), "{error}");
+    assert_eq!(document["timing"]["samples"], (last_offset + 4096) / 122);
+}
+
+#[test]
+fn stamps_at_the_ends_of_64_bits_cost_no_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = stamped(folder.path(), 40.0, |_| false);
+    let rows = (0..2400_i64).map(|line| match line % 3 {
+        0 => format!("{},{}\n", i64::MIN, 122 * line),
+        1 => format!("{},{}\n", i64::MAX, 122 * line),
+        _ => format!("{},{}\n", 25_000_000 * line, 122 * line),
+    });
+    fs::write(folder.path().join("stamped.bin.timing"), rows.collect::<String>()).unwrap();
+    let (document, exit) = replay(&capture, &[]);
+    assert_eq!((exit, &document["timing"]["samples"]), (0, &2400.into()));
+    assert!(warned(&document, "stamps-refused"));
+
+    // one leap of 584 years
+    let rows = (0..2400_i64).map(|line| {
+        let at_ns = if line < 1200 { i64::MIN } else { i64::MAX - 60_000_000_000 } + 25_000_000 * line;
+        format!("{at_ns},{}\n", 122 * line)
+    });
+    fs::write(folder.path().join("stamped.bin.timing"), rows.collect::<String>()).unwrap();
+    let (document, exit) = replay(&capture, &[]);
+    assert_eq!((exit, &document["timing"]["samples"]), (0, &2400.into()));
+}
+
+#[test]
 fn a_rate_that_the_stamps_contradict_costs_no_sample() {
     let folder = tempfile::tempdir().unwrap();
     let capture = stamped(folder.path(), 40.0, |_| false);
@@ -103,6 +144,74 @@ fn odd_rows_are_counted_with_their_reason() {
     assert_eq!((&csv["odd"][0]["reason"], &csv["odd"][0]["count"]), (&"number".into(), &1.into()));
     assert_eq!(csv["odd"][0]["first_line"], 44);
     assert_eq!((&document["timing"]["samples"], &document["timing"]["missing"]), (&299.into(), &1.into()));
+}
+
+/// The text of the one warning of that kind.
+fn warning(document: &Value, kind: &str) -> String {
+    let mut warnings = document["warnings"].as_array().unwrap().iter().filter(|warning| warning["kind"] == kind);
+    let text = warnings.next().unwrap()["text"].as_str().unwrap().to_owned();
+    assert!(warnings.next().is_none(), "{kind} twice");
+    text
+}
+
+#[test]
+fn advice_on_a_csv_file_is_about_its_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    let text =
+        as_csv(300).replace("\n1761939168.000000,", "\n1761939168.000000,x").replace("\n1761939169.000000,", "\n");
+    fs::write(&path, text).unwrap();
+    let (document, _) = replay(&path, &[]);
+    let advice = warning(&document, "bad-lines");
+    assert!(
+        advice.starts_with("2 of 300 lines are no row like the others and left out (fields 1, number 1); "),
+        "{advice}"
+    );
+    for word in ["cable", "baud", "receiver"] {
+        assert!(!document["warnings"].to_string().contains(word), "{word}");
+    }
+
+    let nothing = "t,gyro_x\n".to_owned() + &"0.025,none\n".repeat(100);
+    fs::write(&path, nothing).unwrap();
+    let (document, exit) = replay(&path, &[]);
+    assert_eq!(exit, 3);
+    let advice = warning(&document, "no-valid-lines");
+    assert!(advice.contains("no good row among them (number 100)") && advice.contains("--columns"), "{advice}");
+}
+
+#[test]
+fn what_cannot_be_seen_without_stamps_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let (document, _) = replay(&stamped(folder.path(), 40.0, |_| false), &["--rate", "50"]);
+    let told = warning(&document, "stamps-refused").to_lowercase();
+    assert_eq!(told.matches("lines lost whole cannot be seen").count(), 1, "{told}");
+}
+
+#[test]
+fn stamps_since_a_start_tell_their_unit_or_ask_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("since.csv");
+    let with_step = |step: i64| {
+        let text = as_csv(1000);
+        let mut lines = text.lines();
+        let header = lines.next().unwrap().to_owned() + "\n";
+        lines.enumerate().fold(header, |csv, (row, line)| {
+            let (_, fields) = line.split_once(',').unwrap();
+            csv + &format!("{},{fields}\n", step * row as i64)
+        })
+    };
+    for step in [25, 25_000, 25_000_000] {
+        fs::write(&path, with_step(step)).unwrap();
+        let (document, _) = replay(&path, &[]);
+        assert_eq!(document["timing"]["rate_hz"], 40.0, "{step}");
+    }
+    fs::write(&path, with_step(1000)).unwrap();
+    let refused = vn100().arg("replay").arg(&path).output().unwrap();
+    assert_eq!(refused.status.code(), Some(3));
+    let told = String::from_utf8(refused.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("which may be ms or us") && told.contains("--columns t=t:ms"), "{told}");
+    let (document, exit) = replay(&path, &["--columns", "t=t:ms"]);
+    assert_eq!((exit, &document["timing"]["rate_hz"]), (0, &1.0.into()));
 }
 
 #[test]

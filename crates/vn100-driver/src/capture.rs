@@ -10,14 +10,13 @@ use std::{
     },
 };
 
-use flate2::read::MultiGzDecoder;
-
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
     csv::{ColumnMap, CsvError, Plan},
     event::Event,
+    gunzip::Gunzip,
     read_samples::{ReadOptions, read_samples},
     recognise::{Format, Recognised, recognise},
     recording::{Recorded, RecordingError, RecordingReader, read_recording},
@@ -50,8 +49,9 @@ enum Input {
 }
 
 impl Capture {
-    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says. A file `NAME.timing` beside it, with a row
-    /// `t_ns,offset` for each read of the port, gives the bytes their arrival times.
+    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says; zeros behind gzip data are its end. A file
+    /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes their arrival times. Where its rows
+    /// end too early, so does the capture, with an error.
     ///
     /// # Errors
     /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds nothing of a VN-100.
@@ -199,7 +199,7 @@ fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Re
     let (gzip, zstd) = (magic.starts_with(GZIP_MAGIC), magic.starts_with(ZSTD_MAGIC));
     let whole = Cursor::new(magic).chain(reader);
     Ok(if gzip {
-        Box::new(MultiGzDecoder::new(whole))
+        Box::new(Gunzip::new(whole))
     } else if zstd {
         Box::new(zstd::Decoder::new(whole)?)
     } else {

@@ -11,6 +11,7 @@ mod channel;
 mod column_map;
 mod fields;
 mod header;
+mod last_field;
 mod lines;
 mod number;
 mod plan;
@@ -24,7 +25,8 @@ mod tests;
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use plan::{Kind, Plan, recognise};
 pub(crate) use reader::{CsvReader, Rows};
-pub(crate) use tally::{CsvTally, OddRow};
+pub(crate) use tally::{CsvTally, LineBytes};
+pub use tally::{OddRow, OddRowCounts};
 #[cfg(test)]
 use {
     plan::Rounded,
@@ -38,7 +40,7 @@ pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// Why a CSV file cannot be read.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
     /// Rows of numbers, none of them known by name.
     #[error(
@@ -68,6 +70,22 @@ pub enum CsvError {
         /// Our names.
         channels: [&'static str; 2],
     },
+    /// The unit of the stamps does not follow from them.
+    #[error(
+        "the unit of the stamps in column {column:?} is not sure: they step by {step} from row to row, which {}; name the unit, as in \
+         --columns t={argument}:ms (or s, us, ns)",
+        stamp::may_be(units)
+    )]
+    StampUnit {
+        /// Their name.
+        column: String,
+        /// What a column map calls it.
+        argument: String,
+        /// The median step from row to row.
+        step: f64,
+        /// The units in which that is 1 ms to 1 s.
+        units: Vec<&'static str>,
+    },
     /// No stamp is a number.
     #[error(
         "the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none"
@@ -78,4 +96,11 @@ pub enum CsvError {
         /// The first stamp.
         text: String,
     },
+}
+
+impl CsvError {
+    /// Whether the columns are known, and only the stamps in them are not understood.
+    fn is_about_stamps(&self) -> bool {
+        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. })
+    }
 }

@@ -4,10 +4,11 @@ use std::{fmt, io, sync::Arc};
 
 use vn100_protocol::{Layout, PrintFormat, Tally};
 
-use crate::source::LinkEvent;
+use crate::{csv::OddRowCounts, source::LinkEvent};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every event is a batch, and one is moved for each read")]
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
@@ -111,6 +112,8 @@ pub enum MarkKind {
 }
 
 /// What a stream has carried so far, byte by byte and line by line.
+///
+/// In a CSV file a row is a line, good or bad, with all its columns and its line end; header, comments and blank lines are skipped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LinkCounts {
     /// The parser's own count; its byte classes add up to the bytes read.
@@ -125,6 +128,8 @@ pub struct LinkCounts {
     pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
+    /// Rows of a CSV file that were not let in; they are part of the bad lines. `None` where the source is none.
+    pub odd_rows: Option<OddRowCounts>,
 }
 
 impl LinkCounts {
@@ -203,7 +208,7 @@ pub struct CsvReport {
 /// Rows of a CSV file that were not let in for one reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OddRows {
-    /// `fields`, `number`, `decimals`, `range`, `stamp` or `length`.
+    /// `fields`, `number`, `decimals`, `range`, `stamp`, `length` or `truncated`.
     pub reason: String,
     /// How many.
     pub count: u64,

@@ -63,6 +63,7 @@ mod conversation;
 mod csv;
 mod event;
 mod exchange;
+mod gunzip;
 mod health;
 mod link;
 mod link_output;
@@ -89,7 +90,7 @@ pub use command::{Answer, Command, CommandError};
 pub use configure::{Change, ConfigureError, Configured, configure, restore};
 pub use connect::{Connect, Connection};
 pub use connect_error::ConnectError;
-pub use csv::{ColumnMap, ColumnMapError, CsvError};
+pub use csv::{ColumnMap, ColumnMapError, CsvError, OddRow, OddRowCounts};
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue, RowCounter,
 };

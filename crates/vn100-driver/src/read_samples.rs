@@ -165,6 +165,11 @@ impl Parser {
         }
     }
 
+    /// Notes that a line of the source was not let in, and why is counted there.
+    pub(crate) fn mark_bad_line(&mut self) {
+        self.stream.mark(MarkKind::BadLine);
+    }
+
     fn decode_line_by_line(&mut self, end: bool) {
         let mut at = 0;
         loop {

@@ -94,26 +94,34 @@ pub(crate) fn recognise(reader: &mut impl Read, columns: Option<&ColumnMap>) -> 
         }
         decoder.push(more, note);
     }
-    if columns.is_none() && !is_text(&head.bytes) {
-        let other = OTHERS.iter().find(|(magic, _)| !sentence_seen && head.bytes.starts_with(magic));
-        let zeros = !sentence_seen && head.bytes.iter().all(|byte| *byte == 0);
-        let recognised = match other {
-            Some((_, name)) => Recognised::Unknown((*name).into()),
-            None if zeros => Recognised::Unknown("nothing but zero bytes".into()),
-            None => Recognised::Raw,
-        };
-        return Ok((head, recognised));
+    let text = is_text(&head.bytes);
+    let other = OTHERS.iter().find(|(magic, _)| head.bytes.starts_with(magic));
+    if let Some((_, name)) = other.filter(|_| columns.is_none() && !text && !sentence_seen) {
+        return Ok((head, Recognised::Unknown((*name).into())));
     }
     // a line that begins with a sentence is no row
     if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
-        while head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
+        // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
+        let may_be_csv = !sentence_seen || !matches!(csv::recognise(&head.bytes, columns), Ok(None));
+        while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
         match csv::recognise(&head.bytes, columns) {
             Ok(Some(plan)) => return Ok((head, Recognised::Csv(plan))),
-            Err(error) if columns.is_some() || !sentence_seen => return Ok((head, Recognised::UnusableCsv(error))),
+            // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
+            Err(error @ CsvError::StampUnit { .. }) => return Ok((head, Recognised::UnusableCsv(error))),
+            Err(error) if columns.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
+                return Ok((head, Recognised::UnusableCsv(error)));
+            }
             Ok(None) | Err(_) => {}
         }
     }
-    let recognised = if sentence_seen { Recognised::Text } else { Recognised::Unknown(describe(&head.bytes)) };
+    let recognised = match (sentence_seen, text) {
+        (true, true) => Recognised::Text,
+        (false, true) => Recognised::Unknown(describe(&head.bytes)),
+        (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
+            Recognised::Unknown("nothing but zero bytes".into())
+        }
+        (_, false) => Recognised::Raw,
+    };
     Ok((head, recognised))
 }
 
@@ -146,8 +154,17 @@ fn is_evidence(item: &Item<'_>) -> bool {
     }
 }
 
+/// Whether the first two lines, those of the names of columns and of the first row, may be text in some encoding.
+fn begins_legibly(head: &[u8]) -> bool {
+    head.splitn(3, |&byte| byte == b'\n').take(2).all(has_no_controls)
+}
+
+fn has_no_controls(bytes: &[u8]) -> bool {
+    bytes.iter().all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..))
+}
+
 fn is_text(bytes: &[u8]) -> bool {
-    bytes.iter().all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..)) && {
+    has_no_controls(bytes) && {
         match std::str::from_utf8(bytes) {
             Ok(_) => true,
             // a character cut by the end of the head is no evidence against text

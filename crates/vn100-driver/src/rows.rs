@@ -11,8 +11,8 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Layout, Tally};
 
 use crate::{
-    csv::{CsvReader, CsvTally, Kind, OddRow, Plan, Rows},
-    event::{Arrival, Batch, CsvReport, End, Event, Mark, MarkKind, OddRows},
+    csv::{CsvReader, CsvTally, Kind, LineBytes, OddRow, OddRowCounts, Plan, Rows},
+    event::{Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, OddRows},
     read_samples::{Parser, ReadOptions, WAITING_BATCHES},
 };
 
@@ -27,7 +27,7 @@ pub(crate) fn read_rows(
     let work = move || {
         let end = match plan.kind.clone() {
             Kind::Values(layout) => read(plan, reader, &stop, &events, &mut Values::new(layout, options)),
-            Kind::Sentences => read(plan, reader, &stop, &events, &mut Parser::new(options)),
+            Kind::Sentences => read(plan, reader, &stop, &events, &mut Sentences::new(options)),
         };
         if let Some(end) = end {
             // a receiver that left has no use for the end
@@ -61,13 +61,13 @@ fn read(
         |batches: Vec<Batch>| batches.into_iter().try_for_each(|batch| events.blocking_send(Event::Batch(batch)).ok());
     let error = loop {
         match csv.next_rows(&mut rows) {
-            Ok(more) if more && !stop.is_cancelled() => send(sink.take(&rows, &csv.tally()))?,
+            Ok(more) if more && !stop.is_cancelled() => send(sink.take(&rows, csv.tally()))?,
             Ok(_) => break None,
             Err(error) => break Some(error),
         }
     };
     let tally = csv.tally();
-    send(sink.finish(&tally))?;
+    send(sink.finish(tally))?;
     let odd = OddRow::ALL.into_iter().map(|kind| (kind, tally.odd(kind))).filter_map(|(kind, odd)| {
         let first = odd.first.as_ref()?;
         Some(OddRows {
@@ -92,6 +92,7 @@ fn read(
 struct Values {
     layout: Arc<Layout>,
     tally: Tally,
+    odd: OddRowCounts,
     line_by_line: bool,
     open: Batch,
 }
@@ -100,23 +101,19 @@ impl Values {
     fn new(layout: Layout, options: ReadOptions) -> Self {
         let layout = Arc::new(layout);
         let open = Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
-        Self { layout, tally: Tally::default(), line_by_line: options.line_by_line, open }
+        Self { layout, tally: Tally::default(), odd: OddRowCounts::default(), line_by_line: options.line_by_line, open }
     }
 
     fn count_odd(&mut self, odd: OddRow) {
-        let bad = &mut self.tally.bad;
-        *match odd {
-            OddRow::Range => &mut bad.range,
-            OddRow::Length => &mut bad.too_long,
-            OddRow::Fields | OddRow::Number | OddRow::Decimals | OddRow::Stamp => &mut bad.grammar,
-        } += 1;
+        self.odd.count(odd);
         let before_row = self.open.row_count();
         self.open.marks.push(Mark { before_row, kind: MarkKind::BadLine });
     }
 
-    fn seal(&mut self) -> Batch {
+    fn seal(&mut self, bytes: LineBytes) -> Batch {
         let next = Batch { layout: Some(Arc::clone(&self.layout)), ..Batch::default() };
         self.open.link.tally = self.tally;
+        add_file(&mut self.open.link, self.odd, bytes);
         std::mem::replace(&mut self.open, next)
     }
 }
@@ -138,39 +135,82 @@ impl Sink for Values {
             // a row of numbers carries no checksum
             self.tally.unchecked_lines += 1;
             if self.line_by_line {
-                sealed.push(self.seal());
+                sealed.push(self.seal(rows.bytes[row]));
             }
         }
         odd.for_each(|(_, kind)| self.count_odd(*kind));
-        self.tally.good_line_bytes = csv.bytes;
-        sealed.push(self.seal());
+        sealed.push(self.seal(csv.bytes));
         sealed
     }
 
     fn finish(&mut self, csv: &CsvTally) -> Vec<Batch> {
-        self.tally.good_line_bytes = csv.bytes;
-        vec![self.seal()]
+        vec![self.seal(csv.bytes)]
     }
 }
 
-impl Sink for Parser {
+/// Sentences, to be decoded.
+struct Sentences {
+    parser: Parser,
+    odd: OddRowCounts,
+    line_by_line: bool,
+}
+
+impl Sentences {
+    fn new(options: ReadOptions) -> Self {
+        Self { parser: Parser::new(options), odd: OddRowCounts::default(), line_by_line: options.line_by_line }
+    }
+
+    fn count_odd(&mut self, odd: OddRow) {
+        self.odd.count(odd);
+        self.parser.mark_bad_line();
+    }
+
+    fn complete(&self, mut batches: Vec<Batch>, bytes: LineBytes) -> Vec<Batch> {
+        batches.iter_mut().for_each(|batch| add_file(&mut batch.link, self.odd, bytes));
+        batches
+    }
+}
+
+impl Sink for Sentences {
     fn take(&mut self, rows: &Rows, csv: &CsvTally) -> Vec<Batch> {
+        let mut sealed = Vec::new();
+        let mut odd = rows.odd.iter().peekable();
         for (row, sentence) in rows.sentences().enumerate() {
-            self.push(sentence, rows.stamps_ns.get(row).copied());
+            while let Some((_, kind)) = odd.next_if(|(before_row, _)| *before_row <= row) {
+                self.count_odd(*kind);
+            }
+            self.parser.push(sentence, rows.stamps_ns.get(row).copied());
+            if self.line_by_line {
+                let batches = self.parser.take_batches();
+                sealed.extend(self.complete(batches, rows.bytes[row]));
+            }
         }
-        with_bytes_between(self.take_batches(), csv)
+        odd.for_each(|(_, kind)| self.count_odd(*kind));
+        let batches = self.parser.take_batches();
+        sealed.extend(self.complete(batches, csv.bytes));
+        sealed
     }
 
     fn finish(&mut self, csv: &CsvTally) -> Vec<Batch> {
-        with_bytes_between(Parser::finish(self), csv)
+        let batches = self.parser.finish();
+        self.complete(batches, csv.bytes)
     }
 }
 
-/// Counts what stands beside the sentences, stamps and line ends, as skipped.
-fn with_bytes_between(mut batches: Vec<Batch>, csv: &CsvTally) -> Vec<Batch> {
-    for batch in &mut batches {
-        let tally = &mut batch.link.tally;
-        tally.skipped_bytes += csv.bytes.saturating_sub(tally.bytes());
+/// Adds what the file holds beside its samples. All bytes of a row are those of its line: stamp, other columns and line end too, even
+/// where its sentence is damaged.
+fn add_file(link: &mut LinkCounts, odd: OddRowCounts, bytes: LineBytes) {
+    let tally = &mut link.tally;
+    tally.good_line_bytes += bytes.rows.saturating_sub(tally.bytes());
+    tally.bad_line_bytes += bytes.odd;
+    tally.skipped_bytes += bytes.skipped;
+    for (kind, count) in odd.iter() {
+        *match kind {
+            OddRow::Range => &mut tally.bad.range,
+            OddRow::Length => &mut tally.bad.too_long,
+            OddRow::Truncated => &mut tally.bad.truncated,
+            OddRow::Fields | OddRow::Number | OddRow::Decimals | OddRow::Stamp => &mut tally.bad.grammar,
+        } += count;
     }
-    batches
+    link.odd_rows = Some(odd);
 }

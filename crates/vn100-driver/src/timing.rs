@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, ErrorKind, Lines, Read},
+    io::{self, BufRead, BufReader, ErrorKind, Read},
     path::{Path, PathBuf},
     thread,
 };
@@ -16,12 +16,21 @@ use crate::{
     source::READ_BYTES,
 };
 
+/// No line of a sidecar is longer, comments included.
+const LONGEST_LINE: usize = 1024;
+
+/// One read of a port brings so much at least before it is thought too long.
+const PORT_READ_BYTES: u64 = 4096;
+
 /// The rows of a sidecar, read as they are needed.
 pub(crate) struct Sidecar {
     path: PathBuf,
-    lines: Lines<BufReader<File>>,
+    file: BufReader<File>,
+    /// Lines read.
     line: usize,
-    last_offset: u64,
+    /// Where the last read began.
+    last_offset: Option<u64>,
+    longest_read: u64,
 }
 
 /// One read of the port.
@@ -40,41 +49,75 @@ impl Sidecar {
         path.push(".timing");
         let path = PathBuf::from(path);
         match File::open(&path) {
-            Ok(file) => Ok(Some(Self { path, lines: BufReader::new(file).lines(), line: 0, last_offset: 0 })),
+            Ok(file) => {
+                let file = BufReader::new(file);
+                Ok(Some(Self { path, file, line: 0, last_offset: None, longest_read: 0 }))
+            }
             // a name too long for a sidecar has none
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::InvalidFilename) => Ok(None),
-            Err(error) => Err(error),
+            Err(error) => Err(io::Error::new(error.kind(), format!("{}: {error}", path.display()))),
         }
     }
 
     /// The next row. Comments, blank lines and a header are passed over; offsets must not go back.
     fn next(&mut self) -> io::Result<Option<ReadStamp>> {
-        for text in self.lines.by_ref() {
-            let text = text?;
-            self.line += 1;
-            let row = text.trim();
-            let is_header = self.line == 1 && row.starts_with(|c: char| c.is_ascii_alphabetic());
-            if row.is_empty() || row.starts_with('#') || is_header {
+        let mut text = Vec::new();
+        loop {
+            text.clear();
+            let mut line = (&mut self.file).take(LONGEST_LINE as u64 + 1);
+            match line.read_until(b'\n', &mut text) {
+                Ok(0) => return Ok(None),
+                Ok(_) => self.line += 1,
+                Err(error) => return Err(self.fault(error.kind(), &error.to_string())),
+            }
+            let row = text.trim_ascii();
+            let is_header = self.line == 1 && row.first().is_some_and(u8::is_ascii_alphabetic);
+            let is_passed_over = row.is_empty() || row.starts_with(b"#") || is_header;
+            if is_passed_over && text.len() <= LONGEST_LINE {
                 continue;
             }
-            let stamp = row.split_once(',').and_then(|(at_ns, offset)| {
-                Some(ReadStamp { at_ns: at_ns.trim().parse().ok()?, offset: offset.trim().parse().ok()? })
-            });
-            let Some(stamp) = stamp.filter(|stamp| stamp.offset >= self.last_offset) else {
-                return Err(io::Error::new(
-                    ErrorKind::InvalidData,
-                    format!(
-                        "line {} of {} is not a row \"nanoseconds,offset\" whose offset is at least that of the row before; move the \
-                         file away to read the capture without arrival times",
-                        self.line,
-                        self.path.display()
-                    ),
-                ));
+            let before = self.last_offset.unwrap_or_default();
+            let stamp = ReadStamp::parse(row).filter(|stamp| stamp.offset >= before && text.len() <= LONGEST_LINE);
+            let Some(stamp) = stamp else {
+                let problem = "is not a row \"nanoseconds,offset\" whose offset is at least that of the row before";
+                return Err(self.fault(ErrorKind::InvalidData, &format!("line {} {problem}", self.line)));
             };
-            self.last_offset = stamp.offset;
+            self.longest_read = self.longest_read.max(stamp.offset - before);
+            self.last_offset = Some(stamp.offset);
             return Ok(Some(stamp));
         }
-        Ok(None)
+    }
+
+    /// How far the rows reach, when there are no more of them. The last read is not longer than the longest one before it, or than any
+    /// that a port is likely to bring: what comes behind it was read later.
+    fn reach(&self) -> u64 {
+        let last_read = self.longest_read.max(PORT_READ_BYTES);
+        self.last_offset.map_or(0, |offset| offset.saturating_add(last_read))
+    }
+
+    /// The capture goes on behind the reach.
+    fn ends_early(&self) -> io::Error {
+        let problem = match self.last_offset {
+            Some(offset) => format!("the rows end at line {} with offset {offset}", self.line),
+            None => "there is no row".into(),
+        };
+        let left_out = format!("and the capture goes on: it is left out from byte {} on", self.reach());
+        self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {left_out}"))
+    }
+
+    fn fault(&self, kind: ErrorKind, problem: &str) -> io::Error {
+        let path = self.path.display();
+        io::Error::new(
+            kind,
+            format!("{path}: {problem}; move that file away to read the capture without arrival times"),
+        )
+    }
+}
+
+impl ReadStamp {
+    fn parse(row: &[u8]) -> Option<Self> {
+        let (at_ns, offset) = std::str::from_utf8(row).ok()?.split_once(',')?;
+        Some(Self { at_ns: at_ns.trim().parse().ok()?, offset: offset.trim().parse().ok()? })
     }
 }
 
@@ -133,8 +176,12 @@ fn read(
             Err(error) if error.kind() == ErrorKind::Interrupted => continue,
             Err(error) => return Err(error),
         };
-        let to_next_read = next.map_or(u64::MAX, |stamp| stamp.offset - offset);
-        let taken = buffered.len().min(usize::try_from(to_next_read).unwrap_or(usize::MAX));
+        let end_of_read = next.map_or_else(|| sidecar.reach(), |stamp| stamp.offset);
+        let of_read = end_of_read.saturating_sub(offset);
+        if of_read == 0 {
+            return Err(sidecar.ends_early());
+        }
+        let taken = buffered.len().min(usize::try_from(of_read).unwrap_or(usize::MAX));
         parser.push(&buffered[..taken], at_ns);
         reader.consume(taken);
         offset += taken as u64;
@@ -155,7 +202,10 @@ fn read(
 mod tests {
     use super::*;
 
-    fn rows(text: &str) -> Vec<Result<(i64, u64), String>> {
+    /// A line of the sensor's manual, with its line end.
+    const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+
+    fn rows(text: impl AsRef<[u8]>) -> Vec<Result<(i64, u64), String>> {
         let folder = tempfile::tempdir().unwrap();
         let capture = folder.path().join("capture.bin");
         std::fs::write(folder.path().join("capture.bin.timing"), text).unwrap();
@@ -173,6 +223,74 @@ mod tests {
         }
     }
 
+    fn assert_refused(text: impl AsRef<[u8]>, line: u64) {
+        let rows = rows(&text);
+        let error = rows.last().unwrap().as_ref().unwrap_err();
+        assert!(error.contains(&format!("capture.bin.timing: line {line} ")), "{error}");
+    }
+
+    /// The stamps of the samples, and the error at the end.
+    fn stamped(capture: &str, timing: &str) -> (Vec<i64>, Option<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("capture.bin");
+        std::fs::write(folder.path().join("capture.bin.timing"), timing).unwrap();
+        let sidecar = Sidecar::beside(&path).unwrap().unwrap();
+        let bytes = io::Cursor::new(capture.as_bytes().to_vec());
+        let mut events = read_timed(bytes, sidecar, ReadOptions::default(), CancellationToken::new()).unwrap();
+        let mut stamps = Vec::new();
+        loop {
+            match events.blocking_recv().unwrap() {
+                Event::Batch(batch) => {
+                    let mut arrivals = batch.arrivals.iter().peekable();
+                    for row in 0..batch.row_count() {
+                        let at_ns = arrivals.next_if(|arrival| arrival.from_row <= row).map(|arrival| arrival.at_ns);
+                        stamps.extend(at_ns.or(stamps.last().copied()));
+                    }
+                }
+                Event::Link(event) => panic!("{event:?}"),
+                Event::End(end) => return (stamps, end.error.map(|error| error.to_string())),
+            }
+        }
+    }
+
+    #[test]
+    fn a_read_begins_with_the_byte_at_its_offset() {
+        // the CR is byte 120 of a line, and completes it
+        for (offset, expected) in [(119, 20), (120, 20), (121, 10), (122, 10)] {
+            assert_eq!(stamped(LINE, &format!("10,0\n20,{offset}\n")), (vec![expected], None), "{offset}");
+        }
+        // of several reads at one offset, which brought nothing, the last
+        assert_eq!(stamped(&LINE.repeat(2), "10,0\n20,122\n30,122\n"), (vec![10, 30], None));
+        // behind the end nothing is read
+        assert_eq!(stamped(LINE, "10,0\n20,122\n30,500\n"), (vec![10], None));
+        assert_eq!(stamped(LINE, "10,0\n20,18446744073709551615\n"), (vec![10], None));
+    }
+
+    #[test]
+    fn rows_too_few_say_where_they_end() {
+        let capture = LINE.repeat(100);
+        // the last row reaches 4096 bytes far, to within line 34
+        let (stamps, error) = stamped(&capture, "10,0\n20,122\n# cut\n");
+        assert_eq!(stamps.len(), (122 + 4096) / LINE.len());
+        let error = error.unwrap();
+        assert!(error.contains("the rows end at line 3 with offset 122"), "{error}");
+        assert!(error.contains("left out from byte 4218 on"), "{error}");
+        // as far as the longest read before
+        let (stamps, error) = stamped(&capture, "10,0\n20,6100\n");
+        assert_eq!((stamps.len(), error), (100, None));
+        for empty in ["", "# t_ns,offset\n"] {
+            let (stamps, error) = stamped(&capture, empty);
+            assert!(stamps.is_empty() && error.unwrap().contains("there is no row"), "{empty:?}");
+        }
+        assert_eq!(stamped("", ""), (vec![], None));
+    }
+
+    #[test]
+    fn any_stamp_of_64_bits_is_one() {
+        let timing = format!("{},0\n{},122\n-1,244\n", i64::MIN, i64::MAX);
+        assert_eq!(stamped(&LINE.repeat(3), &timing), (vec![i64::MIN, i64::MAX, -1], None));
+    }
+
     #[test]
     fn comments_blank_lines_and_a_header_are_passed_over() {
         let expected = [Ok((1_171_022, 0)), Ok((1_381_745, 20)), Ok((1_500_000, 20))];
@@ -185,10 +303,12 @@ mod tests {
         for (text, line) in
             [("1,0\n2;5\n", 2), ("5\n", 1), ("1,0\n2,9\n3,8\n", 3), ("1,-4\n", 1), ("1,0\nt,offset\n", 2)]
         {
-            let rows = rows(text);
-            let error = rows.last().unwrap().as_ref().unwrap_err();
-            assert!(error.contains(&format!("line {line} of ")), "{text}: {error}");
+            assert_refused(text, line);
         }
+        assert_refused(b"# \xe9t\xe9\n1,0\n2\xb2,5\n", 3);
+        assert_refused(&*format!("1,0\n2,{}\n", "0".repeat(LONGEST_LINE)), 2);
+        assert_refused(&*format!("1,0\n{}\n", " ".repeat(100_000)), 2);
+        assert_refused("9223372036854775808,0\n", 1);
     }
 
     #[test]

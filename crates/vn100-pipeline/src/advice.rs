@@ -1,6 +1,7 @@
 //! The warnings a snapshot deserves: what was seen, why it matters, what to try.
 
-use imu_noise::{NominalRate, TimebaseSummary};
+use imu_noise::{NominalRate, Refusal, TimebaseSummary};
+use vn100_driver::OddRowCounts;
 use vn100_protocol::{Channel, Quantity, Tally};
 
 use crate::{
@@ -68,18 +69,31 @@ impl Advice {
                 ),
             );
         }
-        if tally.bad.total() > tally.bad.unchecked {
-            let evidence = match snapshot.timing.missing_from {
-                MissingFrom::Arrival => "arrival times tell what is missing for it",
-                MissingFrom::Counter => "the counters tell what is missing for it",
-                MissingFrom::BadLines => "each between good ones counts as one missing sample",
-            };
+        let evidence = match snapshot.timing.missing_from {
+            MissingFrom::Arrival => "arrival times tell what is missing for it",
+            MissingFrom::Counter => "the counters tell what is missing for it",
+            MissingFrom::BadLines => "each between good ones counts as one missing sample",
+        };
+        let odd = link.odd_rows.unwrap_or_default();
+        if odd.total() > 0 {
             self.warn(
                 WarningKind::BadLines,
                 format!(
-                    "{} damaged and left out; {evidence}. Look at the cable, the connector and the baud rate",
-                    of_all_lines(tally.bad.total() - tally.bad.unchecked, tally)
+                    "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
+                    of_all_lines(odd.total(), tally),
+                    reasons(&odd)
                 ),
+            );
+        }
+        let damaged = tally.bad.total() - tally.bad.unchecked - odd.total();
+        if damaged > 0 {
+            let advice = match link.odd_rows {
+                Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
+                None => "Look at the cable, the connector and the baud rate",
+            };
+            self.warn(
+                WarningKind::BadLines,
+                format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally)),
             );
         }
         if tally.bad.unchecked > 0 {
@@ -150,7 +164,14 @@ impl Advice {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         if let Some(refusal) = summary.refusal {
-            self.warn(WarningKind::StampsRefused, format!("{refusal}. Lines lost whole cannot be seen from there on"));
+            let unseen = match refusal {
+                // says so itself
+                Refusal::OtherRate { .. } => "",
+                Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
+                    ". Lines lost whole cannot be seen from there on"
+                }
+            };
+            self.warn(WarningKind::StampsRefused, format!("{refusal}{unseen}"));
         }
         if summary.refusal.is_none() && summary.backwards > 0 {
             self.warn(
@@ -266,7 +287,18 @@ fn no_valid_lines(snapshot: &Snapshot) -> Option<String> {
     // within so many bytes a whole line must have been among them, wherever the first one began
     const ENOUGH_BYTES: u64 = 3 * 122;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    if link.samples() > 0 || tally.bytes() < ENOUGH_BYTES {
+    if link.samples() > 0 {
+        return None;
+    }
+    if let Some(odd) = link.odd_rows.filter(|odd| odd.total() > 0) {
+        return Some(format!(
+            "{} of a CSV file and no good row among them ({}): do its columns hold what their names say? --columns names others, and \
+             their units",
+            lines(tally.bad.total()),
+            reasons(&odd)
+        ));
+    }
+    if tally.bytes() < ENOUGH_BYTES {
         return None;
     }
     if let Some(name) = link.other_message {
@@ -277,7 +309,7 @@ fn no_valid_lines(snapshot: &Snapshot) -> Option<String> {
         ));
     }
     let only_unchecked = tally.bad.unchecked > 0 && tally.bad.unchecked == tally.bad.total();
-    (tally.good_lines() == 0 && !only_unchecked).then(|| {
+    (tally.good_lines() == 0 && !only_unchecked && link.odd_rows.is_none()).then(|| {
         format!(
             "{} bytes and no valid line among them: wrong baud rate? If the rate is right, the host's receiver flips bits: close and \
              reopen the port",
@@ -311,6 +343,12 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
     };
     let extremes = [results.moments.min_counts(), results.moments.max_counts()];
     extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)
+}
+
+/// `number 2, stamp 1`.
+fn reasons(odd: &OddRowCounts) -> String {
+    let counted: Vec<_> = odd.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+    counted.join(", ")
 }
 
 fn of_all_lines(count: u64, tally: &Tally) -> String {

@@ -6,23 +6,29 @@ use vn100_protocol::{Channel, Layout, Quantity, VNIMU, VNYMR};
 use super::{
     CsvError,
     channel::{KNOWN, known},
-    column_map::{ColumnMap, MappedChannel},
+    column_map::{ColumnMap, ColumnName, MappedChannel},
     fields::{Fields, is_comment_or_blank},
     header::{Header, Places},
+    last_field::LastField,
     number::{LastDigit, Number},
     plan::{Column, Kind, Plan, Rounded, Scale},
-    stamp::StampUnit,
+    stamp::{StampSurvey, StampUnit},
     survey::{self, Prior, Survey},
     tally::shown,
 };
 
+/// Rows that tell how many fields a row has; fewer than are surveyed, for every comment above them may be a header.
+const FITTED_ROWS: usize = 50;
+
 /// A line that may be the header.
 pub(super) struct Candidate<'a> {
-    pub(super) header: &'a Header,
+    header: Header,
     /// The head of the file.
-    pub(super) lines: &'a [&'a [u8]],
+    lines: &'a [&'a [u8]],
+    /// What ends them.
+    line_end: u8,
     /// Its place among the lines.
-    pub(super) index: usize,
+    index: usize,
 }
 
 /// How the columns of a file are understood.
@@ -32,32 +38,43 @@ struct Reading {
     priors: Vec<Prior>,
     /// As in [`Unit`](super::channel::Unit), one per channel.
     zeros_hundredths: Vec<i64>,
-    /// `None` when the size of the stamps tells.
+    /// `None` when the stamps themselves must tell.
     stamp_unit: Option<StampUnit>,
     lines_above: usize,
 }
 
-impl Candidate<'_> {
+impl<'a> Candidate<'a> {
+    /// The line at `index`, which names the columns in the text `names`.
+    pub(super) fn new(names: &[u8], lines: &'a [&'a [u8]], line_end: u8, index: usize) -> Self {
+        let mut candidate = Self { header: Header::read(names), lines, line_end, index };
+        candidate.header.fit(rows(lines, index + 1).take(FITTED_ROWS));
+        candidate
+    }
+
     /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A comment may name a channel in passing.
     pub(super) fn fits(&self, row: &[u8]) -> bool {
         let fields = Fields::new(row, self.header.separator).count();
-        fields == self.header.names.len() || memmem::find(row, b"$VN").is_some()
+        fields == self.header.width() || memmem::find(row, b"$VN").is_some()
     }
 
     /// The plan, if this is the header.
     pub(super) fn plan(&self, map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
         match map {
-            Some(map) => self.mapped(map),
-            None => self.named(),
+            Some(map) if !map.channels.is_empty() => self.mapped(map),
+            Some(map) => self.named(map.stamp.as_ref()),
+            None => self.named(None),
         }
     }
 
-    /// The plan for a header with known names.
-    fn named(&self) -> Result<Option<Plan>, CsvError> {
-        let mut places = self.header.known_places();
+    /// The plan for a header with known names, of which the user may have named the stamp's.
+    fn named(&self, stamp: Option<&(ColumnName, StampUnit)>) -> Result<Option<Plan>, CsvError> {
+        let mut places = match stamp {
+            Some((column, _)) => self.header.known_places_stamped(column)?,
+            None => self.header.known_places(),
+        };
         let lines_above = self.index + 1;
         let sentences = places.stamp.is_some() && places.sentence.is_some() && {
-            let mut rows = self.rows(lines_above);
+            let mut rows = rows(self.lines, lines_above);
             rows.any(|row| memmem::find(row, b"$VN").is_some())
         };
         if sentences {
@@ -82,7 +99,7 @@ impl Candidate<'_> {
             kind,
             priors: priors.collect(),
             zeros_hundredths: vec![0; places.channels.len()],
-            stamp_unit: None,
+            stamp_unit: stamp.map(|&(_, unit)| unit),
             lines_above,
             places,
         })
@@ -139,30 +156,28 @@ impl Candidate<'_> {
 
     /// Whether a row of numbers follows a line of names.
     fn is_header_of_numbers(&self) -> bool {
-        let Some(row) = self.rows(self.index + 1).next() else {
+        let Some(row) = rows(self.lines, self.index + 1).next() else {
             return false;
         };
         let fields = || Fields::new(row, self.header.separator);
         self.header.names_columns()
-            && fields().count() == self.header.names.len()
+            && fields().count() == self.header.width()
             && fields().any(|field| Number::parse(field).is_some())
-    }
-
-    /// The first rows below `lines_above`.
-    fn rows(&self, lines_above: usize) -> impl Iterator<Item = &[u8]> {
-        let below = self.lines[lines_above..].iter().copied();
-        below.filter(|line| !is_comment_or_blank(line)).take(survey::ROWS)
     }
 
     /// Completes a plan with what the first rows show.
     fn survey(&self, reading: Reading) -> Result<Plan, CsvError> {
         let Reading { places, mut kind, .. } = reading;
-        let (surveys, first_stamp) = self.first_rows(&places, reading.lines_above)?;
-        let mut columns = vec![Column::Ignored; self.header.names.len()];
+        let (surveys, stamps) = self.first_rows(&places, reading.lines_above)?;
+        let mut columns = vec![Column::Ignored; self.header.width()];
         if let Some(place) = places.stamp {
-            let by_magnitude = || first_stamp.as_ref().map(StampUnit::by_magnitude);
-            let unit = reading.stamp_unit.or_else(by_magnitude);
-            columns[place] = Column::Stamp(unit.unwrap_or(StampUnit::Seconds));
+            let unit = reading.stamp_unit.map_or_else(|| stamps.unit(), Ok);
+            columns[place] = Column::Stamp(unit.map_err(|unsure| CsvError::StampUnit {
+                column: self.header.names[place].clone(),
+                argument: self.header.argument(place),
+                step: unsure.step,
+                units: unsure.units,
+            })?);
         }
         if let Some(place) = places.sentence {
             columns[place] = Column::Sentence;
@@ -188,10 +203,13 @@ impl Candidate<'_> {
                 channel.limit_counts = scale.limit_counts;
             }
         }
+        let ends_in_sentence = columns.last() == Some(&Column::Sentence);
         Ok(Plan {
             kind,
-            ignored_columns: places.ignored(self.header),
+            last_field: (!ends_in_sentence).then(|| self.last_field(reading.lines_above)),
+            ignored_columns: places.ignored(&self.header),
             rounded,
+            line_end: self.line_end,
             separator: self.header.separator,
             columns,
             scales,
@@ -199,15 +217,28 @@ impl Candidate<'_> {
         })
     }
 
-    /// What the first rows print in the column of each channel, and the first stamp.
-    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<([Survey; KNOWN], Option<Number>), CsvError> {
+    /// How the first rows end that do have a line end.
+    fn last_field(&self, lines_above: usize) -> LastField {
+        let ended = &self.lines[..self.lines.len() - 1];
+        let mut last_field = LastField::default();
+        for row in rows(ended, lines_above.min(ended.len())) {
+            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
+            if let Some(last) = fields.last().filter(|_| fields.len() == self.header.width()) {
+                last_field.add(last);
+            }
+        }
+        last_field
+    }
+
+    /// What the first rows print in the column of each channel, and in that of the stamps.
+    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<([Survey; KNOWN], StampSurvey), CsvError> {
         let mut surveys = [Survey::default(); KNOWN];
-        let mut first_stamp = None;
+        let mut stamps = StampSurvey::default();
         let mut unreadable_stamp = None;
-        for row in self.rows(lines_above) {
+        for row in rows(self.lines, lines_above) {
             let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
             // a sentence has commas of its own
-            if fields.len() != self.header.names.len() && places.sentence.is_none() {
+            if fields.len() != self.header.width() && places.sentence.is_none() {
                 continue;
             }
             for (survey, &(place, _)) in surveys.iter_mut().zip(&places.channels) {
@@ -217,16 +248,22 @@ impl Candidate<'_> {
             }
             if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
                 match Number::parse(field) {
-                    Some(stamp) => first_stamp = first_stamp.or(Some(stamp)),
+                    Some(stamp) => stamps.add(&stamp),
                     None => unreadable_stamp = unreadable_stamp.or(Some(field)),
                 }
             }
         }
-        match (places.stamp, first_stamp, unreadable_stamp) {
-            (Some(place), None, Some(field)) => {
+        match (places.stamp, unreadable_stamp) {
+            (Some(place), Some(field)) if stamps.is_empty() => {
                 Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(field) })
             }
-            _ => Ok((surveys, first_stamp)),
+            _ => Ok((surveys, stamps)),
         }
     }
+}
+
+/// The first rows below `lines_above`.
+fn rows<'a>(lines: &'a [&'a [u8]], lines_above: usize) -> impl Iterator<Item = &'a [u8]> {
+    let below = lines[lines_above..].iter().copied();
+    below.filter(|line| !is_comment_or_blank(line)).take(survey::ROWS)
 }

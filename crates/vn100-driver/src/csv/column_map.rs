@@ -10,8 +10,8 @@ use super::{
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
 /// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `mag_` `accel_` `gyro_` with `x` `y` `z`,
-/// `temperature`, `pressure`, or `t` for the stamp of the row. `COLUMN` is the name at the head of the column or its number, from 1.
-/// `UNIT` is
+/// `temperature`, `pressure`, or `t` for the stamp of the row. With `t` alone the other columns are known by their names. `COLUMN` is
+/// the name at the head of the column or its number, from 1. `UNIT` is
 ///
 /// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is 9.80665 m/s²,
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
@@ -26,6 +26,7 @@ use super::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
+    /// Empty when only the stamp is mapped.
     pub(super) channels: Vec<MappedChannel>,
     pub(super) stamp: Option<(ColumnName, StampUnit)>,
 }
@@ -89,7 +90,7 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// No channel is mapped, at most the stamp.
+    /// No part at all.
     #[error("no channel is mapped: name at least one of {}", ChannelNames)]
     NoChannel,
 }
@@ -102,7 +103,7 @@ impl FromStr for ColumnMap {
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             map.add(part)?;
         }
-        if map.channels.is_empty() {
+        if map.columns().next().is_none() {
             return Err(ColumnMapError::NoChannel);
         }
         Ok(map)
@@ -180,7 +181,7 @@ impl fmt::Display for ColumnName {
 }
 
 /// The name of the stamp among the channels.
-const STAMP: &str = "t";
+pub(super) const STAMP: &str = "t";
 
 /// All names before an `=`.
 struct ChannelNames;
@@ -224,7 +225,7 @@ mod tests {
         );
         for (text, message) in [
             ("", "no channel is mapped: name at least one of CHANNELS"),
-            ("t=1:s", "no channel is mapped: name at least one of CHANNELS"),
+            (" , ", "no channel is mapped: name at least one of CHANNELS"),
             ("gyro_x=wx", "\"gyro_x=wx\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyro_x", "\"gyro_x\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
             ("gyro_x=:g", "\"gyro_x=:g\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),

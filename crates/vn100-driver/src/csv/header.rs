@@ -2,8 +2,8 @@
 
 use super::{
     CsvError,
-    channel::{by_alias, is_inertial},
-    column_map::{ColumnMap, ColumnName},
+    channel::{by_alias, is_inertial, known},
+    column_map::{ColumnMap, ColumnName, STAMP},
     fields::Fields,
     number::Number,
     tally::shown,
@@ -18,7 +18,10 @@ const SENTENCES: [&str; 5] = ["raw", "raw_data", "data", "field.data", "sentence
 /// A line cut into the names of columns.
 pub(super) struct Header {
     pub(super) separator: u8,
+    /// All but the last one where that is empty.
     pub(super) names: Vec<String>,
+    /// A field without a name ends each row: a separator too many.
+    pub(super) nameless_end: bool,
 }
 
 /// The columns that matter, by place.
@@ -40,7 +43,27 @@ impl Header {
                 separator = candidate;
             }
         }
-        Self { separator, names: Fields::new(line, separator).map(shown).collect() }
+        let mut names: Vec<_> = Fields::new(line, separator).map(shown).collect();
+        let nameless_end = names.len() > 1 && names.pop_if(|name| name.is_empty()).is_some();
+        Self { separator, names, nameless_end }
+    }
+
+    /// Learns from the rows whether they end in a field without a name; the names of the columns may have a separator too many or
+    /// too few.
+    pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>) {
+        let (mut as_named, mut longer) = (0, 0);
+        for row in rows {
+            let (count, last) =
+                Fields::new(row, self.separator).fold((0, &b""[..]), |(count, _), last| (count + 1, last));
+            as_named += usize::from(count == self.names.len());
+            longer += usize::from(count == self.names.len() + 1 && (self.nameless_end || last.is_empty()));
+        }
+        self.nameless_end = longer > as_named;
+    }
+
+    /// The number of fields in a row.
+    pub(super) fn width(&self) -> usize {
+        self.names.len() + usize::from(self.nameless_end)
     }
 
     /// The columns with known names; of two with the same meaning the first.
@@ -61,15 +84,23 @@ impl Header {
         places
     }
 
+    /// As [`known_places`](Self::known_places), with the stamp in a column named by the user.
+    pub(super) fn known_places_stamped(&self, stamp: &ColumnName) -> Result<Places, CsvError> {
+        let mut places = self.known_places();
+        let place = self.mapped_place(STAMP, stamp)?;
+        if let Some(&(_, channel)) = places.channels.iter().find(|(taken, _)| *taken == place) {
+            return Err(CsvError::SameColumn { column: stamp.to_string(), channels: [&known(channel).name, STAMP] });
+        }
+        places.sentence = places.sentence.filter(|taken| *taken != place);
+        places.stamp = Some(place);
+        Ok(places)
+    }
+
     /// The columns that `map` names.
     pub(super) fn mapped_places(&self, map: &ColumnMap) -> Result<Places, CsvError> {
         let mut found: Vec<(&'static str, usize)> = Vec::new();
         for (channel, column) in map.columns() {
-            let place = self.place(column).ok_or_else(|| CsvError::MissingColumn {
-                channel,
-                column: column.to_string(),
-                found: self.names.clone(),
-            })?;
+            let place = self.mapped_place(channel, column)?;
             if let Some((other, _)) = found.iter().find(|(_, taken)| *taken == place) {
                 return Err(CsvError::SameColumn { column: column.to_string(), channels: [other, channel] });
             }
@@ -98,6 +129,22 @@ impl Header {
                 .names
                 .iter()
                 .all(|name| !name.is_empty() && !name.starts_with('$') && Number::parse(name.as_bytes()).is_none())
+    }
+
+    /// What a column map calls the column at `place`.
+    pub(super) fn argument(&self, place: usize) -> String {
+        let name = &self.names[place];
+        let is_usable = !name.is_empty() && !name.contains(',') && name.parse::<usize>().is_err();
+        if is_usable { name.clone() } else { (place + 1).to_string() }
+    }
+
+    /// The place of a column that a map names for `channel`.
+    fn mapped_place(&self, channel: &'static str, column: &ColumnName) -> Result<usize, CsvError> {
+        self.place(column).ok_or_else(|| CsvError::MissingColumn {
+            channel,
+            column: column.to_string(),
+            found: self.names.clone(),
+        })
     }
 
     fn place(&self, column: &ColumnName) -> Option<usize> {
@@ -136,7 +183,7 @@ impl Places {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::channel::known, *};
+    use super::*;
 
     fn channels(line: &str) -> Vec<(usize, &'static str)> {
         let places = Header::read(line.as_bytes()).known_places();

@@ -12,59 +12,80 @@ pub(super) const LONGEST_LINE: usize = 64 * 1024;
 /// Finds the lines of a byte stream.
 pub(super) struct Lines<R> {
     reader: R,
+    line_end: u8,
     buffer: Box<[u8]>,
     /// What is read and not yet handed out lies in `buffer[begin..end]`.
     begin: usize,
     end: usize,
-    /// Bytes of lines handed out or dropped, line ends included.
-    bytes: u64,
     number: u64,
-    /// The beginning of the line at hand was dropped.
-    overlong: bool,
+    /// Bytes dropped from the beginning of the line at hand.
+    dropped: u64,
     /// The reader has ended.
     ended: bool,
 }
 
-/// A line, without its line end.
-pub(super) enum Line<'a> {
-    Whole(&'a [u8]),
-    /// Longer than [`LONGEST_LINE`]: its last bytes.
-    Overlong(&'a [u8]),
+/// A line.
+pub(super) struct Line<'a> {
+    /// From 1.
+    pub(super) number: u64,
+    /// All of them, with the line end.
+    pub(super) bytes: u64,
+    /// Without the line end; the last bytes of an overlong line.
+    pub(super) text: &'a [u8],
+    pub(super) state: State,
+}
+
+/// What is there of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    Whole,
+    /// The last line of the data, without a line end: it may be cut.
+    Unended,
+    /// Longer than [`LONGEST_LINE`].
+    Overlong,
 }
 
 impl<R: Read> Lines<R> {
-    pub(super) fn new(reader: R) -> Self {
+    pub(super) fn new(reader: R, line_end: u8) -> Self {
         Self {
             reader,
+            line_end,
             buffer: vec![0; LONGEST_LINE].into(),
             begin: 0,
             end: 0,
-            bytes: 0,
             number: 0,
-            overlong: false,
+            dropped: 0,
             ended: false,
         }
     }
 
-    /// The next line that needs no read, and its number from 1.
+    /// The next line that needs no read.
     #[inline]
-    pub(super) fn next_buffered(&mut self) -> Option<(u64, Line<'_>)> {
+    pub(super) fn next_buffered(&mut self) -> Option<Line<'_>> {
         let waiting = &self.buffer[self.begin..self.end];
-        let (length, taken) = match memchr(b'\n', waiting) {
+        let (length, taken) = match memchr(self.line_end, waiting) {
             Some(length) => (length, length + 1),
-            None if self.ended && (self.overlong || !waiting.is_empty()) => (waiting.len(), waiting.len()),
+            None if self.ended && (self.dropped > 0 || !waiting.is_empty()) => (waiting.len(), waiting.len()),
             None => return None,
         };
         self.begin += taken;
-        self.bytes += taken as u64;
         self.number += 1;
-        let mut line = &waiting[..length];
+        let mut text = &waiting[..length];
         if self.number == 1 {
-            line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line);
+            text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
         }
-        line = line.strip_suffix(b"\r").unwrap_or(line);
-        let line = if std::mem::take(&mut self.overlong) { Line::Overlong(line) } else { Line::Whole(line) };
-        Some((self.number, line))
+        // a CR is half a line end
+        let (text, ended) = match text.strip_suffix(b"\r") {
+            Some(text) => (text, true),
+            None => (text, taken > length),
+        };
+        let dropped = std::mem::take(&mut self.dropped);
+        let state = match (dropped, ended) {
+            (1.., _) => State::Overlong,
+            (0, true) => State::Whole,
+            (0, false) => State::Unended,
+        };
+        Some(Line { number: self.number, bytes: dropped + taken as u64, text, state })
     }
 
     /// Reads once, when no line is buffered; `false` at the end of the data.
@@ -79,9 +100,8 @@ impl<R: Read> Lines<R> {
         self.end -= self.begin;
         self.begin = 0;
         if self.end == self.buffer.len() {
-            self.bytes += self.end as u64;
+            self.dropped += self.end as u64;
             self.end = 0;
-            self.overlong = true;
         }
         loop {
             match self.reader.read(&mut self.buffer[self.end..]) {
@@ -89,17 +109,12 @@ impl<R: Read> Lines<R> {
                     self.end += n;
                     self.ended = n == 0;
                     // the last line may have no line end
-                    return Ok(n > 0 || self.end > 0 || self.overlong);
+                    return Ok(n > 0 || self.end > 0 || self.dropped > 0);
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
         }
-    }
-
-    /// Bytes of the lines handed out, line ends included.
-    pub(super) fn bytes(&self) -> u64 {
-        self.bytes
     }
 }
 
@@ -109,16 +124,21 @@ mod tests {
 
     #[test]
     fn lines_come_without_their_ends() {
-        let mut lines = Lines::new(&b"\xef\xbb\xbfa\r\n\r\n\nb\rc\n d"[..]);
+        let mut lines = Lines::new(&b"\xef\xbb\xbfa\r\n\r\n\nb\rc\n d"[..], b'\n');
         let mut found = Vec::new();
         while lines.fill().unwrap() {
-            while let Some((number, line)) = lines.next_buffered() {
-                let Line::Whole(line) = line else { panic!("line {number} is short") };
-                found.push((number, line.to_vec()));
+            while let Some(line) = lines.next_buffered() {
+                found.push((line.number, line.bytes, line.text.to_vec(), line.state));
             }
         }
-        let expected = [&b"a"[..], b"", b"", b"b\rc", b" d"];
-        assert_eq!(found, (1..).zip(expected.map(<[u8]>::to_vec)).collect::<Vec<_>>());
-        assert_eq!(lines.bytes(), 15);
+        let expected: [(u64, &[u8], State); 5] = [
+            (6, b"a", State::Whole),
+            (2, b"", State::Whole),
+            (1, b"", State::Whole),
+            (4, b"b\rc", State::Whole),
+            (2, b" d", State::Unended),
+        ];
+        let expected = (1..).zip(expected).map(|(number, (bytes, text, state))| (number, bytes, text.to_vec(), state));
+        assert_eq!(found, expected.collect::<Vec<_>>());
     }
 }

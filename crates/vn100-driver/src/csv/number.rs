@@ -163,6 +163,11 @@ impl Number {
     pub(super) fn magnitude(&self) -> f64 {
         self.digits as f64 * 10_f64.powi(-self.decimals)
     }
+
+    /// The number, to the precision of a float.
+    pub(super) fn value(&self) -> f64 {
+        if self.negative { -self.magnitude() } else { self.magnitude() }
+    }
 }
 
 /// Appends the digits of `input` from `at` on to `digits`, modulo 2^64, and returns where they end.

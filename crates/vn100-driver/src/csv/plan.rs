@@ -4,7 +4,7 @@ use vn100_protocol::Layout;
 
 use super::{
     BYTE_ORDER_MARK, CsvError, candidate::Candidate, column_map::ColumnMap, fields::is_comment_or_blank,
-    header::Header, stamp::StampUnit, survey::Resolution,
+    last_field::LastField, stamp::StampUnit, survey::Resolution,
 };
 
 /// How a CSV file is to be read.
@@ -16,11 +16,15 @@ pub(crate) struct Plan {
     pub(crate) ignored_columns: Vec<String>,
     /// The channels whose last digits are rounded away.
     pub(crate) rounded: Vec<Rounded>,
+    /// LF, also behind a CR; or CR, as on old Macs.
+    pub(super) line_end: u8,
     pub(super) separator: u8,
     /// What each column is for.
     pub(super) columns: Vec<Column>,
     /// How the columns of channels become counts, in the order of the layout.
     pub(super) scales: Vec<Scale>,
+    /// How the last fields of the first rows are printed; `None` for a sentence, which has a checksum.
+    pub(super) last_field: Option<LastField>,
     /// Lines before the first row.
     pub(super) lines_above: u64,
 }
@@ -76,26 +80,36 @@ const COMMENTS_ABOVE: usize = 100;
 /// [`CsvError`] when this is a CSV file but lacks the columns, or the stamps.
 pub(crate) fn recognise(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
+    let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
-        head.split(|&byte| byte == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line)).collect();
-    let Some(first) = lines.iter().position(|line| !is_comment_or_blank(line)) else {
+        head.split(|&byte| byte == line_end).map(|line| line.strip_suffix(b"\r").unwrap_or(line)).collect();
+    // a zero byte in the names of the columns is no damage: binary data, or UTF-16
+    let first = lines.iter().position(|line| !is_comment_or_blank(line)).filter(|&first| !lines[first].contains(&0));
+    let Some(first) = first else {
         return Ok(None);
     };
+    let mut problem = None;
     // scripts that save arrays put a # before the names of the columns
     for index in first.saturating_sub(COMMENTS_ABOVE)..first {
         let Some(names) = lines[index].trim_ascii_start().strip_prefix(b"#") else {
             continue;
         };
-        let header = Header::read(names);
-        let candidate = Candidate { header: &header, lines: &lines, index };
-        if candidate.fits(lines[first])
-            && let Ok(Some(plan)) = candidate.plan(map)
-        {
-            return Ok(Some(plan));
+        let candidate = Candidate::new(names, &lines, line_end, index);
+        if !candidate.fits(lines[first]) {
+            continue;
+        }
+        match candidate.plan(map) {
+            Ok(Some(plan)) => return Ok(Some(plan)),
+            Err(error) if error.is_about_stamps() => problem = Some(error),
+            // a comment in words
+            Ok(None) | Err(_) => {}
         }
     }
-    let header = Header::read(lines[first]);
-    Candidate { header: &header, lines: &lines, index: first }.plan(map)
+    let plan = Candidate::new(lines[first], &lines, line_end, first).plan(map)?;
+    match problem {
+        Some(problem) if plan.is_none() => Err(problem),
+        _ => Ok(plan),
+    }
 }
 
 impl Scale {

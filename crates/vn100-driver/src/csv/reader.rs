@@ -4,11 +4,11 @@ use std::io::{self, Read};
 
 use super::{
     fields::{Fields, field_end, has_open_quote, is_comment_or_blank, opening_quote, unquoted},
-    lines::{Line, Lines},
+    lines::{Line, Lines, State},
     number::{Misfit, Number},
     plan::{Column, Kind, Plan, Scale},
     stamp::StampUnit,
-    tally::{CsvTally, OddRow},
+    tally::{CsvTally, LineBytes, OddRow},
 };
 
 /// Rows handed over at once, good or odd.
@@ -34,6 +34,8 @@ pub(crate) struct Rows {
     pub(crate) stamps_ns: Vec<i64>,
     /// The rows that were not let in, each with the number of good rows before it.
     pub(crate) odd: Vec<(usize, OddRow)>,
+    /// For each good row, the bytes of the file from its beginning to the end of the row.
+    pub(crate) bytes: Vec<LineBytes>,
     /// The number of good rows.
     pub(crate) count: usize,
 }
@@ -42,7 +44,7 @@ impl<R: Read> CsvReader<R> {
     /// Reads `reader` from the first byte of the file on.
     pub(crate) fn new(plan: Plan, reader: R) -> Self {
         Self {
-            lines: Lines::new(reader),
+            lines: Lines::new(reader, plan.line_end),
             parser: Parser { plan, first_stamp_ns: None, quote_open: false, tally: CsvTally::default() },
         }
     }
@@ -56,10 +58,10 @@ impl<R: Read> CsvReader<R> {
         rows.clear();
         loop {
             while rows.count + rows.odd.len() < MOST_ROWS {
-                let Some((number, line)) = self.lines.next_buffered() else {
+                let Some(line) = self.lines.next_buffered() else {
                     break;
                 };
-                self.parser.line(number, line, rows);
+                self.parser.line(&line, rows);
             }
             if rows.count + rows.odd.len() > 0 {
                 return Ok(true);
@@ -71,10 +73,8 @@ impl<R: Read> CsvReader<R> {
     }
 
     /// What became of the lines so far.
-    pub(crate) fn tally(&self) -> CsvTally {
-        let mut tally = self.parser.tally.clone();
-        tally.bytes = self.lines.bytes();
-        tally
+    pub(crate) fn tally(&self) -> &CsvTally {
+        &self.parser.tally
     }
 }
 
@@ -91,6 +91,7 @@ impl Rows {
         self.sentence_ends.clear();
         self.stamps_ns.clear();
         self.odd.clear();
+        self.bytes.clear();
         self.count = 0;
     }
 }
@@ -105,35 +106,50 @@ struct Parser {
 
 impl Parser {
     #[inline]
-    fn line(&mut self, number: u64, line: Line<'_>, rows: &mut Rows) {
+    fn line(&mut self, line: &Line<'_>, rows: &mut Rows) {
         self.tally.lines += 1;
-        let row = match line {
-            Line::Whole(line) if self.is_skipped(number, line) => {
-                self.tally.skipped_lines += 1;
-                return;
-            }
-            Line::Whole(line) => self.row(line, rows).map_err(|kind| (kind, line)),
-            Line::Overlong(tail) => Err((OddRow::Length, tail)),
+        if line.state != State::Overlong && self.is_skipped(line) {
+            self.tally.skipped_lines += 1;
+            self.tally.bytes.skipped += line.bytes;
+            return;
+        }
+        let row = match line.state {
+            State::Overlong => Err(OddRow::Length),
+            State::Unended if !self.ends_whole(line.text) => Err(OddRow::Truncated),
+            State::Unended | State::Whole => self.row(line.text, rows),
         };
         match row {
             Ok(()) => {
                 self.tally.rows += 1;
+                self.tally.bytes.rows += line.bytes;
                 rows.count += 1;
+                rows.bytes.push(self.tally.bytes);
             }
-            Err((kind, line)) => {
+            Err(kind) => {
+                self.tally.bytes.odd += line.bytes;
                 rows.odd.push((rows.count, kind));
-                self.tally.count_odd(kind, number, line);
+                self.tally.count_odd(kind, line.number, line.text);
             }
         }
     }
 
     #[inline]
-    fn is_skipped(&mut self, number: u64, line: &[u8]) -> bool {
-        if number <= self.plan.lines_above || is_comment_or_blank(line) {
+    fn is_skipped(&mut self, line: &Line<'_>) -> bool {
+        if line.number <= self.plan.lines_above || is_comment_or_blank(line.text) {
             return true;
         }
         // a script that saved a sentence together with its CR LF
-        std::mem::take(&mut self.quote_open) && line.trim_ascii_start().starts_with(b"\"")
+        std::mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
+    }
+
+    /// Whether a row without a line end is whole, as far as can be told.
+    #[cold]
+    fn ends_whole(&self, row: &[u8]) -> bool {
+        let Some(last_field) = self.plan.last_field else {
+            return true;
+        };
+        let (count, last) = Fields::new(row, self.plan.separator).fold((0, &b""[..]), |(n, _), field| (n + 1, field));
+        count == self.plan.columns.len() && last_field.is_whole(last)
     }
 
     /// Takes a row, or nothing of it.

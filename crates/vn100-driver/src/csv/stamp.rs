@@ -1,6 +1,18 @@
 //! The stamp of a row: in which unit it is written, and as exact nanoseconds.
 
+use std::ops::Range;
+
 use super::number::{LastDigit, Number};
+
+/// Times of the years 2001 to 2102 since the epoch of Unix.
+const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
+
+/// An inertial sensor sends 1 to 1000 lines in a second; a tenth more or less is the clock's.
+const SHORTEST_STEP_S: f64 = 0.9e-3;
+const LONGEST_STEP_S: f64 = 1.1;
+
+/// One read brings so many rows at most: those of the 16 ms that a USB serial adapter holds back, at 1000 Hz.
+const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The unit a stamp is written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,19 +28,13 @@ impl StampUnit {
     pub(super) const NAMES: [(&'static str, Self); 4] =
         [("s", Self::Seconds), ("ms", Self::Milliseconds), ("us", Self::Microseconds), ("ns", Self::Nanoseconds)];
 
-    /// The unit by the size of a stamp: a time of the years 2001 to 2102 in one of the four units is in that unit; a whole number
-    /// beyond 10^15 is nanoseconds; all else is seconds.
-    pub(super) fn by_magnitude(stamp: &Number) -> Self {
-        let magnitude = stamp.magnitude();
-        let since_epoch = |unit_s: f64| (1e9..4.2e9).contains(&(magnitude * unit_s));
-        if since_epoch(1e-3) {
-            Self::Milliseconds
-        } else if since_epoch(1e-6) {
-            Self::Microseconds
-        } else if magnitude >= 1e15 {
-            Self::Nanoseconds
-        } else {
-            Self::Seconds
+    /// One of it in seconds.
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e-3,
+            Self::Microseconds => 1e-6,
+            Self::Nanoseconds => 1e-9,
         }
     }
 
@@ -44,17 +50,91 @@ impl StampUnit {
     }
 }
 
+/// What the stamps of the first rows show.
+#[derive(Debug, Default)]
+pub(super) struct StampSurvey {
+    stamps: Vec<f64>,
+    /// One of them has decimals.
+    decimals: bool,
+}
+
+/// The unit does not follow from the stamps.
+#[derive(Debug, PartialEq)]
+pub(super) struct UnsureUnit {
+    /// The median step from row to row.
+    pub(super) step: f64,
+    /// The units in which that step is one of an inertial sensor.
+    pub(super) units: Vec<&'static str>,
+}
+
+impl StampSurvey {
+    pub(super) fn add(&mut self, stamp: &Number) {
+        self.stamps.push(stamp.value());
+        self.decimals |= stamp.decimals() > 0;
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.stamps.is_empty()
+    }
+
+    /// The unit in which the stamps are times of the years 2001 to 2102; else seconds, if there are decimals; else the one in which
+    /// the step from row to row is 1 ms to 1 s. A unit that makes the step longer than that is never it.
+    pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
+        let step = self.step();
+        let units = || StampUnit::NAMES.iter();
+        let is_short = |unit: StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
+        let middle = median(self.stamps.clone()).unwrap_or_default();
+        if let Some(&(_, unit)) =
+            units().find(|(_, unit)| SINCE_EPOCH_S.contains(&(middle * unit.seconds())) && is_short(*unit))
+        {
+            return Ok(unit);
+        }
+        let Some(step) = step.filter(|_| !self.decimals || !is_short(StampUnit::Seconds)) else {
+            return Ok(StampUnit::Seconds);
+        };
+        let fits = |unit: StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
+        let fitting: Vec<_> = units().filter(|(_, unit)| fits(*unit)).collect();
+        match fitting[..] {
+            [&(_, unit)] => Ok(unit),
+            _ => Err(UnsureUnit { step, units: fitting.into_iter().map(|&(name, _)| name).collect() }),
+        }
+    }
+
+    /// The median step from row to row; none for a single row.
+    fn step(&self) -> Option<f64> {
+        // rows that one read brought have steps that say little: over several rows they even out
+        let lag = (self.stamps.len() / 2).clamp(1, MOST_ROWS_TOGETHER);
+        let later = self.stamps.iter().skip(lag);
+        median(later.zip(&self.stamps).map(|(later, stamp)| (later - stamp) / lag as f64).collect())
+    }
+}
+
+/// What the units of an unsure step tell, in words.
+pub(super) fn may_be(units: &[&str]) -> String {
+    if units.is_empty() { "is 1 ms to 1 s in no unit".into() } else { format!("may be {}", units.join(" or ")) }
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn survey<T: ToString>(stamps: impl IntoIterator<Item = T>) -> StampSurvey {
+        let mut survey = StampSurvey::default();
+        stamps.into_iter().for_each(|stamp| survey.add(&Number::parse(stamp.to_string().as_bytes()).unwrap()));
+        survey
+    }
+
     fn nanoseconds(text: &str) -> Option<i64> {
-        let stamp = Number::parse(text.as_bytes()).unwrap();
-        StampUnit::by_magnitude(&stamp).nanoseconds(&stamp)
+        survey([text]).unit().unwrap().nanoseconds(&Number::parse(text.as_bytes()).unwrap())
     }
 
     #[test]
-    fn the_unit_follows_from_the_size() {
+    fn the_unit_of_an_epoch_follows_from_its_size() {
         let epoch = Some(1_761_939_167_192_566_000);
         for text in [
             "1761939167.192566",
@@ -67,7 +147,66 @@ mod tests {
         }
         assert_eq!(nanoseconds("0.025"), Some(25_000_000));
         assert_eq!(nanoseconds("-3"), Some(-3_000_000_000));
-        assert_eq!(nanoseconds("5000000000000000"), Some(5_000_000_000_000_000));
+    }
+
+    #[test]
+    fn the_unit_since_a_start_follows_from_the_step() {
+        use StampUnit::*;
+        for (unit, steps) in [
+            (Milliseconds, [5, 25, 800].as_slice()),
+            (Microseconds, &[5_000, 25_000, 800_000]),
+            (Nanoseconds, &[5_000_000, 25_000_000, 1_000_000_000]),
+        ] {
+            for &step in steps {
+                // from boot on, after half an hour, and after a month: sizes of an epoch in a larger unit are among them
+                for start_s in [0, 1, 1800, 2_600_000] {
+                    let start = (f64::from(start_s) / unit.seconds()).round() as i64;
+                    let stamps = (0..100).map(|row| start + step * row);
+                    assert_eq!(survey(stamps).unit(), Ok(unit), "{step} after {start_s} s");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn decimals_are_seconds_unless_the_step_is_too_long() {
+        assert_eq!(survey((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::Seconds));
+        assert_eq!(survey((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::Seconds));
+        let milliseconds = survey((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
+        assert_eq!(milliseconds.unit(), Ok(StampUnit::Milliseconds));
+        let printed_as_float = survey((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
+        assert_eq!(printed_as_float.unit(), Ok(StampUnit::Nanoseconds));
+    }
+
+    #[test]
+    fn a_step_of_two_units_or_none_is_unsure() {
+        for (step, units) in [
+            (1_i64, ["s", "ms"].as_slice()),
+            (1_000, &["ms", "us"]),
+            (1_000_000, &["us", "ns"]),
+            (2_000_000_000, &[]),
+            (100_000, &["us"]),
+            (0, &[]),
+            (-25, &[]),
+        ] {
+            let unit = survey((0..50).map(|row| step * row)).unit();
+            match units {
+                [_] => assert!(unit.is_ok()),
+                units => assert_eq!(unit, Err(UnsureUnit { step: step as f64, units: units.to_vec() })),
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_come_together_and_a_clock_set_once_do_not_mislead() {
+        // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
+        let bunched = (0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3));
+        assert_eq!(survey(bunched).unit(), Ok(StampUnit::Microseconds));
+        let set = (0..300_i64).map(|row| 25 * row + if row < 150 { 0 } else { 3_600_000 });
+        assert_eq!(survey(set).unit(), Ok(StampUnit::Milliseconds));
+        // a first stamp of zero among those of an epoch
+        let late = (0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row });
+        assert_eq!(survey(late).unit(), Ok(StampUnit::Milliseconds));
     }
 
     #[test]

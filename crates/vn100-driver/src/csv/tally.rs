@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-/// Why a row was not let in.
+/// Why a row of a CSV file was not let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum OddRow {
+pub enum OddRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
     Fields,
     /// A field is no number.
@@ -17,6 +17,14 @@ pub(crate) enum OddRow {
     Stamp,
     /// The line is longer than 64 KiB.
     Length,
+    /// The last line has no line end, and its last field is not printed as those above, or not there: the file may be cut in it.
+    Truncated,
+}
+
+/// Rows of a CSV file that were not let in, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OddRowCounts {
+    counts: [u64; OddRow::ALL.len()],
 }
 
 /// The odd rows of one kind.
@@ -42,14 +50,39 @@ pub(crate) struct CsvTally {
     pub(crate) rows: u64,
     /// The header and what stands above it, blank lines, lines that begin with `#`, and line breaks inside quotes.
     pub(crate) skipped_lines: u64,
-    /// Bytes of all these lines, line ends included.
-    pub(crate) bytes: u64,
+    pub(crate) bytes: LineBytes,
     odd: [OddRows; OddRow::ALL.len()],
 }
 
+/// Bytes of the lines, line ends included.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct LineBytes {
+    pub(crate) rows: u64,
+    pub(crate) odd: u64,
+    pub(crate) skipped: u64,
+}
+
 impl OddRow {
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Fields, Self::Number, Self::Decimals, Self::Range, Self::Stamp, Self::Length];
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Fields, Self::Number, Self::Decimals, Self::Range, Self::Stamp, Self::Length, Self::Truncated];
+}
+
+impl OddRowCounts {
+    /// The reasons there are, and how many rows each has.
+    pub fn iter(&self) -> impl Iterator<Item = (OddRow, u64)> {
+        let counted = OddRow::ALL.into_iter().zip(self.counts);
+        counted.filter(|(_, count)| *count > 0)
+    }
+
+    /// Rows of any reason.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    pub(crate) fn count(&mut self, kind: OddRow) {
+        self.counts[kind as usize] += 1;
+    }
 }
 
 impl fmt::Display for OddRow {
@@ -61,6 +94,7 @@ impl fmt::Display for OddRow {
             Self::Range => "range",
             Self::Stamp => "stamp",
             Self::Length => "length",
+            Self::Truncated => "truncated",
         })
     }
 }

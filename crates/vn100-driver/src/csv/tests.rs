@@ -58,7 +58,7 @@ fn read(plan: Plan, reader: impl Read) -> Whole {
         count += rows.count;
     }
     assert!(!reader.next_rows(&mut rows).unwrap());
-    whole.tally = reader.tally();
+    whole.tally = reader.tally().clone();
     assert_eq!(whole.tally.rows, count as u64);
     assert_eq!(whole.tally.odd_rows(), whole.odd.len() as u64);
     assert_eq!(whole.tally.lines, whole.tally.rows + whole.tally.odd_rows() + whole.tally.skipped_lines);

@@ -75,3 +75,63 @@ fn a_column_that_is_not_there_is_missed_before_anything_is_read() {
     }
     assert!(plan("", Some("gyro_x=c:deg/s")).unwrap().is_none());
 }
+
+#[test]
+fn a_stamp_alone_leaves_the_other_columns_to_their_names() {
+    let text = format!("n,us,raw\n1,1000,{SENTENCE}\n2,2000,{SENTENCE}\n");
+    let whole = read_text(text, Some("t=us:us"));
+    assert_eq!((whole.sentences.len(), &*whole.stamps_ns), (2, &[0, 1_000_000][..]));
+    for (text, map, message) in [
+        ("t,gyro_x\n1,2\n", "t=n:ms", "no column \"n\" for t: the file has t, gyro_x"),
+        ("t,gyro_x\n1,2\n", "t=2:ms", "column \"2\" is mapped to both gyro_x and t: give each its own"),
+    ] {
+        assert_eq!(plan(text, Some(map)).unwrap_err().to_string(), message);
+    }
+}
+
+#[test]
+fn every_unit_leads_to_the_channels_own() {
+    use std::f64::consts::PI;
+    // by hand: a half turn in a second, or in an hour; free fall; a field of 50 microtesla; 2 rad; a room at sea level
+    let table = [
+        ("gyro_y", "rad/s", "3.5", 3.5),
+        ("gyro_y", "deg/s", "180", PI),
+        ("gyro_y", "deg/h", "648000", PI),
+        ("gyro_y", "mdeg/s", "180000", PI),
+        ("accel_z", "m/s^2", "-9.81", -9.81),
+        ("accel_z", "g", "1", 9.80665),
+        ("accel_z", "mg", "1000", 9.80665),
+        ("mag_x", "gauss", "0.5", 0.5),
+        ("mag_x", "uT", "50", 0.5),
+        ("mag_x", "mT", "0.05", 0.5),
+        ("mag_x", "nT", "50000", 0.5),
+        ("yaw", "deg", "-90", -90.0),
+        ("yaw", "rad", "2", 114.591_559_026_164_65),
+        ("temperature", "degC", "20.5", 20.5),
+        ("temperature", "K", "293.65", 20.5),
+        ("pressure", "kPa", "101.325", 101.325),
+        ("pressure", "hPa", "1013.25", 101.325),
+        ("pressure", "Pa", "101325", 101.325),
+    ];
+    for (name, unit, field, expected) in table {
+        let text = format!("c\n{field}\n");
+        let plan = plan(&text, Some(&format!("{name}=c:{unit}"))).unwrap().unwrap();
+        let channel = layout(&plan).channels[0].clone();
+        let value = channel.value(read(plan, text.as_bytes()).counts[0]);
+        assert!((value - expected).abs() <= 1e-14 * expected.abs(), "{field} {unit} is {value} {}", channel.unit);
+    }
+    let tested: Vec<_> = table.iter().map(|&(_, unit, _, _)| unit).collect();
+    let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(channel::by_name);
+    let all = quantities.map(|index| channel::known(index.unwrap()).quantity).into_iter().flat_map(channel::units);
+    assert_eq!(tested, all.map(|unit| unit.name).collect::<Vec<_>>());
+}
+
+#[test]
+fn every_unit_of_a_stamp_leads_to_nanoseconds() {
+    let table = [("s", "0.025"), ("ms", "25"), ("us", "25000"), ("ns", "25000000")];
+    for (unit, stamp) in table {
+        let whole = read_text(format!("t,w\n0,1\n{stamp},1\n"), Some(&format!("t=t:{unit},gyro_x=w:deg/s")));
+        assert_eq!(whole.stamps_ns, [0, 25_000_000], "{unit}");
+    }
+    assert_eq!(table.map(|(unit, _)| unit), stamp::StampUnit::NAMES.map(|(unit, _)| unit));
+}

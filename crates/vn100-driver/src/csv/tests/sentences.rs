@@ -22,6 +22,10 @@ fn sentences_are_found_quoted_or_not() {
         ("bag_t;raw", "1.5;SENTENCE"),
         ("n,raw,t", "7,\"SENTENCE\",1.5"),
         ("t,yaw,gyro_x,raw", "1.5,-85.469,0.000040,SENTENCE"),
+        ("t,raw,", "1.5,\"SENTENCE\","),
+        ("t,raw", "1.5,\"SENTENCE\","),
+        ("t,raw,", "1.5,SENTENCE,"),
+        ("t,raw", "1.5,SENTENCE,"),
         ("t,raw", "1.5,\"b'SENTENCE\\r\\n'\""),
     ] {
         for line_end in ["\n", "\r\n"] {
@@ -37,7 +41,7 @@ fn sentences_are_found_quoted_or_not() {
 #[test]
 fn line_breaks_inside_quotes_are_no_rows() {
     for broken in ["\r\n", "\n", "\r\r\n", "\n\n"] {
-        let text = format!("t,raw,n\n1,\"{SENTENCE}{broken}\",7\n2,\"{SENTENCE}{broken}\",8\n");
+        let text = format!("t,raw,n\n1.0,\"{SENTENCE}{broken}\",7\n2.0,\"{SENTENCE}{broken}\",8\n");
         let (counts, whole) = decoded(&text);
         assert_eq!(counts, [COUNTS, COUNTS].concat(), "{broken:?}");
         assert_eq!((whole.tally.rows, whole.tally.odd_rows()), (2, 0));
@@ -46,7 +50,7 @@ fn line_breaks_inside_quotes_are_no_rows() {
 
 #[test]
 fn a_lost_quote_costs_its_own_row_at_most() {
-    let text = format!("t,raw,n\n1,\"{SENTENCE},7\n2,\"{SENTENCE}\",8\n");
+    let text = format!("t,raw,n\n1.0,\"{SENTENCE},7\n2.0,\"{SENTENCE}\",8\n");
     let (counts, whole) = decoded(&text);
     assert!(counts.ends_with(&COUNTS));
     assert_eq!((whole.tally.rows, whole.tally.odd_rows()), (2, 0));
@@ -54,7 +58,7 @@ fn a_lost_quote_costs_its_own_row_at_most() {
 
 #[test]
 fn damage_is_left_to_the_checksum() {
-    let text = format!("t,raw\n1,{SENTENCE}\n2,{}\n3,{SENTENCE}\n", SENTENCE.replace("085", "095"));
+    let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,{}\n3.0,{SENTENCE}\n", SENTENCE.replace("085", "095"));
     let (counts, whole) = decoded(&text);
     assert_eq!(counts, [COUNTS, COUNTS].concat());
     assert_eq!(whole.tally.rows, 3);
@@ -63,7 +67,7 @@ fn damage_is_left_to_the_checksum() {
 
 #[test]
 fn rows_without_a_sentence_or_a_stamp_are_odd() {
-    let text = format!("t,raw\n1,{SENTENCE}\n2,\n3\nnow,{SENTENCE}\n,{SENTENCE}\n");
+    let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,\n3.0\nnow,{SENTENCE}\n,{SENTENCE}\n");
     let (_, whole) = decoded(&text);
     let kinds: Vec<_> = whole.odd.iter().map(|&(_, kind)| kind).collect();
     assert_eq!(kinds, [OddRow::Fields, OddRow::Fields, OddRow::Stamp, OddRow::Stamp]);
@@ -83,4 +87,16 @@ fn a_column_of_other_data_is_no_column_of_sentences() {
     let plan = plan("t,data,gyro_x\n1,2,3\n", None).unwrap().unwrap();
     assert!(matches!(plan.kind, Kind::Values(_)));
     assert_eq!(plan.ignored_columns, ["data"]);
+}
+
+#[test]
+fn a_cut_stamp_is_no_stamp() {
+    let row = |stamp: &str| format!("\"{SENTENCE}\",{stamp}");
+    let text = format!("raw,t\n{}\n{}\n{}", row("1.500"), row("1.525"), row("1.550"));
+    let rows =
+        |text: &str| (read_text(text, None).tally.rows, read_text(text, None).tally.odd(OddRow::Truncated).count);
+    assert_eq!(rows(&text), (3, 0));
+    assert_eq!(rows(&text[..text.len() - 1]), (2, 1));
+    // a sentence at the end is for the decoder to judge
+    assert_eq!(rows(&format!("t,raw\n1.5,{SENTENCE}\n1.525,{}", &SENTENCE[..40])), (2, 0));
 }

@@ -45,11 +45,12 @@ fn columns_come_in_any_order_and_the_others_are_named() {
 
 #[test]
 fn line_ends_marks_and_separators_are_the_files_own() {
-    let text = format!("{HEADER}\n1,{VALUES}\n2,{VALUES}");
+    let text = format!("{HEADER}\n1.0,{VALUES}\n2.0,{VALUES}");
     let expected = read_text(&text, None);
     assert_eq!(expected.counts, [COUNTS, COUNTS].concat());
     for variant in [
         text.replace('\n', "\r\n"),
+        text.replace('\n', "\r"),
         text.replace(',', ";"),
         text.replace(',', "\t"),
         text.replace(',', ", "),
@@ -89,7 +90,7 @@ fn more_decimals_than_the_sensor_prints_are_kept() {
 fn each_odd_row_is_counted_with_its_reason() {
     let mut text = "t,gyro_x,accel_x\n".to_owned();
     for row in 0..survey::ROWS {
-        text.push_str(&format!("{row},0.000001,9.81\n"));
+        text.push_str(&format!("{row}.0,0.000001,9.81\n"));
     }
     for row in [
         "1000,0.000001",
@@ -132,7 +133,7 @@ fn each_odd_row_is_counted_with_its_reason() {
 
 #[test]
 fn a_line_without_end_is_one_odd_row() {
-    let mut bytes = b"t,gyro_x\n0,0.5\n".to_vec();
+    let mut bytes = b"t,gyro_x\n0.0,0.5\n".to_vec();
     for length in [lines::LONGEST_LINE, 5 * lines::LONGEST_LINE + 7] {
         bytes.extend(std::iter::repeat_n(b'7', length));
         bytes.extend_from_slice(b"\n1,0.25\n");
@@ -140,7 +141,10 @@ fn a_line_without_end_is_one_odd_row() {
     let whole = read_text(&bytes, None);
     assert_eq!(whole.counts, [500_000, 250_000, 250_000]);
     assert_eq!(whole.odd, [(1, OddRow::Length), (2, OddRow::Length)]);
-    assert_eq!((whole.tally.lines, whole.tally.bytes), (6, bytes.len() as u64));
+    assert_eq!(whole.tally.lines, 6);
+    let row_bytes = "0.0,0.5\n".len() + 2 * "1,0.25\n".len();
+    let expected = LineBytes { rows: row_bytes as u64, odd: (6 * lines::LONGEST_LINE + 9) as u64, skipped: 9 };
+    assert_eq!(whole.tally.bytes, expected);
 }
 
 #[test]
@@ -202,4 +206,83 @@ fn what_lacks_the_columns_is_told_so() {
         error.starts_with("the stamps in column \"t\" are no numbers, the first is \"2023-03-15T14:55:01\""),
         "{error}"
     );
+}
+
+#[test]
+fn stamps_of_an_unsure_unit_are_refused_with_the_cure() {
+    let rows = |step: u64| (0..50).map(move |row| format!("{},0.1\n", step * row)).collect::<String>();
+    for header in ["t,gyro_x\n", "# t,gyro_x\n"] {
+        let error = plan(format!("{header}{}", rows(1)), None).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "the unit of the stamps in column \"t\" is not sure: they step by 1 from row to row, which may be s or ms; name the unit, \
+             as in --columns t=t:ms (or s, us, ns)"
+        );
+    }
+    let error = plan(format!("\"%time\",gyro_x\n{}", rows(7_000_000_000)), None).unwrap_err().to_string();
+    assert!(error.contains("step by 7000000000 from row to row, which is 1 ms to 1 s in no unit"), "{error}");
+    assert!(error.contains("--columns t=%time:ms"), "{error}");
+    // the cure
+    for (map, step_ns) in [("t=t:s", 1_000_000_000), ("t=1:ms", 1_000_000), ("t=T:us", 1000), ("t=t:ns", 1)] {
+        let whole = read_text(format!("t,gyro_x\n{}", rows(1)), Some(map));
+        assert_eq!((whole.stamps_ns[1], &*whole.counts), (step_ns, &[100_000; 50][..]), "{map}");
+    }
+}
+
+#[test]
+fn stamps_since_a_start_are_read_in_their_own_unit() {
+    for step in [25, 25_000, 25_000_000_i64] {
+        let rows = (0..50).map(|row| format!("{},0.1\n", step * row));
+        let whole = read_text("t,gyro_x\n".to_owned() + &rows.collect::<String>(), None);
+        assert_eq!(whole.stamps_ns[1], 25_000_000, "{step}");
+    }
+}
+
+#[test]
+fn a_separator_too_many_at_the_end_is_no_field() {
+    let rows = |end: &str| format!("0.000,0.5,9.81{end}\n0.025,0.25,9.82{end}\n");
+    for (header, end, ignored) in [
+        ("t,gyro_x,accel_x,", ",", 0),
+        ("t,gyro_x,accel_x", ",", 0),
+        ("t,gyro_x,accel_x", ", ", 0),
+        ("t,gyro_x,accel_x,", "", 0),
+        ("# t,gyro_x,accel_x", ",", 0),
+        // columns without a name
+        ("t,gyro_x,accel_x,", ",7", 0),
+        ("t,gyro_x,accel_x,,", ",,", 1),
+    ] {
+        let text = format!("{header}\n{}", rows(end));
+        let plan = plan(&text, None).unwrap().unwrap();
+        assert_eq!(plan.ignored_columns.len(), ignored, "{header:?} {end:?}");
+        let whole = read(plan, text.as_bytes());
+        assert_eq!((&*whole.counts, whole.odd.len()), (&[9810, 500_000, 9820, 250_000][..], 0), "{header:?} {end:?}");
+    }
+    let error = plan("date,humidity,\n1,40.5,\n", None).unwrap_err().to_string();
+    assert!(error.contains("; found date, humidity; name"), "{error}");
+}
+
+#[test]
+fn a_separator_too_many_in_one_row_alone_is_odd() {
+    let whole = read_text("gyro_x,gyro_y\n1,2\n1,2,\n1,2\n", None);
+    assert_eq!(whole.odd, [(1, OddRow::Fields)]);
+    let whole = read_text("gyro_x,gyro_y,\n1,2,\n1,2\n1,2,\n", None);
+    assert_eq!(whole.odd, [(1, OddRow::Fields)]);
+}
+
+#[test]
+fn a_row_cut_in_its_last_number_is_no_sample() {
+    let text = format!("{HEADER}\n1.0,{VALUES}\n1.025,{VALUES}\n1.050,{VALUES}");
+    assert_eq!(read_text(&text, None).tally.rows, 3);
+    assert_eq!(read_text(format!("{text}\r"), None).tally.rows, 3);
+    let last_row = text.rfind('\n').unwrap() + 1;
+    for end in last_row + 1..text.len() {
+        let whole = read_text(&text[..end], None);
+        assert_eq!((whole.tally.rows, &*whole.odd), (2, &[(2, OddRow::Truncated)][..]), "{}", &text[..end]);
+    }
+}
+
+#[test]
+fn a_comment_needs_no_line_end() {
+    let whole = read_text("gyro_x\n0.5\n# done", None);
+    assert_eq!((whole.tally.rows, whole.tally.odd_rows(), whole.tally.skipped_lines), (1, 0, 2));
 }
