@@ -141,7 +141,7 @@ impl<C: Connect> LinkTask<C> {
             let again = match &trouble {
                 Trouble::Stopped | Trouble::NobodyListens => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
-                Trouble::Unheard { .. } => was_up || !self.listen_only && sweeps < FIRST_SWEEPS,
+                Trouble::Unheard { .. } => was_up || sweeps < FIRST_SWEEPS,
                 Trouble::Lost(_) | Trouble::Garbled { .. } | Trouble::Closed | Trouble::Silent => was_up,
             };
             if !again {
