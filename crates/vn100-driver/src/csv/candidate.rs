@@ -110,6 +110,10 @@ impl<'a> Candidate<'a> {
     fn mapped(&self, map: &ColumnMap) -> Result<Option<Plan>, CsvError> {
         let mut places = self.header.mapped_places(map)?;
         let is_row = self.header.is_row(map, &places);
+        let lines_above = self.index + usize::from(!is_row);
+        if places.stamp.is_none() && !is_row {
+            places.stamp = self.likely_stamp(&places, lines_above);
+        }
         places.channels.sort_by_key(|&(_, channel)| channel);
         let mut mapped: Vec<_> = map.channels.iter().collect();
         mapped.sort_by_key(|mapped| mapped.index);
@@ -131,10 +135,20 @@ impl<'a> Candidate<'a> {
             priors: priors.collect(),
             zeros_hundredths: mapped.iter().map(|mapped| mapped.unit.zero_hundredths).collect(),
             stamp_unit: map.stamp.as_ref().map(|&(_, unit)| unit),
-            lines_above: self.index + usize::from(!is_row),
+            lines_above,
             places,
         })
         .map(Some)
+    }
+
+    /// The column of the stamps by its name, where the user mapped other columns only: if it holds times whose unit is sure. Otherwise
+    /// it may be anything.
+    fn likely_stamp(&self, mapped: &Places, lines_above: usize) -> Option<usize> {
+        let place = self.header.known_places().stamp?;
+        let is_free = mapped.channels.iter().all(|&(taken, _)| taken != place);
+        let places = Places { stamp: Some(place), ..Places::default() };
+        let (_, stamps) = self.first_rows(&places, lines_above).ok().filter(|_| is_free)?;
+        stamps.are_times().then_some(place)
     }
 
     /// The layout of channels found by name. Uncompensated only when the file says so in its header or a comment above, with `VNIMU` or

@@ -100,6 +100,11 @@ impl StampSurvey {
         }
     }
 
+    /// Whether they go on from row to row, in a unit that is sure.
+    pub(super) fn are_times(&self) -> bool {
+        self.step().is_some_and(|step| step > 0.0) && self.unit().is_ok()
+    }
+
     /// The median step from row to row; none for a single row.
     fn step(&self) -> Option<f64> {
         // rows that one read brought have steps that say little: over several rows they even out

@@ -33,6 +33,23 @@ fn a_file_without_names_is_read_from_its_first_line() {
 }
 
 #[test]
+fn stamps_are_found_beside_mapped_columns_where_they_are_sure() {
+    let map = Some("gyro_x=w:deg/s");
+    let sure = read_text("t,w\n0.000,1\n0.025,2\n0.050,3\n", map);
+    assert_eq!(sure.stamps_ns, [0, 25_000_000, 50_000_000]);
+    // no time at all, a unit that is not sure, a word, and a temperature that the user did map
+    for (text, map) in [
+        ("t,w\n21.5,1\n21.5,2\n21.5,3\n", map),
+        ("t,w\n1,1\n2,2\n3,3\n", map),
+        ("t,w\ncold,1\ncold,2\nwarm,3\n", map),
+        ("t,w\n0.000,1\n0.025,2\n0.050,3\n", Some("gyro_x=w:deg/s,temperature=t:degC")),
+    ] {
+        let read = read_text(text, map);
+        assert!(read.stamps_ns.is_empty() && read.tally.rows == 3, "{text}");
+    }
+}
+
+#[test]
 fn kelvin_become_degrees_exactly() {
     let text = "T,w\n300.5,1\n273.15,2\n0,3\n";
     let plan = plan(text, Some("gyro_x=w:rad/s,temperature=T:K")).unwrap().unwrap();
