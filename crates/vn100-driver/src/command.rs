@@ -73,7 +73,7 @@ impl Command {
             }
             Self::WriteRegister { register, fields } if header == "VNWRG" && is_register(*register) => {
                 let got = rest.unwrap_or_default();
-                Some(if same_fields(fields, got) {
+                Some(if same_fields(*register, fields, got) {
                     Ok(Answer { fields: got.to_owned() })
                 } else {
                     Err(CommandError::EchoDiffers { asked: self.to_string(), got: body.to_owned() })
@@ -98,13 +98,16 @@ impl fmt::Display for Command {
     }
 }
 
-/// Whether two texts of a register's fields say the same: numbers may be printed in several ways.
-pub(crate) fn same_fields(asked: &str, got: &str) -> bool {
+/// Whether two texts of a register's fields say the same: numbers may be printed in several ways, and registers 5 to 7 may name the port
+/// behind their value.
+pub(crate) fn same_fields(register: u8, asked: &str, got: &str) -> bool {
     let same = |(asked, got): (&str, &str)| {
         asked == got
             || matches!((asked.parse::<f64>(), got.parse::<f64>()), (Ok(asked), Ok(got)) if asked.total_cmp(&got).is_eq())
     };
-    asked.split(',').count() == got.split(',').count() && asked.split(',').zip(got.split(',')).all(same)
+    let (asked_fields, got_fields) = (asked.split(',').count(), got.split(',').count());
+    let port_told = (5..=7).contains(&register) && asked_fields.abs_diff(got_fields) == 1;
+    (asked_fields == got_fields || port_told) && asked.split(',').zip(got.split(',')).all(same)
 }
 
 /// What the sensor answered.
@@ -227,9 +230,11 @@ mod tests {
 
     #[test]
     fn numbers_may_be_printed_in_several_ways() {
-        assert!(same_fields("1.002110,0,S", "1.00211,+0,S"));
-        assert!(!same_fields("1,0", "1"));
-        assert!(!same_fields("VN", "VX"));
+        assert!(same_fields(30, "1.002110,0,S", "1.00211,+0,S"));
+        assert!(!same_fields(30, "1,0", "1"));
+        assert!(!same_fields(30, "VN", "VX"));
+        assert!(same_fields(7, "20", "20,1") && same_fields(7, "20,1", "20"));
+        assert!(!same_fields(7, "20", "40,1") && !same_fields(7, "20", "20,1,2") && !same_fields(8, "20", "20,1"));
     }
 
     #[test]

@@ -174,7 +174,7 @@ async fn write_and_read_back(link: &LinkHandle, write: &Write) -> Result<(), Con
     let Write { register, after, .. } = write;
     link.request(Command::WriteRegister { register: *register, fields: after.clone() }).await?;
     let got = link.request(Command::ReadRegister(*register)).await?.fields;
-    if same_fields(after, &got) {
+    if same_fields(*register, after, &got) {
         Ok(())
     } else {
         Err(ConfigureError::ReadBack { register: *register, asked: after.clone(), got })
