@@ -298,13 +298,20 @@ fn no_valid_lines(snapshot: &Snapshot) -> Option<String> {
             reasons(&odd)
         ));
     }
+    if link.connects > 0 && tally.good_lines() > 0 && tally.good_lines() == tally.replies {
+        return Some(format!(
+            "{}, all of them answers: the sensor sends nothing by itself. `vn100 configure PORT --set-message VNYMR` makes it send, or \
+             VNIMU for the uncompensated measurements",
+            lines(tally.good_lines())
+        ));
+    }
     if tally.bytes() < ENOUGH_BYTES {
         return None;
     }
     if let Some(name) = link.other_message {
         return Some(format!(
             "{} good, none of a message this program measures; the first is {name}. $VNWRG,06,14*59 makes the sensor send VNYMR, \
-             $VNWRG,06,19*54 VNIMU; `vn100 configure PORT --set-message VNYMR` will do it",
+             $VNWRG,06,19*54 VNIMU; `vn100 configure PORT --set-message VNYMR` does it",
             lines(tally.good_lines())
         ));
     }

@@ -65,6 +65,22 @@ fn nothing_seen_is_nothing_claimed() {
 }
 
 #[test]
+fn a_sensor_that_only_answers_is_told_how_to_send() {
+    let told = |connects: u64, replies: u64| {
+        let mut batch = Batch::default();
+        batch.link.connects = connects;
+        batch.link.tally.replies = replies;
+        batch.link.tally.good_line_bytes = 25 * replies;
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&batch);
+        analysis.snapshot().warnings.iter().any(|warning| warning.text.contains("--set-message"))
+    };
+    assert!(told(1, 24));
+    assert!(!told(1, 0), "a link that is just up");
+    assert!(!told(0, 24), "a capture cannot be configured");
+}
+
+#[test]
 fn bad_lines_between_good_ones_are_missing_samples() {
     // those before the first and behind the last good line are nobody's samples
     let snapshot = analysed(&[Bad, Good(1), Bad, Bad, Good(2), Good(3), Bad], 10, Settings::default());
