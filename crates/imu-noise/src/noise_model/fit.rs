@@ -1,5 +1,7 @@
 //! The fit of one channel: which octaves follow the model, and what that says of each parameter.
 
+use std::ops::Range;
+
 use super::{
     NoiseModel, Parameter, Status, Term,
     least_squares::dot,
@@ -45,7 +47,7 @@ struct Accepted<'a> {
     model: &'a Model,
     regression: Regression<'a>,
     solution: Solution,
-    skip: usize,
+    range: Range<usize>,
     quality: FitQuality,
 }
 
@@ -57,7 +59,7 @@ impl NoiseFit {
     }
 
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture of noises; `None`
-    /// for octaves shorter than those in use and below two windows.
+    /// for octaves that do not follow the model and below two windows.
     #[must_use]
     pub fn edf(&self, m: u64) -> Option<f64> {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
@@ -89,6 +91,31 @@ impl NoiseModel {
     /// the same two-sided interval, so that the level holds whichever of the two comes out.
     #[must_use]
     pub fn fit(&self, variances: &[f64], slope_unit_s: Option<f64>, confidence: f64) -> NoiseFit {
+        let without_shortest = (0..=self.fitted / 2).map(|skip| skip..self.fitted);
+        self.fit_first(without_shortest, variances, slope_unit_s, confidence)
+    }
+
+    /// Fits the model to as many octaves as follow it, without the shortest or the longest: for streams whose long averaging times show
+    /// something else, such as a filter that takes slow changes out. A ramp is not in the model.
+    ///
+    /// Of as many octaves, those at shorter averaging times are tried first. Half of all octaves at least are in use. Otherwise as
+    /// [`fit`](Self::fit).
+    #[must_use]
+    pub fn fit_part(&self, variances: &[f64], confidence: f64) -> NoiseFit {
+        let parts = (0..=self.fitted / 2)
+            .flat_map(|left_out| (0..=left_out).map(move |skip| (skip, left_out - skip)))
+            .map(|(skip, end)| skip..self.fitted - end);
+        self.fit_first(parts, variances, None, confidence)
+    }
+
+    /// The fit to the first of `ranges` that follows the model.
+    fn fit_first(
+        &self,
+        ranges: impl Iterator<Item = Range<usize>>,
+        variances: &[f64],
+        slope_unit_s: Option<f64>,
+        confidence: f64,
+    ) -> NoiseFit {
         let mut values: Vec<f64> = self.octaves.iter().filter_map(|(i, _)| variances.get(*i).copied()).collect();
         let slope = slope_unit_s.map(|slope| slope * self.shape.interval_s);
         let (model, slope) = match (&self.with_ramp, slope) {
@@ -101,8 +128,8 @@ impl NoiseModel {
         if self.fitted + usize::from(slope.is_some()) <= model.basis.len() {
             return self.without_values(Status::NotObservable);
         }
-        for skip in 0..=self.fitted / 2 {
-            let regression = Regression::new(model, &values, skip..self.fitted);
+        for range in ranges {
+            let regression = Regression::new(model, &values, range.clone());
             if regression.statistics() <= model.basis.len() {
                 break;
             }
@@ -113,9 +140,14 @@ impl NoiseModel {
                 continue;
             };
             let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
-            let quality =
-                FitQuality { tau_min_s: tau_s(skip), tau_max_s: tau_s(self.fitted - 1), chi2: solution.chi2, dof, p };
-            let accepted = Accepted { model, regression, solution, skip, quality };
+            let quality = FitQuality {
+                tau_min_s: tau_s(range.start),
+                tau_max_s: tau_s(range.end - 1),
+                chi2: solution.chi2,
+                dof,
+                p,
+            };
+            let accepted = Accepted { model, regression, solution, range, quality };
             return self.read_out(&accepted, slope, confidence);
         }
         self.without_values(Status::ModelRejected)
@@ -127,7 +159,7 @@ impl NoiseModel {
     }
 
     fn read_out(&self, accepted: &Accepted<'_>, slope: Option<f64>, confidence: f64) -> NoiseFit {
-        let Accepted { model, regression, solution, skip, quality } = accepted;
+        let Accepted { model, regression, solution, range, quality } = accepted;
         let mut fit = self.without_values(Status::NotObservable);
         fit.quality = Some(*quality);
         // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
@@ -156,7 +188,9 @@ impl NoiseModel {
                 Some(parameter.scaled(Term::RateRamp.per_second(self.shape.interval_s)));
         }
         let edf = model.edf(&solution.parameters, &upper_bounds);
-        fit.edf = self.octaves.iter().map(|(_, octave)| octave.m).zip(edf).skip(*skip).collect();
+        // octaves too long to be fitted may follow the model all the same
+        let end = if range.end == self.fitted { self.octaves.len() } else { range.end };
+        fit.edf = self.octaves[..end].iter().map(|(_, octave)| octave.m).zip(edf).skip(range.start).collect();
         fit
     }
 }
