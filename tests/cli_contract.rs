@@ -93,14 +93,27 @@ fn the_document_has_every_field_of_the_contract() {
     assert_eq!(gyro_y["statistics"]["resolution"], 1e-6);
     assert_eq!(gyro_y["allan"]["deviation"], "allan");
     assert_eq!(gyro_y["allan"]["estimator"], "strided");
-    assert_eq!(gyro_y["noise"], Value::Null);
+    assert_eq!(gyro_y["allan"]["confidence"], 0.95);
+    let white = &gyro_y["noise"]["white"];
+    assert_eq!((&white["status"], &white["unit"]), (&"estimated".into(), &"rad/s/sqrt(Hz)".into()));
+    assert!(white["lower"].as_f64() < white["value"].as_f64() && white["value"].as_f64() < white["upper"].as_f64());
+    for field in ["tau_min_s", "tau_max_s", "chi2", "dof", "p"] {
+        assert!(gyro_y["noise"]["fit"][field].is_number(), "{field}");
+    }
+    for term in ["bias_instability", "rate_random_walk", "rate_ramp"] {
+        assert_eq!(gyro_y["noise"][term]["status"], "not-measurable", "{term}");
+    }
+    assert_eq!(gyro_y["noise"]["quantization"], Value::Null);
+    assert_eq!(channel(&document, "yaw")["noise"], Value::Null);
+    assert_eq!(channel(&document, "mag_x")["noise"]["bias_instability"], Value::Null);
     assert_eq!(gyro_y["verdict"], Value::Null);
     let points = gyro_y["allan"]["points"].as_array().unwrap();
     assert_eq!(points.len(), 11, "octaves up to m = 1024, the longest whose window fits 2400 samples");
     assert_eq!((&points[0]["m"], &points[0]["tau_s"], &points[0]["terms"]), (&1.into(), &0.025.into(), &2399.into()));
-    for field in ["edf", "alpha", "lower", "upper"] {
-        assert_eq!(points[0][field], Value::Null, "{field}");
+    for field in ["edf", "lower", "upper"] {
+        assert!(points[0][field].is_number(), "{field}");
     }
+    assert_eq!(points[1]["alpha"], 0, "white noise");
 }
 
 #[test]

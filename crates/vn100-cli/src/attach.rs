@@ -11,7 +11,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, LinkState, Recorder, RecordingState, configure, restore};
-use vn100_pipeline::{Outcome, Settings, Snapshot, start};
+use vn100_pipeline::{Assessments, Outcome, Settings, Snapshot, start};
 
 use crate::{
     args::{AttachArgs, RecordArgs, SourceName},
@@ -179,7 +179,7 @@ async fn measure_and_record(
         None if stop.is_cancelled() => "stopped".into(),
         None => "the end of the source, or of the time asked for".into(),
     };
-    let mut measured = Measured::of(origin, outcome);
+    let mut measured = Measured::of(origin, outcome, job.settings.confidence);
     if let Some(recorder) = recorder {
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
         measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);
@@ -203,6 +203,7 @@ async fn measure(
     let mut line = job.status.line(&origin.name);
     let mut ticks = time::interval(Status::PERIOD);
     let mut told_second = 0;
+    let mut assessments = Assessments::new(job.settings.confidence);
     let mut heard = None;
     loop {
         tokio::select! {
@@ -213,7 +214,7 @@ async fn measure(
                 let second = snapshot.timing.duration_s() as u64;
                 if second > told_second {
                     told_second = second;
-                    tell_line(Document::new(origin, &snapshot)).await?;
+                    tell_line(Document::new(origin, &snapshot, &assessments.of(&snapshot))).await?;
                 }
             }
             _ = ticks.tick() => {

@@ -6,9 +6,10 @@ use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
 use vn100_driver::{CsvReport, Recorded};
-use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 
 use crate::{
+    noise_document::NoiseDocument,
     recorded::RecordedDocument,
     units::{ChannelValues, channel_values},
 };
@@ -148,7 +149,7 @@ struct Channel {
     unit: String,
     statistics: Statistics,
     allan: Curve,
-    noise: Option<Value>,
+    noise: Option<NoiseDocument>,
     verdict: Option<Value>,
 }
 
@@ -179,7 +180,7 @@ struct Point {
     deviation: Option<f64>,
     terms: u64,
     edf: Option<f64>,
-    alpha: Option<i32>,
+    alpha: Option<i8>,
     lower: Option<f64>,
     upper: Option<f64>,
 }
@@ -192,14 +193,16 @@ struct Warning {
 }
 
 impl Document {
-    pub(crate) fn new(origin: &Origin, snapshot: &Snapshot) -> Self {
+    pub(crate) fn new(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> Self {
         Self {
             schema: "vn100.analysis/1",
             source: source(origin, snapshot),
             timing: timing(snapshot),
             link: link(snapshot),
-            channels: channel_values(snapshot).into_iter().map(|values| channel(values, snapshot)).collect(),
-            warnings: (snapshot.warnings.iter())
+            channels: (channel_values(snapshot, assessment).into_iter())
+                .map(|values| channel(values, snapshot, assessment))
+                .collect(),
+            warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.clone() })
                 .collect(),
         }
@@ -290,16 +293,16 @@ fn link(snapshot: &Snapshot) -> Link {
     }
 }
 
-fn channel(values: ChannelValues, snapshot: &Snapshot) -> Channel {
+fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) -> Channel {
     let points = values.deviations.into_iter().map(|point| Point {
         m: point.m,
         tau_s: point.tau_s,
         deviation: point.deviation,
         terms: point.terms,
-        edf: None,
-        alpha: None,
-        lower: None,
-        upper: None,
+        edf: point.edf,
+        alpha: point.alpha,
+        lower: point.lower,
+        upper: point.upper,
     });
     Channel {
         name: values.name,
@@ -324,10 +327,10 @@ fn channel(values: ChannelValues, snapshot: &Snapshot) -> Channel {
                 Estimator::Full => "full",
                 Estimator::Plain => "plain",
             },
-            confidence: None,
+            confidence: Some(assessment.confidence),
             points: points.collect(),
         },
-        noise: None,
+        noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
         verdict: None,
     }
 }

@@ -10,6 +10,7 @@ mod info;
 mod interrupt;
 mod live_source;
 mod measured;
+mod noise_document;
 mod ports;
 mod progress;
 mod recorded;

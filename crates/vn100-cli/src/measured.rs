@@ -5,7 +5,7 @@ use std::{io, sync::Arc};
 use anyhow::Result;
 use indicatif::HumanBytes;
 use vn100_driver::RecordingState;
-use vn100_pipeline::{Analysis, Outcome, Settings, Snapshot, Warning, WarningKind};
+use vn100_pipeline::{Analysis, Assessment, Outcome, Settings, Snapshot, Warning, WarningKind};
 
 use crate::{
     document::{Document, Origin},
@@ -17,17 +17,20 @@ use crate::{
 pub(crate) struct Measured {
     pub(crate) origin: Origin,
     pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) assessment: Assessment,
     pub(crate) exit: Exit,
 }
 
 impl Measured {
     /// The result of a source that could not be opened, as `origin` says.
     pub(crate) fn nothing(origin: Origin, settings: Settings) -> Self {
-        Self { origin, snapshot: Arc::new(Analysis::new(settings).snapshot()), exit: Exit::NoData }
+        let snapshot = Arc::new(Analysis::new(settings).snapshot());
+        let assessment = Assessment::new(&snapshot, settings.confidence);
+        Self { origin, snapshot, assessment, exit: Exit::NoData }
     }
 
-    /// The result of a source that ended.
-    pub(crate) fn of(mut origin: Origin, outcome: Outcome) -> Self {
+    /// The result of a source that ended, with intervals at the level `confidence`.
+    pub(crate) fn of(mut origin: Origin, outcome: Outcome, confidence: f64) -> Self {
         let Outcome { snapshot, source_error, csv } = outcome;
         origin.csv = csv;
         let mut exit = Exit::Good;
@@ -45,7 +48,8 @@ impl Measured {
             });
             exit = Exit::NoData;
         }
-        Self { origin, snapshot, exit }
+        let assessment = Assessment::new(&snapshot, confidence);
+        Self { origin, snapshot, assessment, exit }
     }
 
     /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
@@ -67,7 +71,7 @@ impl Measured {
     }
 
     pub(crate) fn document(&self) -> Document {
-        Document::new(&self.origin, &self.snapshot)
+        Document::new(&self.origin, &self.snapshot, &self.assessment)
     }
 }
 
@@ -113,9 +117,9 @@ impl Teller {
         match self.telling {
             Telling::Json => self.documents.push(measured.document()),
             Telling::Text if measured.origin.kind.is_some() => {
-                print(&text::result(&measured.origin, &measured.snapshot))?;
+                print(&text::result(&measured.origin, &measured.snapshot, &measured.assessment))?;
             }
-            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot))?,
+            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
             Telling::Text | Telling::Ndjson => {}
         }
         Ok(())

@@ -16,7 +16,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
-use vn100_pipeline::{Outcome, Settings, every_second, start};
+use vn100_pipeline::{Assessments, Outcome, Settings, every_second, start};
 
 use crate::{
     args::ReplayArgs,
@@ -102,7 +102,7 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     let read = ReadOptions { line_by_line: job.read.line_by_line || duration.is_some(), ..job.read };
 
     let outcome = measure(capture, read, settings, &origin, &job).await?;
-    let mut measured = Measured::of(origin, outcome);
+    let mut measured = Measured::of(origin, outcome, job.settings.confidence);
     // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
         let origin = &mut measured.origin;
@@ -125,12 +125,13 @@ async fn measure(
     let read_so_far = Arc::clone(&capture.stored_bytes_read);
     let (seconds, mut each_second) = every_second();
     let seconds = job.ndjson.then_some(seconds);
+    let mut assessments = Assessments::new(settings.confidence);
     let events = capture.read(read, job.stop.clone()).context("cannot start the reading thread")?;
     let measurement = start(events, settings, seconds);
     let outcome = async {
         // ends with the measurement: it holds the only sender
         while let Some(snapshot) = each_second.recv().await {
-            print_line(&Document::new(origin, &snapshot))?;
+            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot)))?;
         }
         anyhow::Ok(measurement.outcome().await?)
     };

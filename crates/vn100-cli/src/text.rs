@@ -1,48 +1,62 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
+mod noise;
+
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
+
+use noise::write_noise;
 
 use crate::{
     document::Origin,
     exit::printable,
     recorded::RecordedDocument,
-    units::{ChannelValues, channel_values},
+    units::{ChannelValues, Point, channel_values},
 };
 
 /// Columns a line may take; what every terminal has.
 const WIDTH: usize = 80;
 
+/// Of the column that names the rows of a table with an axis in each of the others.
+const LABEL: usize = 24;
+
+/// Of the column of an axis.
+const COLUMN: usize = 17;
+
+/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the document.
+const LEAST_EDF: f64 = 2.0;
+
 /// The whole result. Ends with a line feed.
-pub(crate) fn result(origin: &Origin, snapshot: &Snapshot) -> String {
+pub(crate) fn result(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_result(&mut out, origin, snapshot);
+    let _ = write_result(&mut out, origin, snapshot, assessment);
     out
 }
 
 /// What came and what may be wrong with it, without statistics and deviations. Ends with a line feed.
-pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot) -> String {
+pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
     let mut out = String::new();
-    let _ = write_summary(&mut out, origin, snapshot);
+    let _ = write_summary(&mut out, origin, snapshot, assessment);
     out
 }
 
-fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
-    write_summary(out, origin, snapshot)?;
-    let channels = channel_values(snapshot);
+fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
+    write_summary(out, origin, snapshot, assessment)?;
+    let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
         write_statistics(out, &channels)?;
-        write_deviations(out, snapshot, &channels)?;
+        write_deviations(out, snapshot, &channels, assessment.confidence)?;
+        write_noise(out, &channels, assessment.confidence)?;
     }
     writeln!(out)
 }
 
-fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
+fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
     write_head(out, origin, snapshot)?;
     if let Some(csv) = &origin.csv {
         write_csv(out, csv)?;
@@ -51,9 +65,8 @@ fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt:
         let text = format!("  recorded   {}", printable(&RecordedDocument::new(recorded).text()));
         writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }
-    for warning in &snapshot.warnings {
-        let options = textwrap::Options::new(WIDTH).initial_indent("! ").subsequent_indent("  ");
-        writeln!(out, "{}", textwrap::fill(&warning.to_string(), options))?;
+    for warning in snapshot.warnings.iter().chain(&assessment.warnings) {
+        writeln!(out, "{}", fill(&warning.to_string(), "! ", "  "))?;
     }
     Ok(())
 }
@@ -181,8 +194,13 @@ fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
 
+/// A paragraph.
+fn fill(text: &str, first_indent: &str, indent: &str) -> String {
+    textwrap::fill(text, textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent))
+}
+
 /// One table for each sensor, its axes side by side.
-fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues]) -> fmt::Result {
+fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues], confidence: f64) -> fmt::Result {
     let deviation = match snapshot.deviation {
         Deviation::Allan => "Allan deviation",
         Deviation::Hadamard => "Hadamard deviation",
@@ -193,12 +211,18 @@ fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelVa
         Estimator::Plain => "no overlap",
     };
     writeln!(out, "\n{deviation}, {windows}")?;
+    let legend = format!(
+        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: octaves share samples, \
+         and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",
+        short(confidence)
+    );
+    writeln!(out, "{}", fill(&legend, "", ""))?;
     // what was asked for between the lines has no deviation
     let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
     for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
-        write!(out, "\n{}, {}\n{:>10}{:>10}{:>10}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
+        write!(out, "\n{}, {}\n{:>8} {:>7} {:>7}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
         for channel in group {
-            write!(out, "{:>14}", channel.name)?;
+            write!(out, " {:>COLUMN$}", channel.name)?;
         }
         writeln!(out)?;
         let octaves = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
@@ -206,15 +230,27 @@ fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelVa
             let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
                 continue;
             };
-            write!(out, "{:>10}{:>10}{:>10}", short(first.tau_s), first.m, first.terms)?;
+            write!(out, "{:>8} {:>7} {:>7}", short(first.tau_s), first.m, first.terms)?;
             for channel in group {
-                let value = channel.deviations.get(octave).and_then(|point| point.deviation);
-                write!(out, "{:>14}", value.map_or("-".into(), |value| format!("{value:.4e}")))?;
+                write!(out, " {:>COLUMN$}", channel.deviations.get(octave).map_or("-".into(), with_bounds))?;
             }
             writeln!(out)?;
         }
     }
     Ok(())
+}
+
+fn with_bounds(point: &Point) -> String {
+    let Some(deviation) = point.deviation else { return "-".into() };
+    let percent = |bound: f64| 100.0 * (bound / deviation - 1.0);
+    match (point.edf, point.lower, point.upper) {
+        (Some(LEAST_EDF..), Some(lower), Some(upper)) if deviation > 0.0 => {
+            let (above, below) = (percent(upper), percent(lower));
+            let decimals = usize::from(above < 9.95);
+            format!("{deviation:.3e} {:>7}", format!("{above:+.decimals$}{below:+.decimals$}"))
+        }
+        _ => format!("{deviation:.3e} {:>7}", "few"),
+    }
 }
 
 fn sensor(quantity: Quantity) -> &'static str {

@@ -1,11 +1,11 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use imu_noise::counts_to_unit;
-use vn100_pipeline::{ChannelSnapshot, Snapshot};
+use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Snapshot};
 use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what the samples do not tell.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct ChannelValues {
     pub(crate) name: String,
     pub(crate) quantity: Quantity,
@@ -20,6 +20,7 @@ pub(crate) struct ChannelValues {
     pub(crate) max: Option<f64>,
     pub(crate) resolution: f64,
     pub(crate) deviations: Vec<Point>,
+    pub(crate) noise: Option<ChannelNoise>,
 }
 
 /// The deviation at one octave.
@@ -29,21 +30,27 @@ pub(crate) struct Point {
     pub(crate) tau_s: f64,
     pub(crate) deviation: Option<f64>,
     pub(crate) terms: u64,
+    pub(crate) edf: Option<f64>,
+    pub(crate) alpha: Option<i8>,
+    pub(crate) lower: Option<f64>,
+    pub(crate) upper: Option<f64>,
 }
 
 /// All channels of a snapshot, in its order, and those asked for between the lines behind them.
-pub(crate) fn channel_values(snapshot: &Snapshot) -> Vec<ChannelValues> {
+pub(crate) fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<ChannelValues> {
     let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    let polled = snapshot.polled.iter().map(|polled| (&polled.channel, &polled.results));
-    channels
-        .iter()
-        .zip(&snapshot.channels)
-        .chain(polled)
-        .map(|(channel, results)| values(channel, results, snapshot))
-        .collect()
+    let streamed = (channels.iter().zip(&snapshot.channels).zip(&assessment.channels))
+        .map(|((channel, results), assessed)| values(channel, results, Some(assessed), snapshot));
+    let polled = snapshot.polled.iter().map(|polled| values(&polled.channel, &polled.results, None, snapshot));
+    streamed.chain(polled).collect()
 }
 
-fn values(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> ChannelValues {
+fn values(
+    channel: &Channel,
+    results: &ChannelSnapshot,
+    assessed: Option<&ChannelAssessment>,
+    snapshot: &Snapshot,
+) -> ChannelValues {
     let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
     let moments = &results.moments;
     let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
@@ -60,17 +67,33 @@ fn values(channel: &Channel, results: &ChannelSnapshot, snapshot: &Snapshot) -> 
         min: sample(moments.min_counts()),
         max: sample(moments.max_counts()),
         resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
-        deviations: points(results, snapshot, value),
+        deviations: points(results, assessed, snapshot, value),
+        noise: assessed.and_then(|assessed| assessed.noise.clone()),
     }
 }
 
-fn points(results: &ChannelSnapshot, snapshot: &Snapshot, value: impl Fn(f64) -> f64) -> Vec<Point> {
-    (results.octaves.iter())
-        .map(|octave| Point {
-            m: octave.m,
-            tau_s: octave.m as f64 / snapshot.timing.rate_hz,
-            deviation: octave.deviation_counts().map(&value),
-            terms: octave.terms,
+fn points(
+    results: &ChannelSnapshot,
+    assessed: Option<&ChannelAssessment>,
+    snapshot: &Snapshot,
+    value: impl Fn(f64) -> f64,
+) -> Vec<Point> {
+    (results.octaves.iter().enumerate())
+        .map(|(index, octave)| {
+            let deviation = octave.deviation_counts().map(&value);
+            let assessed = assessed.and_then(|assessed| assessed.octaves.get(index));
+            let relative = assessed.and_then(|assessed| assessed.relative);
+            let bound = |of: fn(&imu_noise::Interval) -> f64| Some(deviation? * of(&relative?));
+            Point {
+                m: octave.m,
+                tau_s: octave.m as f64 / snapshot.timing.rate_hz,
+                deviation,
+                terms: octave.terms,
+                edf: relative.map(|relative| relative.edf),
+                alpha: assessed.and_then(|assessed| assessed.alpha),
+                lower: bound(|relative| relative.lower),
+                upper: bound(|relative| relative.upper),
+            }
         })
         .collect()
 }

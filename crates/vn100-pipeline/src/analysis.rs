@@ -146,9 +146,6 @@ impl Analysis {
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let layout_channels = self.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-        let channels = (self.channels.iter().zip(layout_channels).enumerate())
-            .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel)))
-            .collect();
         let restarted = (self.channels.iter().zip(layout_channels))
             .filter(|(state, _)| state.has_restarted())
             .map(|(_, channel)| channel.name.to_string())
@@ -162,10 +159,14 @@ impl Analysis {
             link: self.link,
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
-            channels,
+            channels: Vec::new(),
             polled: self.polled.snapshot(),
             warnings: Vec::new(),
         };
+        let shape = snapshot.shape();
+        snapshot.channels = (self.channels.iter().zip(layout_channels).enumerate())
+            .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel), &shape))
+            .collect();
         let findings =
             Findings { repeated_lines: self.repeats.repeated(), print_changes: self.print_changes, restarted };
         snapshot.warnings = advice::warnings(&snapshot, findings);

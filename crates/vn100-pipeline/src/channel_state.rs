@@ -1,6 +1,6 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, Unwrap};
+use imu_noise::{ChannelAccumulator, OctaveSum, RecordShape, Unwrap};
 use vn100_protocol::{Channel, Quantity};
 
 use crate::{settings::Settings, snapshot::ChannelSnapshot};
@@ -52,14 +52,20 @@ impl ChannelState {
         }
     }
 
-    pub(crate) fn snapshot(&self, printed_decimals: u8) -> ChannelSnapshot {
+    pub(crate) fn snapshot(&self, printed_decimals: u8, shape: &RecordShape) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
+        let sums: Vec<_> = self.accumulator.octaves().sums().collect();
+        let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
+        // an octave that could not be read would be zero windows; the slope to it is then no number, and left out
+        let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
         let mean = moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {
             branch_counts: self.unwrap.as_ref().map_or(0, |unwrap| unwrap.turn_offset_counts(mean)),
             moments,
             histogram: self.accumulator.histogram().clone(),
-            octaves: self.accumulator.octaves().sums().collect(),
+            noise_types: self.accumulator.noise_types(&octaves, &variances, shape),
+            slope_counts: self.accumulator.slope_counts(),
+            octaves: sums,
             printed_decimals,
         }
     }

@@ -20,6 +20,7 @@
 
 mod advice;
 mod analysis;
+mod assessment;
 mod channel_state;
 mod evidence;
 mod polled;
@@ -32,7 +33,10 @@ mod waiting;
 mod warning;
 
 pub use analysis::Analysis;
+pub use assessment::{
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, LongTaus, OctaveAssessment, Onboard, WalkSeenLater,
+};
 pub use run::{Died, Measurement, Outcome, every_second, start};
-pub use settings::{DEFAULT_RATE_HZ, Settings};
+pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{ChannelSnapshot, MissingFrom, PolledChannel, RateChange, RateFrom, Snapshot, Timing};
 pub use warning::{Warning, WarningKind};

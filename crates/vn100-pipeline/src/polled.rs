@@ -38,6 +38,8 @@ impl Polled {
                     moments: moments.clone(),
                     histogram: histogram.clone(),
                     octaves: Vec::new(),
+                    noise_types: Vec::new(),
+                    slope_counts: None,
                     branch_counts: 0,
                     printed_decimals: channel.decimals,
                 },

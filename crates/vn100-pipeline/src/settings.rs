@@ -7,6 +7,9 @@ use imu_noise::{Deviation, Estimator};
 /// The sensor's default output rate, taken where nothing tells the rate.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
 
+/// The two-sided level of intervals, unless another is asked for.
+pub const DEFAULT_CONFIDENCE: f64 = 0.95;
+
 /// How a stream is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -20,10 +23,12 @@ pub struct Settings {
     pub skip: Duration,
     /// Data time, counted from the first sample, behind which the measurement ends; `None` for all there is.
     pub duration: Option<Duration>,
+    /// Two-sided level of every interval, 0 < p < 1.
+    pub confidence: f64,
 }
 
 impl Default for Settings {
-    /// Allan deviation with sixteen windows per tau, everything included, rate unknown.
+    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals at 95 %.
     fn default() -> Self {
         Self {
             rate_hz: None,
@@ -31,6 +36,7 @@ impl Default for Settings {
             deviation: Deviation::Allan,
             skip: Duration::ZERO,
             duration: None,
+            confidence: DEFAULT_CONFIDENCE,
         }
     }
 }

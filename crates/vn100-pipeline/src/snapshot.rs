@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use imu_noise::{Deviation, Estimator, Histogram, Moments, OctaveSum, TimebaseSummary};
+use imu_noise::{Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary};
 use vn100_driver::LinkCounts;
 use vn100_protocol::{Channel, Layout};
 
@@ -34,6 +34,19 @@ pub struct Snapshot {
     pub polled: Vec<PolledChannel>,
     /// What may spoil the result, the gravest first.
     pub warnings: Vec<Warning>,
+}
+
+impl Snapshot {
+    /// How the octaves of every channel came about.
+    #[must_use]
+    pub fn shape(&self) -> RecordShape {
+        RecordShape {
+            samples: self.timing.samples + self.timing.missing,
+            interval_s: 1.0 / self.timing.rate_hz,
+            estimator: self.estimator,
+            deviation: self.deviation,
+        }
+    }
 }
 
 /// The samples in time.
@@ -109,6 +122,10 @@ pub struct ChannelSnapshot {
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
+    /// What kind of noise each of the octaves shows.
+    pub noise_types: Vec<NoiseType>,
+    /// Slope of the regression line over the record, in counts per sample; `None` for short records and behind gaps of unknown length.
+    pub slope_counts: Option<f64>,
     /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous series has left the branch from
     /// -180 (not included) to 180 degrees; 0 for any other channel.
     pub branch_counts: i64,

@@ -14,6 +14,8 @@ pub enum WarningKind {
     OtherMessages,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
+    /// The sensor averages and sends fewer values than it takes: its white noise reads higher, or at short tau lower, than it is.
+    DecimatedStream,
     /// Nothing in the recording tells the sample rate.
     RateAssumed,
     /// The sensor's rate changed in mid-stream.
@@ -38,10 +40,18 @@ pub enum WarningKind {
     PrintFormat,
     /// A channel repeats very few values.
     StuckDigits,
+    /// A channel's noise is less than its last printed digit.
+    QuantisationFloor,
     /// A channel reaches the end of its sensor's range.
     FullRange,
     /// An angle turned so far that its count had to start anew.
     AngleRestarted,
+    /// The mean acceleration is not as long as gravity.
+    GravityMagnitude,
+    /// The mean magnetic field is not as long as the Earth's.
+    FieldMagnitude,
+    /// Yaw is worse than pitch and roll.
+    YawFromMagnetometer,
     /// Too few samples for any deviation.
     TooShort,
 }
@@ -55,6 +65,7 @@ impl WarningKind {
             Self::NoValidLines => "no-valid-lines",
             Self::OtherMessages => "other-messages",
             Self::CompensatedStream => "compensated-stream",
+            Self::DecimatedStream => "decimated-stream",
             Self::RateAssumed => "rate-assumed",
             Self::RateChanged => "rate-changed",
             Self::RateOffNominal => "rate-off-nominal",
@@ -67,8 +78,12 @@ impl WarningKind {
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",
             Self::StuckDigits => "stuck-digits",
+            Self::QuantisationFloor => "quantisation-floor",
             Self::FullRange => "full-range",
             Self::AngleRestarted => "angle-restarted",
+            Self::GravityMagnitude => "gravity-magnitude",
+            Self::FieldMagnitude => "field-magnitude",
+            Self::YawFromMagnetometer => "yaw-from-magnetometer",
             Self::TooShort => "too-short",
         }
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use vn100_driver::ReadOptions;
-use vn100_pipeline::Settings;
+use vn100_pipeline::{DEFAULT_CONFIDENCE, Settings};
 
 use crate::measured::Telling;
 
@@ -31,6 +31,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
     pub(crate) duration: Option<Duration>,
 
+    /// Two-sided level of every interval, between 0 and 1 [default: 0.95]
+    #[arg(long, value_name = "P", value_parser = confidence)]
+    pub(crate) confidence: Option<f64>,
+
     /// Take lines that carry no checksum
     #[arg(long)]
     pub(crate) accept_unchecked: bool,
@@ -52,6 +56,7 @@ impl MeasureArgs {
             deviation: self.deviation.into(),
             skip: self.skip,
             duration: self.duration,
+            confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
         }
     }
 
@@ -108,6 +113,14 @@ impl From<Deviation> for imu_noise::Deviation {
             Deviation::Allan => Self::Allan,
             Deviation::Hadamard => Self::Hadamard,
         }
+    }
+}
+
+fn confidence(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(level) if level > 0.0 && level < 1.0 => Ok(level),
+        Ok(level) => Err(format!("{level} is not between 0 and 1; 0.95 is usual")),
+        Err(_) => Err("not a number between 0 and 1".into()),
     }
 }
 

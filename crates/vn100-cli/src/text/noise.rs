@@ -1,0 +1,158 @@
+//! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use below the interval.
+
+use std::fmt::{self, Write};
+
+use imu_noise::{Parameter, Sensor, Sides, Status, Term, conventions};
+use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
+
+use super::{COLUMN, LABEL, fill, sensor, short};
+use crate::units::ChannelValues;
+
+/// In the order in which results are given; quantisation is not asked for.
+const TERMS: [(Term, &str); 4] = [
+    (Term::White, "N, white noise"),
+    (Term::BiasInstability, "B, bias instability"),
+    (Term::RateRandomWalk, "K, rate random walk"),
+    (Term::RateRamp, "R, ramp"),
+];
+
+/// Everything known of the noise of all axes; nothing for a stream without one.
+pub(super) fn write_noise(out: &mut String, channels: &[ChannelValues], confidence: f64) -> fmt::Result {
+    let axes: Vec<(&ChannelValues, &ChannelNoise)> =
+        channels.iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
+    for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
+        let level = short(100.0 * confidence);
+        writeln!(
+            out,
+            "\nnoise of the {}, {level} % intervals; * counts positive frequencies only",
+            sensor(group[0].0.quantity)
+        )?;
+        row(out, "", group, |(channel, _)| channel.name.clone())?;
+        for (term, name) in TERMS {
+            if group.iter().any(|(_, noise)| noise.parameter(term).is_some()) {
+                write_parameter(out, group, term, name)?;
+            }
+            if term == Term::RateRandomWalk {
+                write_visible(out, group)?;
+            }
+        }
+        write_quality(out, group)?;
+        write_classical(out, group)?;
+        if let Some(reason) = reason(group[0].1.long_taus) {
+            writeln!(out, "{}", fill(reason, "  ", "  "))?;
+        }
+    }
+    Ok(())
+}
+
+type Axis<'a> = (&'a ChannelValues, &'a ChannelNoise);
+
+fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str) -> fmt::Result {
+    let parameters: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.parameter(term)).collect();
+    let says = |of: fn(&Parameter) -> Option<f64>| parameters.iter().flatten().any(|parameter| of(parameter).is_some());
+    row(out, name, &parameters, |parameter| parameter.map_or("-".into(), |parameter| status(parameter.status).into()))?;
+    let units = conventions(group[0].1.sensor, term);
+    let bound = |value: Option<f64>| value.map_or("-".into(), four_digits);
+    if says(|parameter| parameter.value.or(parameter.upper)) {
+        for (index, convention) in units.iter().enumerate() {
+            let label = match convention.sides {
+                Some(Sides::One) => format!("  {} *", convention.unit),
+                _ => format!("  {}", convention.unit),
+            };
+            row(out, &label, &parameters, |parameter| {
+                parameter.map_or("-".into(), |parameter| match (parameter.value, parameter.upper) {
+                    (Some(value), _) => four_digits(value * convention.factor),
+                    (None, Some(upper)) => format!("<= {}", four_digits(upper * convention.factor)),
+                    (None, None) => "-".into(),
+                })
+            })?;
+            if index == 0 && says(|parameter| parameter.value) {
+                let estimated = |parameter: Option<Parameter>| parameter.filter(|parameter| parameter.value.is_some());
+                row(out, "    from", &parameters, |p| bound(estimated(*p).and_then(|parameter| parameter.lower)))?;
+                row(out, "    to", &parameters, |p| bound(estimated(*p).and_then(|parameter| parameter.upper)))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// How small a walk a longer record would show.
+fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+    if group.iter().all(|(_, noise)| noise.walk_seen_later.is_none()) {
+        return Ok(());
+    }
+    let label = format!("  {} h more show", short(WalkSeenLater::MORE_S / 3600.0));
+    row(out, &label, group, |(_, noise)| {
+        noise.walk_seen_later.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
+    })
+}
+
+fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+    row(out, "fitted from tau (s)", group, |(_, noise)| {
+        noise.fit.quality.map_or("-".into(), |quality| short(quality.tau_min_s))
+    })?;
+    row(out, "  to tau (s)", group, |(_, noise)| {
+        noise.fit.quality.map_or("-".into(), |quality| short(quality.tau_max_s))
+    })?;
+    row(out, "  chi2 / dof", group, |(_, noise)| {
+        noise.fit.quality.map_or("-".into(), |quality| format!("{:.1} / {}", quality.chi2, quality.dof))
+    })?;
+    row(out, "  p", group, |(_, noise)| noise.fit.quality.map_or("-".into(), |quality| format!("{:.2}", quality.p)))
+}
+
+/// Beside the fit, for those who compare with older reports.
+fn write_classical(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+    if group.iter().all(|(_, noise)| noise.sensor == Sensor::Magnetometer) {
+        return Ok(());
+    }
+    let read = |value: Option<f64>| value.map_or("-".into(), four_digits);
+    row(out, "read by rule, not fitted:", group, |_| String::new())?;
+    row(out, "  slope -1/2 at 1 s", group, |(_, noise)| read(noise.classical.white))?;
+    row(out, "  minimum / 0.664", group, |(_, noise)| read(noise.classical.bias_instability))?;
+    row(out, "  slope +1/2 at 3 s", group, |(_, noise)| read(noise.classical.rate_random_walk))
+}
+
+fn reason(long_taus: LongTaus) -> Option<&'static str> {
+    match long_taus {
+        LongTaus::Sensor => None,
+        LongTaus::Compensated => Some(
+            "B, K and R of the sensor are not in this message: its attitude filter takes the bias out. The minimum of the curve, and the \
+             shoulder before it, are the filter's. The message VNIMU carries the sensor's own rates.",
+        ),
+        LongTaus::LooksCompensated => Some(
+            "B, K and R are not given: at long tau the curve falls below its own white noise, so that something takes the bias out.",
+        ),
+        LongTaus::Surroundings => {
+            Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
+        }
+    }
+}
+
+fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
+    let mut line = format!("{label:<LABEL$}");
+    for value in cells {
+        write!(line, " {:>COLUMN$}", cell(value))?;
+    }
+    writeln!(out, "{}", line.trim_end())
+}
+
+fn status(status: Status) -> &'static str {
+    match status {
+        Status::Estimated => "estimated",
+        Status::Bounded => "at most",
+        Status::NotObservable => "not observable",
+        Status::NotMeasurable => "not measurable",
+        Status::ModelRejected => "no model fits",
+    }
+}
+
+/// To four digits.
+fn four_digits(value: f64) -> String {
+    let magnitude = value.abs();
+    if (0.01..1e4).contains(&magnitude) {
+        let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}

@@ -1,0 +1,163 @@
+//! What a snapshot says of the sensor: confidence intervals, noise parameters, and what stands between the stream and the sensor.
+
+mod noise;
+mod onboard;
+mod rest;
+mod stream;
+
+use std::sync::Arc;
+
+use imu_noise::{Interval, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
+use vn100_protocol::Channel;
+
+pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
+pub use onboard::Onboard;
+
+use crate::{
+    assessment::noise::Models,
+    snapshot::{ChannelSnapshot, Snapshot},
+    warning::Warning,
+};
+
+/// What a snapshot says of the sensor, at one level of confidence. A function of the snapshot alone; some milliseconds for twelve channels.
+///
+/// It outlives its snapshot: the octaves of a record that grew a little since then have nearly the same degrees of freedom.
+#[derive(Debug, Clone)]
+pub struct Assessment {
+    /// Samples in the statistics that were assessed.
+    pub samples: u64,
+    /// Two-sided level of every interval, 0 < p < 1.
+    pub confidence: f64,
+    /// One per channel, in the order of the layout.
+    pub channels: Vec<ChannelAssessment>,
+    /// What may spoil the numbers, beyond the snapshot's own warnings.
+    pub warnings: Vec<Warning>,
+}
+
+/// One channel of an [`Assessment`], in the channel's own unit.
+#[derive(Debug, Clone)]
+pub struct ChannelAssessment {
+    /// One per octave of the snapshot.
+    pub octaves: Vec<OctaveAssessment>,
+    /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
+    pub noise: Option<ChannelNoise>,
+    /// What the sensor does to the channel's white noise before it is sent; `None` where nobody knows.
+    pub onboard: Option<Onboard>,
+}
+
+/// What is known of one octave's deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OctaveAssessment {
+    /// Averaging factor.
+    pub m: u64,
+    /// Exponent of the spectrum nearest to the noise seen here; `None` where too few blocks tell.
+    pub alpha: Option<i8>,
+    /// Degrees of freedom, and bounds of a deviation of 1: those of the octave's own are its deviation times these. `None` below two
+    /// windows.
+    ///
+    /// The degrees of freedom are those of the fitted mixture of noises, or, where no model holds, of the kind of noise seen here or
+    /// next to here.
+    pub relative: Option<Interval>,
+}
+
+impl Assessment {
+    /// Assesses `snapshot` at the level `confidence`, 0 < p < 1; outside, there are no intervals and no parameters.
+    #[must_use]
+    pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
+        let mut assessor = Assessor { snapshot, confidence, models: Models::new(snapshot.shape()) };
+        let layout_channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+        let channels: Vec<_> = (layout_channels.iter().zip(&snapshot.channels))
+            .map(|(channel, results)| assessor.channel(channel, results))
+            .collect();
+        let mut warnings = stream::warnings(snapshot, &channels);
+        warnings.extend(rest::warnings(snapshot, &channels));
+        Self { samples: snapshot.timing.samples, confidence, channels, warnings }
+    }
+}
+
+/// Assessments of a growing record. Making one costs as much as many seconds of measuring, and says the same as long as the record
+/// is hardly longer.
+#[derive(Debug)]
+pub struct Assessments {
+    confidence: f64,
+    latest: Option<Arc<Assessment>>,
+}
+
+impl Assessments {
+    /// Assessments at the level `confidence`, see [`Assessment::new`].
+    #[must_use]
+    pub const fn new(confidence: f64) -> Self {
+        Self { confidence, latest: None }
+    }
+
+    /// An assessment of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
+    pub fn of(&mut self, snapshot: &Snapshot) -> Arc<Assessment> {
+        let samples = snapshot.timing.samples;
+        if let Some(latest) = &self.latest
+            && (latest.samples..latest.samples + latest.samples.div_ceil(20)).contains(&samples)
+            && latest.channels.len() == snapshot.channels.len()
+        {
+            return Arc::clone(latest);
+        }
+        let assessment = Arc::new(Assessment::new(snapshot, self.confidence));
+        self.latest = Some(Arc::clone(&assessment));
+        assessment
+    }
+}
+
+struct Assessor<'a> {
+    snapshot: &'a Snapshot,
+    confidence: f64,
+    models: Models,
+}
+
+impl Assessor<'_> {
+    fn channel(&mut self, channel: &Channel, results: &ChannelSnapshot) -> ChannelAssessment {
+        let curve = Curve::new(channel, results, self.snapshot.shape());
+        let onboard = Onboard::of(channel, self.snapshot);
+        let noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, self.confidence, &mut self.models);
+        let mut last_law = None;
+        let octaves = (curve.octaves.iter().enumerate())
+            .map(|(i, octave)| {
+                let law = results.noise_types.get(i).and_then(imu_noise::NoiseType::law);
+                last_law = law.or(last_law);
+                let fitted = noise.as_ref().and_then(|noise| noise.edf(octave.m));
+                let edf = fitted.or_else(|| edf(octave, &curve.shape, last_law?));
+                OctaveAssessment {
+                    m: octave.m,
+                    alpha: law.map(PowerLaw::alpha),
+                    relative: edf.and_then(|edf| Interval::new(1.0, edf, self.confidence)),
+                }
+            })
+            .collect();
+        ChannelAssessment { octaves, noise, onboard }
+    }
+}
+
+/// The octave variances of one channel, in its own unit.
+#[derive(Debug)]
+struct Curve {
+    shape: RecordShape,
+    octaves: Vec<Octave>,
+    /// In the unit squared; no number where the sum is unknown.
+    variances: Vec<f64>,
+    /// Slope of the regression line.
+    slope_unit_s: Option<f64>,
+}
+
+impl Curve {
+    fn new(channel: &Channel, results: &ChannelSnapshot, shape: RecordShape) -> Self {
+        let unit = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+        let variance = |counts2| counts_to_unit(counts2, 2 * channel.decimals) * channel.scale * channel.scale;
+        Self {
+            shape,
+            octaves: results.octaves.iter().map(imu_noise::OctaveSum::octave).collect(),
+            variances: (results.octaves.iter()).map(|sum| sum.variance_counts2().map_or(f64::NAN, variance)).collect(),
+            slope_unit_s: results.slope_counts.map(|slope| unit(slope) / shape.interval_s),
+        }
+    }
+
+    fn tau_s(&self, octave: &Octave) -> f64 {
+        octave.m as f64 * self.shape.interval_s
+    }
+}

@@ -1,0 +1,173 @@
+//! The noise parameters of one axis, as far as its stream carries them.
+
+use imu_noise::{
+    BoxcarWindow, ClassicalReading, Deviation, NoiseFit, NoiseModel, Octave, Parameter, RecordShape, Sensor, Status,
+    Term, Terms, classical_reading, edf, visible_random_walk,
+};
+use vn100_protocol::{Channel, Quantity};
+
+use super::{Curve, Onboard};
+use crate::snapshot::Snapshot;
+
+/// Noise without a ramp.
+const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
+
+/// Where an attitude filter takes the bias of a gyroscope out, with a time constant of tens of seconds, deviations up to here still show
+/// the sensor.
+const BEFORE_FILTER_S: f64 = 10.0;
+
+/// The noise parameters of one axis.
+#[derive(Debug, Clone)]
+pub struct ChannelNoise {
+    /// What the axis measures.
+    pub sensor: Sensor,
+    /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
+    pub fit: NoiseFit,
+    /// The letters as they are read off the curve by rule, for comparison with published figures only.
+    pub classical: ClassicalReading,
+    /// What a longer record would show, where this one is too short for the random walk.
+    pub walk_seen_later: Option<WalkSeenLater>,
+    /// Why bias instability, random walk and ramp are not those of the sensor.
+    pub long_taus: LongTaus,
+}
+
+/// What long averaging times show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LongTaus {
+    /// The sensor.
+    Sensor,
+    /// The sensor's attitude filter, which takes the bias out: the message says so.
+    Compensated,
+    /// Something that takes the bias out: the curve falls below what any noise that is white at short averaging times can show.
+    LooksCompensated,
+    /// The surroundings: a magnetic field is never quiet for long.
+    Surroundings,
+}
+
+/// The random walk that a record would show above the white noise if it went on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WalkSeenLater {
+    /// Length of that record in seconds.
+    pub duration_s: f64,
+    /// Smallest K it shows, about, in unit/√s; see [`visible_random_walk`].
+    pub at_least: f64,
+}
+
+impl WalkSeenLater {
+    /// Seconds added to the record.
+    pub const MORE_S: f64 = 6.0 * 3600.0;
+}
+
+impl ChannelNoise {
+    /// The parameters of an axis; `None` for what is no axis of a sensor.
+    pub(super) fn new(
+        channel: &Channel,
+        curve: &Curve,
+        snapshot: &Snapshot,
+        onboard: Option<Onboard>,
+        confidence: f64,
+        models: &mut Models,
+    ) -> Option<Self> {
+        let sensor = match channel.quantity {
+            Quantity::AngularRate => Sensor::Gyroscope,
+            Quantity::Acceleration => Sensor::Accelerometer,
+            Quantity::MagneticField => Sensor::Magnetometer,
+            Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return None,
+        };
+        let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
+        let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+        let short = || curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
+        let mut part = |octaves: usize| {
+            let model = models.of(&curve.octaves[..octaves], STOCHASTIC, window);
+            model.fit_part(&curve.variances[..octaves], confidence)
+        };
+        let (fit, long_taus) = match sensor {
+            Sensor::Magnetometer => (part(curve.octaves.len()), LongTaus::Surroundings),
+            Sensor::Gyroscope if compensated => (part(short().max(4).min(curve.octaves.len())), LongTaus::Compensated),
+            Sensor::Gyroscope | Sensor::Accelerometer => {
+                let model = models.of(&curve.octaves, Terms::RATE, window);
+                let fit = model.fit(&curve.variances, curve.slope_unit_s, confidence);
+                let rejected = fit.quality.is_none() && sensor == Sensor::Gyroscope;
+                let before = rejected.then(|| {
+                    let octaves = short().max(4).min(curve.octaves.len());
+                    models
+                        .of(&curve.octaves[..octaves], STOCHASTIC, window)
+                        .fit_part(&curve.variances[..octaves], confidence)
+                });
+                match before.filter(|before| falls_below_white(curve, before)) {
+                    Some(before) => (before, LongTaus::LooksCompensated),
+                    None => (fit, LongTaus::Sensor),
+                }
+            }
+        };
+        let tau_s: Vec<f64> = curve.octaves.iter().map(|octave| curve.tau_s(octave)).collect();
+        let deviations: Vec<f64> = curve.variances.iter().map(|variance| variance.sqrt()).collect();
+        let classical = match curve.shape.deviation {
+            Deviation::Allan => classical_reading(&tau_s, &deviations),
+            // the recipes are for the Allan deviation
+            Deviation::Hadamard => classical_reading(&[], &[]),
+        };
+        let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTaus::Sensor);
+        let white = fit.parameter(Term::White).and_then(|white| white.value);
+        let walk_seen_later = walk.filter(|walk| walk.value.is_none()).zip(white).map(|(_, white)| {
+            let duration_s = curve.shape.samples as f64 * curve.shape.interval_s + WalkSeenLater::MORE_S;
+            WalkSeenLater { duration_s, at_least: visible_random_walk(white, duration_s) }
+        });
+        Some(Self { sensor, fit, classical, walk_seen_later, long_taus })
+    }
+
+    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white noise
+    /// alone is its own.
+    #[must_use]
+    pub fn parameter(&self, term: Term) -> Option<Parameter> {
+        match self.long_taus {
+            _ if term == Term::White => self.fit.parameter(term),
+            LongTaus::Sensor => self.fit.parameter(term),
+            LongTaus::Compensated | LongTaus::LooksCompensated => {
+                (term != Term::Quantization).then(|| Parameter::without_value(Status::NotMeasurable))
+            }
+            LongTaus::Surroundings => None,
+        }
+    }
+
+    /// Degrees of freedom of an octave in the fitted mixture of noises.
+    pub(super) fn edf(&self, m: u64) -> Option<f64> {
+        self.fit.edf(m)
+    }
+}
+
+/// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times: no sum of noises does.
+fn falls_below_white(curve: &Curve, short: &NoiseFit) -> bool {
+    /// One octave in ten thousand looks like that by chance.
+    const CONFIDENCE: f64 = 0.9998;
+    let Some(white) = short.parameter(Term::White).and_then(|white| white.lower) else { return false };
+    (curve.octaves.iter().zip(&curve.variances)).any(|(octave, variance)| {
+        let edf = edf(octave, &curve.shape, imu_noise::PowerLaw::White);
+        let interval = edf.and_then(|edf| imu_noise::Interval::new(*variance, edf, CONFIDENCE));
+        interval.is_some_and(|interval| interval.upper < white / curve.tau_s(octave).sqrt())
+    })
+}
+
+/// Noise models, each made once for all the axes that were sampled together.
+pub(super) struct Models {
+    shape: RecordShape,
+    made: Vec<(Key, NoiseModel)>,
+}
+
+type Key = (Vec<Octave>, Terms, Option<BoxcarWindow>);
+
+impl Models {
+    pub(super) fn new(shape: RecordShape) -> Self {
+        Self { shape, made: Vec::new() }
+    }
+
+    fn of(&mut self, octaves: &[Octave], terms: Terms, window: Option<BoxcarWindow>) -> &NoiseModel {
+        let same = |(key, _): &(Key, NoiseModel)| key.0 == octaves && key.1 == terms && key.2 == window;
+        let place = self.made.iter().position(same).unwrap_or_else(|| {
+            let model = NoiseModel::new(octaves, &self.shape, terms, window);
+            self.made.push(((octaves.to_vec(), terms, window), model));
+            self.made.len() - 1
+        });
+        &self.made[place].1
+    }
+}

@@ -1,0 +1,68 @@
+//! What the sensor does before it sends a sample: it averages some of its refreshes, and sends every so manyth average.
+
+use imu_noise::BoxcarWindow;
+use vn100_protocol::{Channel, Check, Fields, ImuFilter, Quantity, Register, RegisterContents};
+
+use crate::{rates::rates_hz, snapshot::Snapshot};
+
+/// Refreshes of gyroscope and accelerometer per second.
+const IMU_REFRESH_HZ: f64 = 800.0;
+
+/// Refreshes of the magnetometer per second.
+const MAG_REFRESH_HZ: f64 = 250.0;
+
+/// Averaging and decimation inside a VN-100, for one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Onboard {
+    /// Refreshes of the channel's sensor per second.
+    pub refresh_hz: f64,
+    /// The averaging window and the decimation.
+    pub window: BoxcarWindow,
+    /// Register 85 told the window; otherwise it is the sensor's default.
+    pub window_known: bool,
+}
+
+impl Onboard {
+    /// How far the factor may be off, relative: the sensor's own roll-off is not known. Measured factors at 40 Hz with a window of four
+    /// refreshes were 2.17 to 2.47 where the formula gives 2.236.
+    pub const UNCERTAINTY: f64 = 0.10;
+
+    /// How much higher than the sensor's own the density of white noise reads in the stream, to within
+    /// [`UNCERTAINTY`](Self::UNCERTAINTY).
+    #[must_use]
+    pub fn white_factor(&self) -> f64 {
+        self.window.white_factor()
+    }
+
+    /// The window that would bring the sensor's own density into the stream.
+    #[must_use]
+    pub fn honest_window(&self) -> u32 {
+        self.window.decimation.round() as u32
+    }
+
+    /// For a channel of a sensor of this make that is averaged on board.
+    pub(super) fn of(channel: &Channel, snapshot: &Snapshot) -> Option<Self> {
+        let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
+        let filter = filter(snapshot);
+        let ImuFilter { window, mode } = filter.unwrap_or_default();
+        let (refresh_hz, window, mode) = match channel.quantity {
+            Quantity::MagneticField => (MAG_REFRESH_HZ, window.mag, mode.mag),
+            Quantity::Acceleration => (IMU_REFRESH_HZ, window.accel, mode.accel),
+            Quantity::AngularRate => (IMU_REFRESH_HZ, window.gyro, mode.gyro),
+            Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return None,
+        };
+        // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
+        let averaged = mode & if layout.compensated { 2 } else { 1 } != 0;
+        let length = if averaged { window.into() } else { 1 };
+        let decimation = refresh_hz / snapshot.timing.rate_hz;
+        // the magnetometer is not averaged unless somebody asks for it
+        let window_known = filter.is_some();
+        Some(Self { refresh_hz, window: BoxcarWindow { length, decimation }, window_known })
+    }
+}
+
+fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
+    let register = Register::IMU_FILTER;
+    let fields = Fields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
+    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+}

@@ -1,0 +1,96 @@
+//! What stands between the sensor and its stream: averaging and decimation on board, a filter that takes the bias out, rounding.
+
+use imu_noise::counts_to_unit;
+use vn100_protocol::Channel;
+
+use super::{ChannelAssessment, Onboard, noise::LongTaus};
+use crate::{
+    snapshot::{ChannelSnapshot, Snapshot},
+    warning::{Warning, WarningKind},
+};
+
+/// Below this ratio of noise to the last digit the rounding is no longer white noise of its own.
+const LEAST_NOISE_DIGITS: f64 = 0.5;
+
+pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
+    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    let channels: Vec<_> = layout.iter().zip(&snapshot.channels).zip(assessed).collect();
+    let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
+        (channels.iter())
+            .filter(|((channel, results), assessed)| holds(channel, results, assessed))
+            .map(|((channel, _), _)| channel.name.to_string())
+            .collect()
+    };
+    let mut warnings = Vec::new();
+    let mut filters: Vec<Onboard> = Vec::new();
+    for onboard in assessed.iter().filter_map(|channel| channel.onboard) {
+        if !filters.contains(&onboard) {
+            filters.push(onboard);
+        }
+    }
+    for onboard in filters {
+        if let Some(text) = decimation(&onboard, snapshot.timing.rate_hz) {
+            let channels = names(&|_, _, assessed| assessed.onboard == Some(onboard));
+            warnings.push(Warning { kind: WarningKind::DecimatedStream, channels, text });
+        }
+    }
+    let tracked = names(&|_, _, assessed| {
+        assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTaus::LooksCompensated)
+    });
+    if !tracked.is_empty() {
+        let text = "the deviation falls, at long tau, below the line of the channel's own white noise, which no sensor does: a filter takes \
+                    the bias out. Bias instability, random walk and ramp of the sensor are not in this stream; record its uncompensated \
+                    output"
+            .into();
+        warnings.push(Warning { kind: WarningKind::CompensatedStream, channels: tracked, text });
+    }
+    let rounded = names(&|channel, results, assessed| {
+        assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)
+    });
+    if !rounded.is_empty() {
+        let text = "from sample to sample the noise is less than half of the last printed digit: the curve is that of the rounding, not of \
+                    the sensor"
+            .into();
+        warnings.push(Warning { kind: WarningKind::QuantisationFloor, channels: rounded, text });
+    }
+    warnings
+}
+
+fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
+    let Onboard { refresh_hz, window, window_known } = *onboard;
+    let averaged = match window.length {
+        0 | 1 => "averages none of them".into(),
+        length => format!("averages {length} of them"),
+    };
+    let (said_by, percent) = (
+        if window_known { "register 85 says" } else { "unless register 85 was changed" },
+        100.0 * Onboard::UNCERTAINTY,
+    );
+    let factor = onboard.white_factor();
+    let seen =
+        format!("the sensor takes {refresh_hz} values a second, {averaged} ({said_by}) and sends {rate_hz} averages");
+    let cure = (onboard.refresh_hz > 250.0).then(|| {
+        format!(
+            "; a window of {} (vn100 configure PORT --window {0}) brings the sensor's own density into the stream",
+            onboard.honest_window()
+        )
+    });
+    let cure = cure.unwrap_or_default();
+    if window.overlaps() && window_known {
+        Some(format!("{seen}: neighbouring samples share values, and short taus read too low. N allows for it{cure}"))
+    } else if factor > 1.0 + Onboard::UNCERTAINTY {
+        Some(format!(
+            "{seen}: white noise folds, and reads {factor:.2} times the sensor's own density (±{percent:.0} %) in this stream, whatever reads \
+             it. A data sheet's density must be multiplied by that before it is compared{cure}"
+        ))
+    } else {
+        None
+    }
+}
+
+/// White noise of less than half a digit shows as a deviation, at m = 1, of less than that.
+fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
+    let digit_counts = counts_to_unit(1.0, results.printed_decimals) / counts_to_unit(1.0, channel.decimals);
+    let deviation = results.octaves.first().and_then(imu_noise::OctaveSum::deviation_counts);
+    deviation.is_some_and(|deviation| deviation < LEAST_NOISE_DIGITS * digit_counts)
+}
