@@ -5,8 +5,9 @@ mod measure;
 
 use std::{path::PathBuf, time::Duration};
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use vn100_driver::ColumnMap;
+use vn100_sim::CaptureMessage;
 
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
@@ -181,6 +182,10 @@ pub(crate) struct SimArgs {
     #[arg(long, value_name = "HZ", requires = "output")]
     pub(crate) rate: Option<u32>,
 
+    /// Message of the capture; its angular rates are those of the sensor in either
+    #[arg(long, value_name = "NAME", value_enum, ignore_case = true, default_value_t, requires = "output")]
+    pub(crate) message: SimMessage,
+
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
@@ -196,6 +201,27 @@ pub(crate) struct SimArgs {
     /// Replace an existing capture
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
+}
+
+/// Messages of emulated captures.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SimMessage {
+    /// Attitude, magnetic field, acceleration and angular rate
+    #[default]
+    #[value(name = "VNYMR")]
+    Ymr,
+    /// Magnetic field, acceleration, angular rate, temperature and pressure
+    #[value(name = "VNIMU")]
+    Imu,
+}
+
+impl From<SimMessage> for CaptureMessage {
+    fn from(message: SimMessage) -> Self {
+        match message {
+            SimMessage::Ymr => Self::Ymr,
+            SimMessage::Imu => Self::Imu,
+        }
+    }
 }
 
 #[derive(Debug, clap::Args)]

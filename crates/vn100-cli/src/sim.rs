@@ -11,10 +11,9 @@ use anyhow::{Context, Result, bail};
 use tokio::{runtime::Runtime, task, time};
 use vn100_driver::{Chunk, RecordingWriter};
 use vn100_sim::{
-    Generator,
+    CaptureMessage, Generator,
     device::{Device, DeviceConfig},
     pty::{PtyOptions, serve},
-    sentence::write_sentence,
     write_capture,
 };
 
@@ -71,13 +70,14 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
 
 fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
+    let message = args.message.into();
     let mut generator = Generator::new(&args.sensor.profile, rate_hz, args.sensor.seed)?;
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
         bail!("a record of {duration:?} at {rate_hz} Hz holds no sample: ask for a longer one");
     }
     if output == Path::new("-") {
-        write(io::stdout().lock(), &mut generator, samples).context("cannot write to standard output")?;
+        write(io::stdout().lock(), &mut generator, message, samples).context("cannot write to standard output")?;
         return Ok(Exit::Good);
     }
     let context = || format!("cannot write {}", output.display());
@@ -89,31 +89,31 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
         file => file.with_context(context)?,
     };
     if output.extension().is_some_and(|extension| extension == "mcap") {
-        record(file, &mut generator, samples, rate_hz, &args.sensor).with_context(context)?;
+        record(file, &mut generator, samples, rate_hz, args).with_context(context)?;
     } else {
-        write(file, &mut generator, samples).with_context(context)?;
+        write(file, &mut generator, message, samples).with_context(context)?;
     }
     Ok(Exit::Good)
 }
 
-fn write(out: impl Write, generator: &mut Generator, samples: u64) -> io::Result<()> {
+fn write(out: impl Write, generator: &mut Generator, message: CaptureMessage, samples: u64) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(64 * 1024, out);
-    write_capture(&mut out, generator, samples)?;
+    write_capture(&mut out, generator, message, samples)?;
     out.flush()
 }
 
 /// Writes each line as a read of its own, at the very time of its sample; the first is at 0.
-fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, sensor: &SimSensorArgs) -> io::Result<()> {
+fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, args: &SimArgs) -> io::Result<()> {
     let recipe = [
-        ("profile", sensor.profile.name.to_owned()),
+        ("profile", args.sensor.profile.name.to_owned()),
         ("rate_hz", rate_hz.to_string()),
-        ("seed", sensor.seed.to_string()),
+        ("seed", args.sensor.seed.to_string()),
     ];
     let recipe = recipe.map(|(name, value)| (format!("sim.{name}"), value)).into();
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
         let mut line = Vec::new();
-        write_sentence(&mut line, &generator.next_row());
+        CaptureMessage::from(args.message).write_next(&mut line, generator);
         let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(rate_hz)).ok();
         recording.write(&Chunk { bytes: line.into(), at_ns }.into())?;
     }

@@ -5,10 +5,13 @@ use std::num::NonZeroU32;
 use thiserror::Error;
 use vn100_protocol::OUTPUT_RATES_HZ;
 
-use crate::{noise::ChannelStream, profile::Profile};
+use crate::{noise::ChannelStream, profile::Profile, surroundings::Surroundings};
 
 /// Yaw, pitch and roll come first.
 const ANGLES: usize = 3;
+
+/// Time after switching on, in seconds, when the temperature has settled.
+const WARM_S: f64 = 36_000.0;
 
 /// The sensor has no such output rate.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -22,6 +25,10 @@ pub struct UnsupportedRate {
 #[derive(Debug, Clone)]
 pub struct Generator {
     channels: [ChannelStream; 12],
+    surroundings: Surroundings,
+    interval_s: f64,
+    /// Readings of temperature and pressure taken.
+    readings: u64,
 }
 
 impl Generator {
@@ -39,7 +46,8 @@ impl Generator {
             number += 1;
             stream
         });
-        Ok(Self { channels })
+        let surroundings = Surroundings::new(seed);
+        Ok(Self { channels, surroundings, interval_s: 1.0 / f64::from(rate_hz), readings: 0 })
     }
 
     /// The next sample: yaw, pitch, roll (deg, in (-180, 180]), magnetic field x y z (gauss),
@@ -53,6 +61,14 @@ impl Generator {
             *angle_deg = wrapped_deg(value);
         }
         row
+    }
+
+    /// The temperature (degC) and the pressure (kPa) of the next sample, of a sensor that has warmed up.
+    #[must_use]
+    pub fn next_surroundings(&mut self) -> [f32; 2] {
+        self.surroundings.advance_to(WARM_S + self.readings as f64 * self.interval_s);
+        self.readings += 1;
+        [self.surroundings.temperature_c as f32, self.surroundings.pressure_kpa as f32]
     }
 }
 

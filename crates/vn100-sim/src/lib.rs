@@ -4,11 +4,11 @@
 //! rows, and [`write_capture`] prints them. The same profile, rate and seed give the same bytes.
 //!
 //! ```
-//! use vn100_sim::{Generator, Profile, write_capture};
+//! use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
 //!
 //! let mut generator = Generator::new(&Profile::named("lab3")?, 40, 1)?;
 //! let mut capture = Vec::new();
-//! write_capture(&mut capture, &mut generator, 40)?;
+//! write_capture(&mut capture, &mut generator, CaptureMessage::Ymr, 40)?;
 //! assert!(capture.starts_with(b"$VNYMR,+052."));
 //! assert_eq!(capture.iter().filter(|&&byte| byte == b'\n').count(), 40);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -43,10 +43,11 @@ pub mod pty;
 mod receiver;
 mod sensor;
 pub mod sentence;
+mod surroundings;
 pub mod usb;
 pub mod wire;
 
-pub use capture::write_capture;
+pub use capture::{CaptureMessage, write_capture};
 pub use device::{Device, DeviceConfig};
 pub use generator::{Generator, UnsupportedRate};
 pub use profile::{Profile, UnknownProfile};

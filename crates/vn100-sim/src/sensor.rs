@@ -6,6 +6,7 @@ use crate::{
     noise::{ChannelNoise, Component, RandomWalk, normal, random_stream},
     onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
     profile::Profile,
+    surroundings::Surroundings,
 };
 
 /// The window a sensor is delivered with, at the rate it is delivered with.
@@ -24,20 +25,6 @@ const BIAS_TRACKING_S: f64 = 30.0;
 
 /// Standard deviation of the gyro bias at turn-on, rad/s; one recorded unit shows 0.020, -0.030 and -0.011.
 const TURN_ON_BIAS_RAD_S: f64 = 0.02;
-
-/// Warm-up from the temperature of the room, as a first-order lag.
-const ROOM_C: f64 = 22.0;
-const WARM_UP_C: f64 = 11.0;
-const WARM_UP_S: f64 = 900.0;
-const TEMPERATURE_SIGMA_C: f64 = 0.02;
-/// Slow change of the weather: a sine.
-const PRESSURE_KPA: f64 = 101.325;
-const WEATHER_KPA: f64 = 0.05;
-const WEATHER_S: f64 = 7200.0;
-const PRESSURE_SIGMA_KPA: f64 = 0.003;
-
-/// Number of the random stream of temperature and pressure, behind those of the twelve channels.
-const SURROUNDINGS: u32 = 12;
 
 /// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the uncompensated output
 /// passes each: register 85.
@@ -171,9 +158,7 @@ pub(crate) struct Sensor {
     turn_on_bias_rad_s: [f64; 3],
     /// The attitude filter's estimate of the gyro bias.
     bias_rad_s: [f64; 3],
-    surroundings: rand_chacha::ChaCha8Rng,
-    temperature_c: f64,
-    pressure_kpa: f64,
+    surroundings: Surroundings,
     deltas: Deltas,
 }
 
@@ -186,9 +171,7 @@ impl Sensor {
             ticks: 0,
             turn_on_bias_rad_s,
             bias_rad_s: turn_on_bias_rad_s,
-            surroundings: random_stream(seed, SURROUNDINGS, Component::White),
-            temperature_c: ROOM_C,
-            pressure_kpa: PRESSURE_KPA,
+            surroundings: Surroundings::new(seed),
             deltas: Deltas::default(),
         }
     }
@@ -204,7 +187,7 @@ impl Sensor {
             channel.advance(tick);
         }
         if tick.is_multiple_of(SLOW_TICKS) {
-            self.feel_surroundings(seconds(tick));
+            self.surroundings.advance_to(seconds(tick));
         }
         let interval_s = 1.0 / f64::from(IMU_REFRESH_HZ);
         self.deltas.time_s += interval_s;
@@ -236,8 +219,8 @@ impl Sensor {
             uncompensated_mag_gauss: single(triad(3, filter.uncompensated[0])),
             uncompensated_accel_m_s2: single(triad(6, filter.uncompensated[1])),
             uncompensated_gyro_rad_s: single(gyro(filter.uncompensated[2])),
-            temperature_c: self.temperature_c as f32,
-            pressure_kpa: self.pressure_kpa as f32,
+            temperature_c: self.surroundings.temperature_c as f32,
+            pressure_kpa: self.surroundings.pressure_kpa as f32,
         }
     }
 
@@ -253,13 +236,6 @@ impl Sensor {
 
     fn gyro_rad_s(&self, axis: usize, averaged: bool) -> f64 {
         self.turn_on_bias_rad_s[axis] + self.channels[9 + axis].value(averaged)
-    }
-
-    fn feel_surroundings(&mut self, time_s: f64) {
-        let warm = WARM_UP_C * (1.0 - (-time_s / WARM_UP_S).exp());
-        let weather = WEATHER_KPA * (std::f64::consts::TAU * time_s / WEATHER_S).sin();
-        self.temperature_c = ROOM_C + warm + TEMPERATURE_SIGMA_C * normal(&mut self.surroundings);
-        self.pressure_kpa = PRESSURE_KPA + weather + PRESSURE_SIGMA_KPA * normal(&mut self.surroundings);
     }
 }
 

@@ -25,6 +25,25 @@ pub fn write_sentence(line: &mut Vec<u8>, row: &[f32; 12]) {
         "$VNYMR,{yaw:+08.3},{pitch:+08.3},{roll:+08.3},{mx:+08.4},{my:+08.4},{mz:+08.4},\
          {ax:+07.3},{ay:+07.3},{az:+07.3},{gx:+010.6},{gy:+010.6},{gz:+010.6}"
     );
+    end_sentence(line, start);
+}
+
+/// Appends the `$VNIMU` sentence of one row and of its temperature (degC) and pressure (kPa): the values of the row but for the angles,
+/// in the same formats, then `%+05.1f` and `%+010.3f`. Otherwise as [`write_sentence`].
+pub fn write_imu_sentence(line: &mut Vec<u8>, row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) {
+    let start = line.len();
+    let [_, _, _, mx, my, mz, ax, ay, az, gx, gy, gz] = row;
+    // writing to a Vec cannot fail
+    _ = write!(
+        line,
+        "$VNIMU,{mx:+08.4},{my:+08.4},{mz:+08.4},{ax:+07.3},{ay:+07.3},{az:+07.3},{gx:+010.6},{gy:+010.6},{gz:+010.6},\
+         {temperature_c:+05.1},{pressure_kpa:+010.3}"
+    );
+    end_sentence(line, start);
+}
+
+/// Appends the check and the line's end to what stands behind `start`.
+fn end_sentence(line: &mut Vec<u8>, start: usize) {
     let check = line[start + 1..].iter().fold(0, |xor, byte| xor ^ byte);
     _ = write!(line, "*{check:02X}\r\n");
 }
@@ -65,6 +84,16 @@ mod tests {
         assert!(text.starts_with("$VNYMR,-000.000,"), "{text}");
         assert!(text.contains(",-00.0000,") && text.contains(",-00.000,"), "{text}");
         assert!(text.contains(",-00.000000*"), "{text}");
+    }
+
+    #[test]
+    fn the_uncompensated_message_has_temperature_and_pressure() {
+        let row = [0.0, 0.0, 0.0, -2.0841, 0.6045, 2.8911, 0.381, -0.154, -9.657, -0.005683, 0.000262, 0.001475];
+        let mut line = Vec::new();
+        write_imu_sentence(&mut line, &row, [21.6, 99.761]);
+        let expected = "$VNIMU,-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761*";
+        let text = String::from_utf8(line).unwrap();
+        assert!(text.starts_with(expected), "{text}");
     }
 
     #[test]
