@@ -14,6 +14,9 @@ use crate::chi_squared;
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
+/// An octave that adds more to χ² than one in twenty does by chance is taken to disagree with the longer ones.
+const MOST_FROM_ONE: f64 = 3.84;
+
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
@@ -80,7 +83,7 @@ impl NoiseModel {
     /// Generalised least squares with the covariance of all octaves from the fitted model itself, on statistics made
     /// normal, with squared amplitudes that cannot be negative. The shortest octaves, half of all at most, are left
     /// out until the model holds with p >= 0.01: vibration shows there, and a fit through it invents bias
-    /// instability.
+    /// instability. Where one had to go, so must the next unless χ² falls by less than 3.84 without it.
     ///
     /// `slope_unit_s` is the slope of the regression line over the record, in the unit of the channel per second.
     /// Without it, a ramp is not observable and is not in the model.
@@ -139,6 +142,14 @@ impl NoiseModel {
             let Some(p) = chi_squared::probability_above(solution.chi2, dof as f64).filter(|p| *p >= LEAST_P) else {
                 continue;
             };
+            // where octaves had to go, the line that made them go still pulls at the next, which says most of the white noise
+            let without_first = Regression::new(model, &values, range.start + 1..range.end);
+            if range.start > 0
+                && without_first.statistics() > model.basis.len()
+                && without_first.fit().is_some_and(|without| solution.chi2 - without.chi2 > MOST_FROM_ONE)
+            {
+                continue;
+            }
             let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
             let quality = FitQuality {
                 tau_min_s: tau_s(range.start),
