@@ -3,7 +3,8 @@
 //! `cargo bench -p imu-noise --bench coverage -- --records 500 --minutes 60`, with `--plain`, `--full` or
 //! `--hadamard` for other estimators. Prints per noise the share of records whose interval or bound at 95 % holds the
 //! truth, with the share in which the parameter is called estimated, and the share of octave intervals (degrees of
-//! freedom above 10) that hold. All noises of a record share its random numbers.
+//! freedom above 10) that hold. The last column is N of the same records with the bias tracked out of them, as an
+//! attitude filter does. All noises of a record share its random numbers.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 use std::time::{Duration, Instant};
@@ -14,7 +15,7 @@ mod score;
 mod synthetic;
 
 use imu_noise::{Deviation, Estimator};
-use score::{Cell, NOISES, RATE_HZ, ReadOut, counts};
+use score::{Cell, NOISES, RATE_HZ, ReadOut, counts, tracked};
 use synthetic::Synthesis;
 
 fn main() {
@@ -34,14 +35,17 @@ fn main() {
     println!("share of {records} records that holds (share estimated), %");
     for minutes in minutes {
         let samples = (minutes * 60.0 * RATE_HZ) as usize;
-        println!("\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected");
+        println!(
+            "\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected  N, tracked"
+        );
         let mut cells = vec![Cell::default(); NOISES.len()];
         let (mut in_model, mut in_fit) = (Duration::ZERO, Duration::ZERO);
         let mut synthesis = Synthesis::new(samples, 1);
         for _ in 0..records {
             let record = synthesis.next_record();
             for (cell, noise) in cells.iter_mut().zip(&NOISES) {
-                let read_out = ReadOut::new(&counts(noise, &record), estimator, deviation);
+                let counts = counts(noise, &record);
+                let read_out = ReadOut::new(&counts, estimator, deviation);
                 let start = Instant::now();
                 let model = read_out.model();
                 in_model += start.elapsed();
@@ -49,6 +53,7 @@ fn main() {
                 let fit = read_out.fit(&model);
                 in_fit += start.elapsed();
                 cell.score(noise, &read_out, &fit);
+                cell.score_tracked(&ReadOut::new(&tracked(&counts), estimator, deviation));
             }
         }
         for (cell, noise) in cells.iter().zip(&NOISES) {
@@ -57,7 +62,9 @@ fn main() {
                 print!("{:5.1} ({:3.0})", score.held_percent(), score.estimated_percent());
             }
             let rejected = 100.0 * cell.rejected as f64 / records as f64;
-            println!("{:9.1} {rejected:9.1}", cell.octaves.held_percent());
+            let tracked = cell.tracked_white;
+            print!("{:9.1} {rejected:9.1}", cell.octaves.held_percent());
+            println!("{:7.1} ({:3.0})", tracked.held_percent(), tracked.estimated_percent());
         }
         let runs = (records * NOISES.len()) as u32;
         println!("{:?} for a model of all channels, {:?} for the fit of one", in_model / runs, in_fit / runs);

@@ -7,7 +7,7 @@ mod score;
 mod synthetic;
 
 use imu_noise::{Deviation, Estimator};
-use score::{Cell, NOISES, RATE_HZ, ReadOut, TERMS, counts};
+use score::{Cell, NOISES, RATE_HZ, ReadOut, TERMS, counts, tracked};
 use synthetic::Synthesis;
 
 #[test]
@@ -28,9 +28,11 @@ fn check(estimator: Estimator, deviation: Deviation, records: usize) {
     for _ in 0..records {
         let record = synthesis.next_record();
         for (cell, noise) in cells.iter_mut().zip(&NOISES) {
-            let read_out = ReadOut::new(&counts(noise, &record), estimator, deviation);
+            let counts = counts(noise, &record);
+            let read_out = ReadOut::new(&counts, estimator, deviation);
             let fit = read_out.fit(&read_out.model());
             cell.score(noise, &read_out, &fit);
+            cell.score_tracked(&ReadOut::new(&tracked(&counts), estimator, deviation));
         }
     }
     // Three and a half standard deviations above a true 5 %: a dozen shares are looked at.
@@ -42,6 +44,9 @@ fn check(estimator: Estimator, deviation: Deviation, records: usize) {
             assert!(held_percent > 100.0 - wrong_percent, "{}: {term:?} held in {held_percent} %", noise.name);
             assert!(!absent || score.estimated_percent() < wrong_percent, "{}: {term:?} is not there", noise.name);
         }
+        let tracked_percent = cell.tracked_white.held_percent();
+        assert!(tracked_percent > 100.0 - wrong_percent, "{}: N, tracked, held in {tracked_percent} %", noise.name);
+        assert!(cell.tracked_white.estimated_percent() > 90.0, "{}: N, tracked", noise.name);
         assert!((92.0..98.5).contains(&cell.octaves.held_percent()), "{}", noise.name);
         // Few windows and a ramp: with the plain estimator 4 in 100 are rejected that need not be.
         let needless = if estimator == Estimator::Plain { records / 8 } else { records / 20 };

@@ -1,7 +1,8 @@
 //! Which intervals of a record with known noise hold the truth.
 
 use imu_noise::{
-    Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, PowerLaw, RecordShape, Status, Term, Terms,
+    Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape, Status, Term,
+    Terms,
 };
 
 pub(crate) const RATE_HZ: f64 = 40.0;
@@ -56,6 +57,8 @@ pub(crate) struct Cell {
     /// Octaves with more than 10 degrees of freedom.
     pub(crate) octaves: Score,
     pub(crate) rejected: usize,
+    /// N of the same records, where the bias was tracked out of them.
+    pub(crate) tracked_white: Score,
 }
 
 /// The record in the unit in which white noise has the standard deviation 1, as counts.
@@ -67,6 +70,18 @@ pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>
         (COUNTS * value).round() as i32
     };
     samples.map(value).collect()
+}
+
+/// What a filter that tracks the bias leaves of a record, its time constant half a minute.
+pub(crate) fn tracked(counts: &[i32]) -> Vec<i32> {
+    let share = 1.0 / (30.0 * RATE_HZ);
+    let mut bias = 0.0;
+    let left = counts.iter().map(|count| {
+        let rest = f64::from(*count) - bias;
+        bias += rest * share;
+        rest.round() as i32
+    });
+    left.collect()
 }
 
 /// What is read out of a record.
@@ -97,19 +112,37 @@ impl ReadOut {
     pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
         model.fit(&self.variances, Some(self.slope_s), CONFIDENCE)
     }
+
+    /// N by the averaging times that show nothing of a filter which tracks the bias.
+    pub(crate) fn white(&self) -> Parameter {
+        let before_filter = |octave: &&imu_noise::Octave| octave.m as f64 / RATE_HZ <= 10.0;
+        let octaves: Vec<_> = self.octaves.iter().take_while(before_filter).copied().collect();
+        let terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
+        let model = NoiseModel::new(&octaves, &self.shape, terms, None);
+        model.fit_part(&self.variances[..octaves.len()], CONFIDENCE).parameter(Term::White).unwrap()
+    }
+}
+
+impl Score {
+    fn count(&mut self, parameter: &Parameter, truth: f64) {
+        let above = parameter.lower.is_none_or(|lower| lower <= truth);
+        self.of += 1;
+        self.estimated += usize::from(parameter.status == Status::Estimated);
+        self.held += usize::from(above && parameter.upper.is_none_or(|upper| truth <= upper));
+    }
 }
 
 impl Cell {
+    pub(crate) fn score_tracked(&mut self, read_out: &ReadOut) {
+        self.tracked_white.count(&read_out.white(), read_out.shape.interval_s.sqrt());
+    }
+
     pub(crate) fn score(&mut self, noise: &Noise, read_out: &ReadOut, fit: &NoiseFit) {
         let interval_s = read_out.shape.interval_s;
         let ramp = noise.ramp / read_out.shape.samples as f64;
         let truths = [interval_s.sqrt(), noise.flicker, noise.step / interval_s.sqrt(), ramp / interval_s];
         for ((term, truth), score) in TERMS.into_iter().zip(truths).zip(&mut self.terms) {
-            let parameter = fit.parameter(term).unwrap();
-            let above = parameter.lower.is_none_or(|lower| lower <= truth);
-            score.of += 1;
-            score.estimated += usize::from(parameter.status == Status::Estimated);
-            score.held += usize::from(above && parameter.upper.is_none_or(|upper| truth <= upper));
+            score.count(&fit.parameter(term).unwrap(), truth);
         }
         self.rejected += usize::from(fit.quality.is_none());
         for (octave, variance) in read_out.octaves.iter().zip(&read_out.variances) {
