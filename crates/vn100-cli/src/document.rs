@@ -11,7 +11,7 @@ use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 use crate::{
     noise_document::NoiseDocument,
     recorded::RecordedDocument,
-    units::{ChannelValues, channel_values},
+    units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
 /// Where the samples came from, as far as the document names it.
@@ -38,7 +38,21 @@ pub(crate) struct Document {
     timing: Timing,
     link: Link,
     channels: Vec<Channel>,
+    norms: Vec<NormDocument>,
     warnings: Vec<Warning>,
+}
+
+/// The length of a sensor's vector, sample by sample; `of_mean` is that of the mean vector.
+#[derive(Debug, Serialize)]
+struct NormDocument {
+    name: &'static str,
+    unit: String,
+    of_mean: Option<f64>,
+    count: u64,
+    mean: Option<f64>,
+    std: Option<f64>,
+    min: Option<f64>,
+    max: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -202,6 +216,7 @@ impl Document {
             channels: (channel_values(snapshot, assessment).into_iter())
                 .map(|values| channel(values, snapshot, assessment))
                 .collect(),
+            norms: norm_values(snapshot).into_iter().map(norm).collect(),
             warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.clone() })
                 .collect(),
@@ -220,6 +235,19 @@ fn source(origin: &Origin, snapshot: &Snapshot) -> Source {
         meta: origin.meta.clone(),
         error: origin.error.clone(),
         csv: origin.csv.clone().map(csv),
+    }
+}
+
+fn norm(values: NormValues) -> NormDocument {
+    NormDocument {
+        name: values.name,
+        unit: values.unit,
+        of_mean: values.of_mean,
+        count: values.count,
+        mean: values.mean,
+        std: values.std,
+        min: values.min,
+        max: values.max,
     }
 }
 

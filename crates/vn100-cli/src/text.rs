@@ -1,6 +1,7 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
 mod noise;
+mod statistics;
 
 use std::fmt::{self, Write};
 
@@ -10,6 +11,7 @@ use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
 use noise::write_noise;
+use statistics::write_statistics;
 
 use crate::{
     document::Origin,
@@ -49,7 +51,7 @@ fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessme
     write_summary(out, origin, snapshot, assessment)?;
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
-        write_statistics(out, &channels)?;
+        write_statistics(out, snapshot, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment.confidence)?;
     }
@@ -157,28 +159,6 @@ fn bad_lines(tally: &Tally) -> String {
     if present.is_empty() { "0".into() } else { format!("{} ({})", bad.total(), present.join(", ")) }
 }
 
-fn write_statistics(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
-    writeln!(out)?;
-    let width = channels.iter().map(|channel| channel.name.len() + 1).max().unwrap_or(0).max(12);
-    writeln!(out, "{:<width$}{:<7}{:>15}{:>15}{:>15}{:>15}", "channel", "unit", "mean", "std", "min", "max")?;
-    for channel in channels {
-        // three digits more than the sensor prints: averages resolve more than one sample
-        let average = |value| number(value, channel.decimals + 3);
-        let sample = |value| number(value, channel.decimals);
-        writeln!(
-            out,
-            "{:<width$}{:<7}{:>15}{:>15}{:>15}{:>15}",
-            channel.name,
-            channel.unit,
-            average(channel.mean),
-            average(channel.std),
-            sample(channel.min),
-            sample(channel.max)
-        )?;
-    }
-    Ok(())
-}
-
 /// To six digits, without zeros behind: what rates and times need.
 fn short(value: f64) -> String {
     let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
@@ -188,10 +168,6 @@ fn short(value: f64) -> String {
 
 fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
 }
 
 /// A paragraph.

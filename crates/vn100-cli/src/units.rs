@@ -1,7 +1,7 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use imu_noise::counts_to_unit;
-use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Snapshot};
+use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Norm, Snapshot};
 use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what the samples do not tell.
@@ -43,6 +43,48 @@ pub(crate) fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Ve
         .map(|((channel, results), assessed)| values(channel, results, Some(assessed), snapshot));
     let polled = snapshot.polled.iter().map(|polled| values(&polled.channel, &polled.results, None, snapshot));
     streamed.chain(polled).collect()
+}
+
+/// The length of a sensor's vector, sample by sample.
+#[derive(Debug, Clone)]
+pub(crate) struct NormValues {
+    pub(crate) name: &'static str,
+    pub(crate) quantity: Quantity,
+    pub(crate) unit: String,
+    pub(crate) decimals: usize,
+    /// Of the mean vector.
+    pub(crate) of_mean: Option<f64>,
+    pub(crate) count: u64,
+    pub(crate) mean: Option<f64>,
+    pub(crate) std: Option<f64>,
+    pub(crate) min: Option<f64>,
+    pub(crate) max: Option<f64>,
+}
+
+/// The lengths of all vectors, in the order of the channels.
+pub(crate) fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
+    let norm = |norm: &Norm| {
+        let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
+        let moments = &norm.moments;
+        NormValues {
+            name: match norm.quantity {
+                Quantity::MagneticField => "mag_norm",
+                Quantity::Acceleration => "accel_norm",
+                Quantity::AngularRate => "gyro_norm",
+                Quantity::Angle | Quantity::Temperature | Quantity::Pressure => "norm",
+            },
+            quantity: norm.quantity,
+            unit: norm.unit.clone(),
+            decimals: usize::from(norm.decimals),
+            of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
+            count: moments.count(),
+            mean: moments.mean_counts().map(value),
+            std: moments.std_counts().map(value),
+            min: moments.min_counts().map(|counts| value(counts.into())),
+            max: moments.max_counts().map(|counts| value(counts.into())),
+        }
+    };
+    snapshot.norms.iter().map(norm).collect()
 }
 
 fn values(

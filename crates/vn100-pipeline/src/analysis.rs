@@ -10,6 +10,7 @@ use crate::{
     advice::{self, Findings},
     channel_state::ChannelState,
     evidence::Verdict,
+    norms::Norm,
     polled::Polled,
     rates::rates_hz,
     repeats::Repeats,
@@ -28,6 +29,7 @@ pub struct Analysis {
     timing: Timing,
     layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
+    norms: Vec<Norm>,
     column: Vec<i32>,
     repeats: Repeats,
     registers: BTreeMap<u8, String>,
@@ -67,6 +69,7 @@ impl Analysis {
             },
             layout: None,
             channels: Vec::new(),
+            norms: Vec::new(),
             column: Vec::new(),
             repeats: Repeats::new(),
             registers: BTreeMap::new(),
@@ -160,6 +163,7 @@ impl Analysis {
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             channels: Vec::new(),
+            norms: self.norms.clone(),
             polled: self.polled.snapshot(),
             warnings: Vec::new(),
         };
@@ -177,6 +181,7 @@ impl Analysis {
 impl Analysis {
     fn begin(&mut self, layout: Arc<Layout>) {
         self.channels = (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings)).collect();
+        self.norms = Norm::all(&layout);
         self.layout = Some(layout);
     }
 
@@ -256,6 +261,9 @@ impl Analysis {
             self.column.clear();
             self.column.extend(counts.chunks_exact(width).map(|row| row[index]));
             channel.absorb(&mut self.column);
+        }
+        for norm in &mut self.norms {
+            norm.push(counts, width, &mut self.column);
         }
     }
 

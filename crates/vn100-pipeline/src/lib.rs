@@ -23,6 +23,7 @@ mod analysis;
 mod assessment;
 mod channel_state;
 mod evidence;
+mod norms;
 mod polled;
 mod rates;
 mod repeats;
@@ -36,6 +37,7 @@ pub use analysis::Analysis;
 pub use assessment::{
     Assessment, Assessments, ChannelAssessment, ChannelNoise, LongTaus, OctaveAssessment, Onboard, WalkSeenLater,
 };
+pub use norms::Norm;
 pub use run::{Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{ChannelSnapshot, MissingFrom, PolledChannel, RateChange, RateFrom, Snapshot, Timing};

@@ -2,11 +2,13 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use imu_noise::{Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary};
+use imu_noise::{
+    Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary, counts_to_unit,
+};
 use vn100_driver::LinkCounts;
-use vn100_protocol::{Channel, Layout};
+use vn100_protocol::{Channel, Layout, Quantity};
 
-use crate::warning::Warning;
+use crate::{norms::Norm, warning::Warning};
 
 /// Everything known of a measurement at one moment. Taking one does not disturb the measurement.
 #[derive(Debug, Clone)]
@@ -29,6 +31,8 @@ pub struct Snapshot {
     pub deviation: Deviation,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
+    /// The length of each measured vector.
+    pub norms: Vec<Norm>,
     /// What was read from register 54 between the lines: temperature, pressure, and the measurements without the sensor's own
     /// compensation; empty where it was not read.
     pub polled: Vec<PolledChannel>,
@@ -37,6 +41,20 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
+    /// The mean of the first three channels that measure `quantity`, in their unit; `None` where there are not so many, or no samples.
+    #[must_use]
+    pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
+        let layout = self.layout.as_ref()?;
+        let axes = layout.channels.iter().zip(&self.channels).filter(|(channel, _)| channel.quantity == quantity);
+        let means: Vec<f64> = axes
+            .take(3)
+            .filter_map(|(channel, results)| {
+                Some(counts_to_unit(results.moments.mean_counts()?, channel.decimals) * channel.scale)
+            })
+            .collect();
+        means.try_into().ok()
+    }
+
     /// How the octaves of every channel came about.
     #[must_use]
     pub fn shape(&self) -> RecordShape {

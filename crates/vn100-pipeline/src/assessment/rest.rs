@@ -1,6 +1,6 @@
 //! What a sensor at rest on Earth should show: gravity, a magnetic field, and a heading that is no worse than the levelling.
 
-use imu_noise::{STANDARD_GRAVITY_M_S2, counts_to_unit};
+use imu_noise::STANDARD_GRAVITY_M_S2;
 use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
@@ -29,9 +29,10 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             .collect()
     };
     let names = |axes: &[Axis<'_>]| axes.iter().map(|(channel, ..)| channel.name.to_string()).collect::<Vec<_>>();
+    let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]| x.hypot(y).hypot(z));
     let mut warnings = Vec::new();
     let accel = of(Quantity::Acceleration);
-    if let Some(gravity) = magnitude(&accel) {
+    if let Some(gravity) = length(Quantity::Acceleration) {
         let off = gravity - STANDARD_GRAVITY_M_S2;
         if off.abs() > GRAVITY_TOLERANCE_M_S2 {
             let text = format!(
@@ -42,7 +43,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         }
     }
     let mag = of(Quantity::MagneticField);
-    if let Some(field) = magnitude(&mag).filter(|field| !FIELD_GAUSS.contains(field)) {
+    if let Some(field) = length(Quantity::MagneticField).filter(|field| !FIELD_GAUSS.contains(field)) {
         let text = format!(
             "the mean magnetic field is {field:.4} gauss long; the Earth's is {} to {}: iron or a current is near, or the sensor is not \
              calibrated for what it is mounted on",
@@ -62,15 +63,6 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         warnings.push(Warning { kind: WarningKind::YawFromMagnetometer, channels: vec![yaw.0.name.to_string()], text });
     }
     warnings
-}
-
-/// Length of the mean vector of three axes, in their unit.
-fn magnitude(axes: &[Axis<'_>]) -> Option<f64> {
-    let [x, y, z] = axes else { return None };
-    let mean = |(channel, results, _): &Axis<'_>| {
-        Some(counts_to_unit(results.moments.mean_counts()?, channel.decimals) * channel.scale)
-    };
-    Some(mean(x)?.hypot(mean(y)?).hypot(mean(z)?))
 }
 
 /// At any tau, beyond the intervals.

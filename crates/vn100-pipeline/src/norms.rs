@@ -1,0 +1,88 @@
+//! The length of the measured vectors, sample by sample: it does not depend on how the sensor lies.
+
+use imu_noise::Moments;
+use vn100_protocol::{Channel, Layout, Quantity};
+
+/// Digits kept of a length beyond those of its components.
+const MORE_DECIMALS: u8 = 2;
+
+/// The length of one sensor's vector.
+#[derive(Debug, Clone)]
+pub struct Norm {
+    /// What the vector is of.
+    pub quantity: Quantity,
+    /// Unit of the length.
+    pub unit: String,
+    /// A count of 1 is 10^-`decimals` · `scale` units.
+    pub decimals: u8,
+    /// As [`Channel::scale`].
+    pub scale: f64,
+    /// Mean, spread and extremes, in counts.
+    pub moments: Moments,
+    /// Place of the first of its three axes in a row.
+    first: usize,
+}
+
+impl Norm {
+    /// Lengths for every three neighbours of one sensor that are printed alike.
+    pub(crate) fn all(layout: &Layout) -> Vec<Self> {
+        let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
+            let [x, y, z] = axes else { return None };
+            let quantity = x.quantity;
+            let is_vector =
+                matches!(quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate);
+            let alike = |other: &Channel| {
+                (other.quantity, other.decimals, other.scale) == (quantity, x.decimals, x.scale) && is_vector
+            };
+            let begins = first == 0 || layout.channels[first - 1].quantity != quantity;
+            (begins && alike(y) && alike(z)).then(|| Self {
+                quantity,
+                unit: x.unit.to_string(),
+                decimals: x.decimals + MORE_DECIMALS,
+                scale: x.scale,
+                moments: Moments::new(),
+                first,
+            })
+        });
+        vectors.collect()
+    }
+
+    /// Takes frame-major rows of `width` counts; `column` is for its own use.
+    pub(crate) fn push(&mut self, counts: &[i32], width: usize, column: &mut Vec<i32>) {
+        const MORE: f64 = 100.0;
+        column.clear();
+        column.extend(counts.chunks_exact(width).map(|row| {
+            let [x, y, z] = [0, 1, 2].map(|axis| f64::from(row[self.first + axis]));
+            // lengths beyond the range of a count stay at its end
+            (MORE * (x * x + y * y + z * z).sqrt()).round() as i32
+        }));
+        self.moments.push(column);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vn100_protocol::{VNIMU, VNYMR};
+
+    #[test]
+    fn every_vector_of_a_message_has_a_length() {
+        let quantities = |layout| Norm::all(layout).iter().map(|norm| norm.quantity).collect::<Vec<_>>();
+        let expected = [Quantity::MagneticField, Quantity::Acceleration, Quantity::AngularRate];
+        assert_eq!(quantities(&VNYMR), expected);
+        assert_eq!(quantities(&VNIMU), expected);
+    }
+
+    #[test]
+    fn lengths_are_those_of_pythagoras() {
+        let mut norm = Norm::all(&VNYMR).remove(1);
+        let mut row = [0; 12];
+        row[6..9].copy_from_slice(&[2000, 3000, 6000]);
+        let mut rows = row.to_vec();
+        row[6..9].copy_from_slice(&[0, 0, -1]);
+        rows.extend(row);
+        norm.push(&rows, 12, &mut Vec::new());
+        assert_eq!((norm.moments.count(), norm.decimals), (2, 5));
+        assert_eq!((norm.moments.min_counts(), norm.moments.max_counts()), (Some(100), Some(700_000)));
+    }
+}
