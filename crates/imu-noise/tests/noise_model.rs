@@ -233,3 +233,23 @@ fn a_gauss_markov_process_is_found_with_its_time() {
     assert_eq!(without.correlation_time_s.status, Status::NotObservable);
     assert_eq!(fit(&white[..20]), None);
 }
+
+#[test]
+fn a_process_is_not_seen_in_white_noise_alone() {
+    let mut synthesis = Synthesis::new(24_000, 9);
+    let mut seen = 0;
+    let records = 60;
+    for _ in 0..records {
+        let (white, ..) = synthesis.next_record();
+        let counts: Vec<i32> = white.iter().map(|value| (value * 1e4).round() as i32).collect();
+        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+        sums.push(&counts);
+        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+        let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+        let model = NoiseModel::new(&octaves, &shape(24_000), Terms::WHITE, None);
+        seen += usize::from(model.fit_gauss_markov(&variances, 0.95).unwrap().sigma.status == Status::Estimated);
+    }
+    println!("{seen}");
+    // 5 % of 60 are 3, with a standard deviation of 1.7
+    assert!(seen <= 8, "a process was seen in {seen} of {records} records of white noise");
+}

@@ -180,6 +180,9 @@ async fn measure_and_record(
         None => "the end of the source, or of the time asked for".into(),
     };
     let mut measured = Measured::of(origin, outcome, job.settings.confidence);
+    if job.args.measure.filter_models {
+        measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
+    }
     if let Some(recorder) = recorder {
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
         measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);

@@ -6,7 +6,7 @@ use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use serde_json::Value;
 use vn100_driver::{CsvReport, Recorded};
-use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
 
 use crate::{
     noise_document::NoiseDocument,
@@ -221,6 +221,18 @@ impl Document {
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.clone() })
                 .collect(),
         }
+    }
+}
+
+impl Document {
+    /// Adds what filters ask for, by channel.
+    pub(crate) fn with_filter_models(mut self, models: &[Option<FilterModels>]) -> Self {
+        for (channel, models) in self.channels.iter_mut().zip(models) {
+            if let (Some(noise), Some(models)) = (&mut channel.noise, models) {
+                noise.add_filter_models(models);
+            }
+        }
+        self
     }
 }
 

@@ -5,7 +5,7 @@ use std::{io, sync::Arc};
 use anyhow::Result;
 use indicatif::HumanBytes;
 use vn100_driver::RecordingState;
-use vn100_pipeline::{Analysis, Assessment, Outcome, Settings, Snapshot, Warning, WarningKind};
+use vn100_pipeline::{Analysis, Assessment, FilterModels, Outcome, Settings, Snapshot, Warning, WarningKind};
 
 use crate::{
     document::{Document, Origin},
@@ -18,6 +18,8 @@ pub(crate) struct Measured {
     pub(crate) origin: Origin,
     pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) assessment: Assessment,
+    /// By channel; empty unless asked for.
+    pub(crate) filter_models: Vec<Option<FilterModels>>,
     pub(crate) exit: Exit,
 }
 
@@ -26,7 +28,7 @@ impl Measured {
     pub(crate) fn nothing(origin: Origin, settings: Settings) -> Self {
         let snapshot = Arc::new(Analysis::new(settings).snapshot());
         let assessment = Assessment::new(&snapshot, settings.confidence);
-        Self { origin, snapshot, assessment, exit: Exit::NoData }
+        Self { origin, snapshot, assessment, filter_models: Vec::new(), exit: Exit::NoData }
     }
 
     /// The result of a source that ended, with intervals at the level `confidence`.
@@ -49,7 +51,14 @@ impl Measured {
             exit = Exit::NoData;
         }
         let assessment = Assessment::new(&snapshot, confidence);
-        Self { origin, snapshot, assessment, exit }
+        Self { origin, snapshot, assessment, filter_models: Vec::new(), exit }
+    }
+
+    /// Adds what filters ask for.
+    pub(crate) fn with_filter_models(mut self) -> Self {
+        let Assessment { channels, confidence, .. } = &self.assessment;
+        self.filter_models = FilterModels::of(&self.snapshot, channels, *confidence);
+        self
     }
 
     /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
@@ -71,7 +80,7 @@ impl Measured {
     }
 
     pub(crate) fn document(&self) -> Document {
-        Document::new(&self.origin, &self.snapshot, &self.assessment)
+        Document::new(&self.origin, &self.snapshot, &self.assessment).with_filter_models(&self.filter_models)
     }
 }
 
@@ -117,7 +126,12 @@ impl Teller {
         match self.telling {
             Telling::Json => self.documents.push(measured.document()),
             Telling::Text if measured.origin.kind.is_some() => {
-                print(&text::result(&measured.origin, &measured.snapshot, &measured.assessment))?;
+                print(&text::result(
+                    &measured.origin,
+                    &measured.snapshot,
+                    &measured.assessment,
+                    &measured.filter_models,
+                ))?;
             }
             Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
             Telling::Text | Telling::Ndjson => {}

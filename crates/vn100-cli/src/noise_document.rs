@@ -2,7 +2,7 @@
 
 use imu_noise::{Convention, Parameter, Sides, Status, Term, conventions};
 use serde::Serialize;
-use vn100_pipeline::ChannelNoise;
+use vn100_pipeline::{ChannelNoise, FilterModels};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct NoiseDocument {
@@ -18,6 +18,40 @@ pub(crate) struct NoiseDocument {
     rate_random_walk_seen_later: Option<SeenLater>,
     correlations: Vec<Correlation>,
     classical: Classical,
+    /// Only where asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filter_models: Option<FilterModelsDocument>,
+}
+
+/// In the SI units of the parameters; sigma in that of the channel.
+#[derive(Debug, Serialize)]
+struct FilterModelsDocument {
+    gauss_markov: Option<GaussMarkov>,
+    over_bound: Option<OverBoundDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct GaussMarkov {
+    white: Bounds,
+    sigma: Bounds,
+    correlation_time_s: Bounds,
+    chi2: f64,
+    dof: usize,
+    p: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Bounds {
+    status: &'static str,
+    value: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct OverBoundDocument {
+    white: f64,
+    rate_random_walk: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -105,7 +139,31 @@ impl NoiseDocument {
                 bias_instability: noise.classical.bias_instability,
                 rate_random_walk: noise.classical.rate_random_walk,
             },
+            filter_models: None,
         }
+    }
+
+    pub(crate) fn add_filter_models(&mut self, models: &FilterModels) {
+        self.filter_models = Some(FilterModelsDocument {
+            gauss_markov: models.gauss_markov.map(|fit| GaussMarkov {
+                white: Bounds::new(fit.white),
+                sigma: Bounds::new(fit.sigma),
+                correlation_time_s: Bounds::new(fit.correlation_time_s),
+                chi2: fit.chi2,
+                dof: fit.dof,
+                p: fit.p,
+            }),
+            over_bound: models
+                .over_bound
+                .map(|bound| OverBoundDocument { white: bound.white, rate_random_walk: bound.rate_random_walk }),
+        });
+    }
+}
+
+impl Bounds {
+    fn new(parameter: Parameter) -> Self {
+        let Parameter { value, lower, upper, .. } = parameter;
+        Self { status: status(parameter.status), value, lower, upper }
     }
 }
 

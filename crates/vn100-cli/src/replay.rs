@@ -42,6 +42,7 @@ async fn replay_all(args: &ReplayArgs) -> Result<Exit> {
         settings: args.measure.settings(),
         columns: args.columns.clone(),
         ndjson: args.measure.ndjson,
+        filter_models: args.measure.filter_models,
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if args.measure.ndjson {
@@ -69,6 +70,7 @@ struct Job {
     settings: Settings,
     columns: Option<ColumnMap>,
     ndjson: bool,
+    filter_models: bool,
     progress: Progress,
     turns: Semaphore,
     stop: CancellationToken,
@@ -103,6 +105,9 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
 
     let outcome = measure(capture, read, settings, &origin, &job).await?;
     let mut measured = Measured::of(origin, outcome, job.settings.confidence);
+    if job.filter_models {
+        measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
+    }
     // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
         let origin = &mut measured.origin;

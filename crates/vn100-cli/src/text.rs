@@ -1,5 +1,6 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
+mod filter_models;
 mod noise;
 mod statistics;
 
@@ -7,9 +8,10 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
+use filter_models::write_filter_models;
 use noise::write_noise;
 use statistics::write_statistics;
 
@@ -33,10 +35,15 @@ const COLUMN: usize = 17;
 const LEAST_EDF: f64 = 2.0;
 
 /// The whole result. Ends with a line feed.
-pub(crate) fn result(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
+pub(crate) fn result(
+    origin: &Origin,
+    snapshot: &Snapshot,
+    assessment: &Assessment,
+    filter_models: &[Option<FilterModels>],
+) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_result(&mut out, origin, snapshot, assessment);
+    let _ = write_result(&mut out, origin, snapshot, assessment, filter_models);
     out
 }
 
@@ -47,13 +54,20 @@ pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessm
     out
 }
 
-fn write_result(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
+fn write_result(
+    out: &mut String,
+    origin: &Origin,
+    snapshot: &Snapshot,
+    assessment: &Assessment,
+    filter_models: &[Option<FilterModels>],
+) -> fmt::Result {
     write_summary(out, origin, snapshot, assessment)?;
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
         write_statistics(out, snapshot, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment.confidence)?;
+        write_filter_models(out, &channels, filter_models)?;
     }
     writeln!(out)
 }

@@ -1,5 +1,6 @@
 //! What a snapshot says of the sensor: confidence intervals, noise parameters, and what stands between the stream and the sensor.
 
+mod filter_models;
 mod noise;
 mod onboard;
 mod rest;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use imu_noise::{Interval, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
 use vn100_protocol::Channel;
 
+pub use filter_models::FilterModels;
 pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
 pub use onboard::Onboard;
 

@@ -35,7 +35,8 @@ mod warning;
 
 pub use analysis::Analysis;
 pub use assessment::{
-    Assessment, Assessments, ChannelAssessment, ChannelNoise, LongTaus, OctaveAssessment, Onboard, WalkSeenLater,
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, FilterModels, LongTaus, OctaveAssessment, Onboard,
+    WalkSeenLater,
 };
 pub use norms::Norm;
 pub use run::{Died, Measurement, Outcome, every_second, start};

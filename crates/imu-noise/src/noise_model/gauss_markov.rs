@@ -14,6 +14,10 @@ const TRIALS: usize = 24;
 /// Shortest correlation time in samples: below, samples say little of the process between them.
 const SHORTEST: f64 = 8.0;
 
+/// A process is there when χ² falls by more with it than it does in one of twenty records of white noise alone, the best of all trials
+/// being taken.
+const PRESENT: f64 = 6.6;
+
 /// White noise and a first-order Gauss-Markov process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussMarkovFit {
@@ -62,7 +66,12 @@ impl NoiseModel {
         let (model, solution) = (&trials[best].0, trials[best].1.as_ref()?);
         let regression = Regression::new(model, &values, 0..octaves.len());
         let parameter = |i| Parameter::of(&regression, solution, i, confidence);
-        let sigma = parameter(1);
+        let without = regression.fit_with(1, 0.0, &solution.parameters);
+        let is_there = without.is_none_or(|without| without.chi2 - solution.chi2 > PRESENT);
+        let sigma = match parameter(1) {
+            found if is_there => found,
+            found => Parameter { upper: found.upper, ..Parameter::without_value(Status::Bounded) },
+        };
         let excluded = |trial: &usize| chi2(*trial) - solution.chi2 > z * z;
         let seconds = |trial: usize| time(trial) * self.shape.interval_s;
         let correlation_time_s = if sigma.status == Status::Estimated {

@@ -35,6 +35,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
 
+    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random walk that lie above the whole curve
+    #[arg(long)]
+    pub(crate) filter_models: bool,
+
     /// Take lines that carry no checksum
     #[arg(long)]
     pub(crate) accept_unchecked: bool,

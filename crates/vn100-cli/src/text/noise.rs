@@ -128,7 +128,7 @@ fn reason(long_taus: LongTaus) -> Option<&'static str> {
     }
 }
 
-fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
+pub(super) fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
     let mut line = format!("{label:<LABEL$}");
     for value in cells {
         write!(line, " {:>COLUMN$}", cell(value))?;
@@ -147,7 +147,7 @@ fn status(status: Status) -> &'static str {
 }
 
 /// To four digits.
-fn four_digits(value: f64) -> String {
+pub(super) fn four_digits(value: f64) -> String {
     let magnitude = value.abs();
     if (0.01..1e4).contains(&magnitude) {
         let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;
