@@ -37,6 +37,13 @@ impl ChannelAccumulator {
         }
     }
 
+    /// The same, with what [`OctaveSum::without_slope`](crate::OctaveSum::without_slope) needs.
+    #[must_use]
+    pub fn keeping_slope(mut self) -> Self {
+        self.octaves = self.octaves.keeping_slope();
+        self
+    }
+
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {

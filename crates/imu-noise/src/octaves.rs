@@ -94,6 +94,8 @@ pub struct OctaveSum {
     /// windows over counts that span 27 bits (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30:
     /// 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
+    /// Sum of the differences themselves, in counts; `None` unless asked for by [`Octaves::keeping_slope`].
+    pub sum: Option<i128>,
 }
 
 impl Octaves {
@@ -106,6 +108,16 @@ impl Octaves {
             Estimator::Full => Windows::Full(Overlapping::new(deviation)),
         };
         Self { estimator, deviation, windows }
+    }
+
+    /// The same, with what [`OctaveSum::without_slope`] needs; costs somewhat more.
+    #[must_use]
+    pub fn keeping_slope(mut self) -> Self {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.keep_terms(),
+            Windows::Full(overlapping) => overlapping.keep_terms(),
+        }
+        self
     }
 
     /// Which windows are summed.
@@ -153,12 +165,17 @@ impl Octaves {
             Windows::Strided(cascade) => cascade.squares(k as usize),
             Windows::Full(overlapping) => overlapping.squares(k as usize),
         };
+        let terms = |k: u32| match &self.windows {
+            Windows::Strided(cascade) => cascade.terms(k as usize),
+            Windows::Full(overlapping) => overlapping.terms(k as usize),
+        };
         (0..).map_while(move |k| squares(k).filter(|squares| squares.terms > 0).map(|squares| (k, squares))).map(
-            |(k, squares)| OctaveSum {
+            move |(k, squares)| OctaveSum {
                 deviation: self.deviation,
                 m: 1 << k,
                 terms: squares.terms,
                 sum_squares: squares.sum,
+                sum: terms(k),
             },
         )
     }
@@ -169,6 +186,21 @@ impl OctaveSum {
     #[must_use]
     pub const fn octave(&self) -> Octave {
         Octave { m: self.m, terms: self.terms }
+    }
+
+    /// The octave of the same samples without a line of `slope_counts` counts per sample: each difference of block sums less slope · m²,
+    /// the sum of squares rounded to a whole count². Unchanged for the Hadamard deviation, which no line shows in; with an unknown sum
+    /// where the differences were not kept.
+    #[must_use]
+    pub fn without_slope(self, slope_counts: f64) -> Self {
+        if self.deviation == Deviation::Hadamard {
+            return self;
+        }
+        let m = self.m as f64;
+        let drift = slope_counts * m * m;
+        let less = self.sum.map(|sum| drift * (self.terms as f64 * drift - 2.0 * sum as f64));
+        let sum_squares = self.sum_squares.zip(less).map(|(squares, less)| (squares as f64 + less).round() as u128);
+        Self { sum_squares, ..self }
     }
 
     /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is unknown.

@@ -184,6 +184,10 @@ struct Curve {
     deviation: &'static str,
     estimator: &'static str,
     confidence: Option<f64>,
+    /// What was removed before.
+    detrend: Option<&'static str>,
+    /// Of the regression line over the record, in the unit per second.
+    slope_s: Option<f64>,
     points: Vec<Point>,
 }
 
@@ -368,6 +372,8 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) 
                 Estimator::Plain => "plain",
             },
             confidence: Some(assessment.confidence),
+            detrend: snapshot.detrended.then_some("linear"),
+            slope_s: values.slope_s,
             points: points.collect(),
         },
         noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),

@@ -200,7 +200,8 @@ fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelVa
         Estimator::Full => "all overlaps",
         Estimator::Plain => "no overlap",
     };
-    writeln!(out, "\n{deviation}, {windows}")?;
+    let detrended = if snapshot.detrended { ", a line removed from each channel" } else { "" };
+    writeln!(out, "\n{deviation}, {windows}{detrended}")?;
     let legend = format!(
         "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: octaves share samples, \
          and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",

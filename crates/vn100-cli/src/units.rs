@@ -20,6 +20,8 @@ pub(crate) struct ChannelValues {
     pub(crate) max: Option<f64>,
     pub(crate) resolution: f64,
     pub(crate) deviations: Vec<Point>,
+    /// Of the regression line, in the unit per second.
+    pub(crate) slope_s: Option<f64>,
     pub(crate) noise: Option<ChannelNoise>,
 }
 
@@ -110,6 +112,7 @@ fn values(
         max: sample(moments.max_counts()),
         resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
         deviations: points(results, assessed, snapshot, value),
+        slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
         noise: assessed.and_then(|assessed| assessed.noise.clone()),
     }
 }

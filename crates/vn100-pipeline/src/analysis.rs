@@ -162,6 +162,7 @@ impl Analysis {
             link: self.link,
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
+            detrended: self.settings.detrend,
             channels: Vec::new(),
             norms: self.norms.clone(),
             polled: self.polled.snapshot(),

@@ -9,6 +9,7 @@ use crate::{settings::Settings, snapshot::ChannelSnapshot};
 #[derive(Debug)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
+    detrend: bool,
     /// Angles only.
     unwrap: Option<Unwrap>,
     /// The angle turned too far for its counts, and they started anew.
@@ -17,8 +18,10 @@ pub(crate) struct ChannelState {
 
 impl ChannelState {
     pub(crate) fn new(channel: &Channel, settings: &Settings) -> Self {
+        let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
         Self {
-            accumulator: ChannelAccumulator::new(settings.estimator, settings.deviation),
+            accumulator: if settings.detrend { accumulator.keeping_slope() } else { accumulator },
+            detrend: settings.detrend,
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
@@ -54,7 +57,12 @@ impl ChannelState {
 
     pub(crate) fn snapshot(&self, printed_decimals: u8, shape: &RecordShape) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
-        let sums: Vec<_> = self.accumulator.octaves().sums().collect();
+        let slope_counts = self.accumulator.slope_counts();
+        let sums = self.accumulator.octaves().sums();
+        let sums: Vec<_> = match slope_counts.filter(|_| self.detrend) {
+            Some(slope_counts) => sums.map(|sum| sum.without_slope(slope_counts)).collect(),
+            None => sums.collect(),
+        };
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
         // an octave that could not be read would be zero windows; the slope to it is then no number, and left out
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
@@ -64,7 +72,7 @@ impl ChannelState {
             moments,
             histogram: self.accumulator.histogram().clone(),
             noise_types: self.accumulator.noise_types(&octaves, &variances, shape),
-            slope_counts: self.accumulator.slope_counts(),
+            slope_counts,
             octaves: sums,
             printed_decimals,
         }

@@ -23,6 +23,8 @@ pub struct Settings {
     pub skip: Duration,
     /// Data time, counted from the first sample, behind which the measurement ends; `None` for all there is.
     pub duration: Option<Duration>,
+    /// Remove a line from each channel before its deviation is taken.
+    pub detrend: bool,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
 }
@@ -36,6 +38,7 @@ impl Default for Settings {
             deviation: Deviation::Allan,
             skip: Duration::ZERO,
             duration: None,
+            detrend: false,
             confidence: DEFAULT_CONFIDENCE,
         }
     }

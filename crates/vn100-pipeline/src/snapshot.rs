@@ -29,6 +29,8 @@ pub struct Snapshot {
     pub estimator: Estimator,
     /// Which deviation it is.
     pub deviation: Deviation,
+    /// A line was taken from each channel that has a slope, before its deviation.
+    pub detrended: bool,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.

@@ -22,6 +22,7 @@ type Scratch = [i64; MAX_LAG + BLOCK];
 pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
+    keeps_terms: bool,
     /// Absolute index behind the last sample; only its divisibility by powers of two matters, so it may wrap.
     end: u64,
     levels: Vec<Level>,
@@ -34,6 +35,8 @@ struct Level {
     /// Differences of block sums, for third differences only.
     differences: Memory,
     squares: SquareSum,
+    /// Sum of the terms themselves, where it is kept.
+    terms: i128,
 }
 
 /// The last `len` values of the present run, at the end of `values`. `len` is at most the lag of the level.
@@ -47,7 +50,12 @@ impl Cascade {
     /// `windows_per_tau` is R, a power of two up to 16.
     pub(super) fn new(windows_per_tau: usize, deviation: Deviation) -> Self {
         debug_assert!(windows_per_tau.is_power_of_two() && windows_per_tau <= MAX_LAG);
-        Self { deviation, windows_per_tau, end: 0, levels: Vec::new() }
+        Self { deviation, windows_per_tau, keeps_terms: false, end: 0, levels: Vec::new() }
+    }
+
+    /// Also keeps the sums of the terms, which a slope shows in.
+    pub(super) fn keep_terms(&mut self) {
+        self.keeps_terms = true;
     }
 
     pub(super) fn push(&mut self, counts: &[i32]) {
@@ -69,6 +77,11 @@ impl Cascade {
         self.levels.get(k).map(|level| level.squares)
     }
 
+    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and only where they are kept.
+    pub(super) fn terms(&self, k: usize) -> Option<i128> {
+        self.levels.get(k).filter(|_| self.keeps_terms).map(|level| level.terms)
+    }
+
     fn push_block(&mut self, block: &[i32]) {
         self.end = self.end.wrapping_add(block.len() as u64);
         let (mut sums, mut next): (&mut Scratch, &mut Scratch) = (&mut [0; MAX_LAG + BLOCK], &mut [0; MAX_LAG + BLOCK]);
@@ -88,6 +101,10 @@ impl Cascade {
             let lag = m.min(self.windows_per_tau);
             let (older, newer) = level.sums.pairs(sums, new, lag);
             level.add_terms(self.deviation, older, newer, lag);
+            if self.keeps_terms {
+                level.terms +=
+                    older.iter().zip(newer).map(|(older, newer)| i128::from(newer.wrapping_sub(*older))).sum::<i128>();
+            }
             let stride = (m / self.windows_per_tau).max(1) as u64;
             new = if m < self.windows_per_tau {
                 join(older, newer, next);
@@ -103,7 +120,7 @@ impl Cascade {
 }
 
 impl Level {
-    const EMPTY: Self = Self { sums: Memory::EMPTY, differences: Memory::EMPTY, squares: SquareSum::EMPTY };
+    const EMPTY: Self = Self { sums: Memory::EMPTY, differences: Memory::EMPTY, squares: SquareSum::EMPTY, terms: 0 };
 
     #[inline]
     fn add_terms(&mut self, deviation: Deviation, older: &[i64], newer: &[i64], lag: usize) {

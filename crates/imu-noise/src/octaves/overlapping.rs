@@ -12,11 +12,18 @@ pub(super) struct Overlapping {
     /// Prefix sums of the present run, from 0 on. They may wrap: their differences do not.
     prefix: Vec<i64>,
     squares: Vec<SquareSum>,
+    /// Sums of the Allan terms themselves, where they are kept.
+    terms: Option<Vec<i128>>,
 }
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
-        Self { deviation, prefix: Vec::new(), squares: Vec::new() }
+        Self { deviation, prefix: Vec::new(), squares: Vec::new(), terms: None }
+    }
+
+    /// Also keeps the sums of the terms, which a slope shows in.
+    pub(super) fn keep_terms(&mut self) {
+        self.terms = Some(Vec::new());
     }
 
     pub(super) fn reserve(&mut self, samples: usize) {
@@ -36,6 +43,11 @@ impl Overlapping {
     /// The octave m = 2^k, if it has a window.
     pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
         self.squares.get(k).copied()
+    }
+
+    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and only where they are kept.
+    pub(super) fn terms(&self, k: usize) -> Option<i128> {
+        self.terms.as_ref()?.get(k).copied()
     }
 
     fn push_block(&mut self, block: &[i32]) {
@@ -64,6 +76,14 @@ impl Overlapping {
             match self.deviation {
                 Deviation::Allan => {
                     squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
+                    if let Some(terms) = &mut self.terms {
+                        if k as usize == terms.len() {
+                            terms.push(0);
+                        }
+                        let points = points(0).iter().zip(points(1)).zip(points(2));
+                        let sum = points.map(|((p0, p1), p2)| i128::from(second_difference(*p0, *p1, *p2)));
+                        terms[k as usize] += sum.sum::<i128>();
+                    }
                 }
                 Deviation::Hadamard => {
                     squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {

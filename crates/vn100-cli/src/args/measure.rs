@@ -31,6 +31,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
     pub(crate) duration: Option<Duration>,
 
+    /// Remove a line from each channel before its deviation is taken; the longest taus then read low
+    #[arg(long, value_enum)]
+    pub(crate) detrend: Option<Detrend>,
+
     /// Two-sided level of every interval, between 0 and 1 [default: 0.95]
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
@@ -60,6 +64,7 @@ impl MeasureArgs {
             deviation: self.deviation.into(),
             skip: self.skip,
             duration: self.duration,
+            detrend: self.detrend.is_some(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
         }
     }
@@ -118,6 +123,13 @@ impl From<Deviation> for imu_noise::Deviation {
             Deviation::Hadamard => Self::Hadamard,
         }
     }
+}
+
+/// What is removed from a channel before its deviation is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Detrend {
+    /// The regression line over the record
+    Linear,
 }
 
 fn confidence(text: &str) -> Result<f64, String> {

@@ -86,7 +86,9 @@ impl ChannelNoise {
             Sensor::Gyroscope if compensated => (part(short().max(4).min(curve.octaves.len())), LongTaus::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
                 let model = models.of(&curve.octaves, Terms::RATE, window);
-                let fit = model.fit(&curve.variances, curve.slope_unit_s, confidence);
+                // a line that was taken out is no ramp to be found
+                let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
+                let fit = model.fit(&curve.variances, slope_unit_s, confidence);
                 let rejected = fit.quality.is_none() && sensor == Sensor::Gyroscope;
                 let before = rejected.then(|| {
                     let octaves = short().max(4).min(curve.octaves.len());
