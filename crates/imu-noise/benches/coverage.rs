@@ -4,7 +4,7 @@
 //! `--hadamard` for other estimators. Prints per noise the share of records whose interval or bound at 95 % holds the
 //! truth, with the share in which the parameter is called estimated, and the share of octave intervals (degrees of
 //! freedom above 10) that hold. The last column is N of the same records with the bias tracked out of them, as an
-//! attitude filter does. All noises of a record share its random numbers.
+//! attitude filter does, and then the number of records that seem to fall below their own white noise. All noises of a record share its random numbers.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ fn main() {
     for minutes in minutes {
         let samples = (minutes * 60.0 * RATE_HZ) as usize;
         println!(
-            "\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected  N, tracked"
+            "\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected  N, tracked  below"
         );
         let mut cells = vec![Cell::default(); NOISES.len()];
         let (mut in_model, mut in_fit) = (Duration::ZERO, Duration::ZERO);
@@ -64,7 +64,8 @@ fn main() {
             let rejected = 100.0 * cell.rejected as f64 / records as f64;
             let tracked = cell.tracked_white;
             print!("{:9.1} {rejected:9.1}", cell.octaves.held_percent());
-            println!("{:7.1} ({:3.0})", tracked.held_percent(), tracked.estimated_percent());
+            print!("{:7.1} ({:3.0})", tracked.held_percent(), tracked.estimated_percent());
+            println!("{:8}", cell.below_white);
         }
         let runs = (records * NOISES.len()) as u32;
         println!("{:?} for a model of all channels, {:?} for the fit of one", in_model / runs, in_fit / runs);

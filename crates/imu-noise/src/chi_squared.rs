@@ -28,7 +28,7 @@ pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
 /// on, where a search costs ten times as much.
 fn wilson_hilferty(p: f64, dof: f64) -> f64 {
     let variance = 2.0 / (9.0 * dof);
-    dof * (1.0 - variance + Normal::standard().inverse_cdf(p) * variance.sqrt()).powi(3).max(1e-3)
+    dof * (1.0 - variance + normal_quantile(p) * variance.sqrt()).powi(3).max(1e-3)
 }
 
 /// P(χ² > x) at `dof` degrees of freedom; `None` unless dof > 0 and x is a number.
@@ -37,6 +37,11 @@ pub(crate) fn probability_above(x: f64, dof: f64) -> Option<f64> {
         return None;
     }
     ChiSquared::new(dof).ok().map(|chi_squared| chi_squared.sf(x))
+}
+
+/// x with P(Z < x) = `p` for a standard normal Z, 0 < p < 1.
+pub(crate) fn normal_quantile(p: f64) -> f64 {
+    Normal::standard().inverse_cdf(p)
 }
 
 /// x with P(|Z| < x) = `p` for a standard normal Z; `None` unless 0 < p < 1.

@@ -63,7 +63,7 @@ pub use identification::{LagOne, NoiseType};
 pub use moments::Moments;
 pub use noise_model::{
     BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
-    Term, Terms, classical_reading, over_bound, visible_random_walk,
+    Term, Terms, classical_reading, over_bound, visible_random_walk, white_deficit,
 };
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
 pub use power_law::PowerLaw;

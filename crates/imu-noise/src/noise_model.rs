@@ -3,6 +3,7 @@
 
 mod boxcar;
 mod classical;
+mod deficit;
 mod fit;
 mod gauss_markov;
 mod joint;
@@ -16,6 +17,7 @@ mod term;
 use crate::{Octave, PowerLaw, RecordShape};
 pub use boxcar::BoxcarWindow;
 pub use classical::{ClassicalReading, OverBound, classical_reading, over_bound, visible_random_walk};
+pub use deficit::white_deficit;
 pub use fit::{FitQuality, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;

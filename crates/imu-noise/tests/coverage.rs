@@ -44,6 +44,7 @@ fn check(estimator: Estimator, deviation: Deviation, records: usize) {
             assert!(held_percent > 100.0 - wrong_percent, "{}: {term:?} held in {held_percent} %", noise.name);
             assert!(!absent || score.estimated_percent() < wrong_percent, "{}: {term:?} is not there", noise.name);
         }
+        assert!(cell.below_white <= 1, "{}: {} below their white noise", noise.name, cell.below_white);
         let tracked_percent = cell.tracked_white.held_percent();
         assert!(tracked_percent > 100.0 - wrong_percent, "{}: N, tracked, held in {tracked_percent} %", noise.name);
         assert!(cell.tracked_white.estimated_percent() > 90.0, "{}: N, tracked", noise.name);

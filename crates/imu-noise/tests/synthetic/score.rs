@@ -2,7 +2,7 @@
 
 use imu_noise::{
     Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape, Status, Term,
-    Terms,
+    Terms, white_deficit,
 };
 
 pub(crate) const RATE_HZ: f64 = 40.0;
@@ -57,6 +57,8 @@ pub(crate) struct Cell {
     /// Octaves with more than 10 degrees of freedom.
     pub(crate) octaves: Score,
     pub(crate) rejected: usize,
+    /// Records that seem to fall below their own white noise, by 3.7 standard deviations.
+    pub(crate) below_white: usize,
     /// N of the same records, where the bias was tracked out of them.
     pub(crate) tracked_white: Score,
 }
@@ -145,6 +147,8 @@ impl Cell {
             score.count(&fit.parameter(term).unwrap(), truth);
         }
         self.rejected += usize::from(fit.quality.is_none());
+        let deficit = |white| white_deficit(&read_out.octaves, &read_out.variances, &read_out.shape, white);
+        self.below_white += usize::from(read_out.white().value.map_or(0.0, deficit) > 3.7);
         for (octave, variance) in read_out.octaves.iter().zip(&read_out.variances) {
             let of = |law: PowerLaw| law.variance(read_out.shape.deviation, octave.m);
             let truth = of(PowerLaw::White)

@@ -2,7 +2,7 @@
 
 use imu_noise::{
     BoxcarWindow, ClassicalReading, Deviation, NoiseFit, NoiseModel, Octave, Parameter, RecordShape, Sensor, Status,
-    Term, Terms, classical_reading, edf, visible_random_walk,
+    Term, Terms, classical_reading, visible_random_walk, white_deficit,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -85,20 +85,16 @@ impl ChannelNoise {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTaus::Surroundings),
             Sensor::Gyroscope if compensated => (part(short().max(4).min(curve.octaves.len())), LongTaus::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                let model = models.of(&curve.octaves, Terms::RATE, window);
-                // a line that was taken out is no ramp to be found
-                let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                let fit = model.fit(&curve.variances, slope_unit_s, confidence);
-                let rejected = fit.quality.is_none() && sensor == Sensor::Gyroscope;
-                let before = rejected.then(|| {
-                    let octaves = short().max(4).min(curve.octaves.len());
-                    models
-                        .of(&curve.octaves[..octaves], STOCHASTIC, window)
-                        .fit_part(&curve.variances[..octaves], confidence)
-                });
-                match before.filter(|before| falls_below_white(curve, before)) {
-                    Some(before) => (before, LongTaus::LooksCompensated),
-                    None => (fit, LongTaus::Sensor),
+                let before_filter =
+                    (sensor == Sensor::Gyroscope).then(|| part(short().max(4).min(curve.octaves.len())));
+                match before_filter.filter(|before_filter| falls_below_white(curve, before_filter)) {
+                    Some(before_filter) => (before_filter, LongTaus::LooksCompensated),
+                    None => {
+                        let model = models.of(&curve.octaves, Terms::RATE, window);
+                        // a line that was taken out is no ramp to be found
+                        let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
+                        (model.fit(&curve.variances, slope_unit_s, confidence), LongTaus::Sensor)
+                    }
                 }
             }
         };
@@ -138,16 +134,11 @@ impl ChannelNoise {
     }
 }
 
-/// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times: no sum of noises does.
+/// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
 fn falls_below_white(curve: &Curve, short: &NoiseFit) -> bool {
-    /// One octave in ten thousand looks like that by chance.
-    const CONFIDENCE: f64 = 0.9998;
-    let Some(white) = short.parameter(Term::White).and_then(|white| white.lower) else { return false };
-    (curve.octaves.iter().zip(&curve.variances)).any(|(octave, variance)| {
-        let edf = edf(octave, &curve.shape, imu_noise::PowerLaw::White);
-        let interval = edf.and_then(|edf| imu_noise::Interval::new(*variance, edf, CONFIDENCE));
-        interval.is_some_and(|interval| interval.upper < white / curve.tau_s(octave).sqrt())
-    })
+    const BEYOND_DOUBT: f64 = 3.7;
+    let white = short.parameter(Term::White).and_then(|white| white.value);
+    white.is_some_and(|white| white_deficit(&curve.octaves, &curve.variances, &curve.shape, white) > BEYOND_DOUBT)
 }
 
 /// Noise models, each made once for all the axes that were sampled together.

@@ -1,0 +1,74 @@
+//! Whether a curve falls below its own white noise: no noise does, only a filter.
+
+use crate::{Octave, PowerLaw, RecordShape, chi_squared, edf};
+
+/// Octaves with fewer degrees of freedom say too little to count.
+const LEAST_EDF: f64 = 3.0;
+
+/// Correlation of the variances of neighbouring octaves in white noise; of octaves further apart it is a power of this.
+const CORRELATION: f64 = 0.5;
+
+/// By how many standard deviations the longest octaves lie below white noise with density `white` (N, in unit/√Hz), all in the unit of the
+/// `variances`: the most of all runs of octaves that reach to the longest averaging time, 0 where none lies below.
+///
+/// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum over its standard deviation (Stouffer,
+/// 1949) with correlated neighbours. None of 2000 seeded records of ten minutes, of each of eight noises, came to 3.7.
+///
+/// Flicker noise, random walk and ramps lie above. What lies below was filtered: a high-pass, or a bias that is tracked and taken out.
+#[must_use]
+pub fn white_deficit(octaves: &[Octave], variances: &[f64], shape: &RecordShape, white: f64) -> f64 {
+    let deviates: Vec<f64> = octaves
+        .iter()
+        .zip(variances)
+        .filter_map(|(octave, variance)| {
+            let edf = edf(octave, shape, PowerLaw::White).filter(|edf| *edf >= LEAST_EDF)?;
+            let expected = white * white / (octave.m as f64 * shape.interval_s);
+            let below = 1.0 - chi_squared::probability_above(variance / expected * edf, edf)?;
+            // far out the deviate would be infinite
+            Some(chi_squared::normal_quantile(below.clamp(1e-15, 1.0 - 1e-15)))
+        })
+        .collect();
+    let mut sum = 0.0;
+    let mut variance = 0.0;
+    let mut to_the_others = 0.0;
+    let runs = deviates.iter().rev().map(|deviate| {
+        sum += deviate;
+        variance += 1.0 + 2.0 * to_the_others;
+        to_the_others = CORRELATION * (1.0 + to_the_others);
+        -sum / f64::sqrt(variance)
+    });
+    runs.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Deviation, Estimator};
+
+    #[test]
+    fn only_what_lies_below_counts() {
+        let shape = RecordShape {
+            samples: 144_000,
+            interval_s: 0.025,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+        };
+        let octaves: Vec<Octave> = (0..17)
+            .map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) })
+            .filter(|octave| octave.terms > 0)
+            .collect();
+        let deficit = |factor: &dyn Fn(f64) -> f64| {
+            let variance = |octave: &Octave| {
+                let tau_s = octave.m as f64 * shape.interval_s;
+                factor(tau_s) / tau_s
+            };
+            white_deficit(&octaves, &octaves.iter().map(variance).collect::<Vec<_>>(), &shape, 1.0)
+        };
+        // the median of few degrees of freedom lies below the mean
+        assert!(deficit(&|_| 1.0) < 0.3);
+        assert_eq!(deficit(&|tau_s| 1.0 + tau_s), 0.0);
+        // a tracker with half a minute: white noise at short, slope -1 at long averaging times
+        assert!(deficit(&|tau_s| 1.0 / (1.0 + tau_s / 100.0)) > 4.0);
+        assert_eq!(white_deficit(&[], &[], &shape, 1.0), 0.0);
+    }
+}

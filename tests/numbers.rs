@@ -1,0 +1,248 @@
+//! The numbers an engineer signs: noise parameters of records whose truth is known, and what is said of streams that do not show it.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+use support::{channel, deviation, real_captures, replay, replay_log, vn100, warned};
+
+/// A capture of the emulated sensor.
+fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {
+    let path = folder.join(name);
+    let output = vn100().args(["sim", "--force", "-o"]).arg(&path).args(options).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    path
+}
+
+fn parameter<'a>(document: &'a Value, name: &str, parameter: &str) -> &'a Value {
+    &channel(document, name)["noise"][parameter]
+}
+
+/// Whether the interval, or the bound, holds the truth.
+fn holds(parameter: &Value, truth: f64) -> bool {
+    parameter["lower"].as_f64().is_none_or(|lower| lower <= truth) && truth <= parameter["upper"].as_f64().unwrap()
+}
+
+fn kinds(document: &Value) -> Vec<&str> {
+    document["warnings"].as_array().unwrap().iter().map(|warning| warning["kind"].as_str().unwrap()).collect()
+}
+
+/// N in deg/√h, K in deg/h^1.5, B in deg/h, all in SI units.
+const DEG_SQRT_H: f64 = 1.0 / 3_437.746_770_785;
+const DEG_H15: f64 = 1.0 / 1.237_588_8e7;
+const DEG_H: f64 = 1.0 / 206_264.806;
+
+#[test]
+fn five_hours_of_a_published_sensor_give_its_truth_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--profile", "lab3", "--message", "VNIMU", "--duration", "5h"];
+    let (document, exit) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
+    assert_eq!(exit, 0);
+    let gyro = |term| parameter(&document, "gyro_y", term);
+    assert!(holds(gyro("white"), 0.354 * DEG_SQRT_H), "{}", gyro("white"));
+    assert_eq!(gyro("bias_instability")["status"], "bounded");
+    assert_eq!(gyro("rate_random_walk")["status"], "bounded", "five hours are too short for so small a walk");
+    assert!(holds(gyro("rate_random_walk"), 0.8969 * DEG_H15), "{}", gyro("rate_random_walk"));
+    assert_eq!(gyro("rate_ramp")["status"], "bounded");
+    let seen_later = &channel(&document, "gyro_y")["noise"]["rate_random_walk_seen_later"];
+    assert_eq!(seen_later["duration_s"], 11.0 * 3600.0);
+    // the line at 18.4 Hz is in the shortest octaves, and left out
+    assert!(channel(&document, "gyro_y")["noise"]["fit"]["tau_min_s"].as_f64().unwrap() > 0.025);
+
+    let accel = |term| parameter(&document, "accel_y", term);
+    assert!(holds(accel("white"), 0.114 / 60.0), "{}", accel("white"));
+    assert!(holds(accel("bias_instability"), 0.0131e-3 * 9.80665), "{}", accel("bias_instability"));
+    assert_eq!(accel("rate_random_walk")["status"], "estimated");
+    assert!(holds(accel("rate_random_walk"), 4.559 / 216_000.0), "{}", accel("rate_random_walk"));
+
+    // as lab reports read the same record: 0.83 deg/h and 0.0356 mg, by twenty seeds 0.39 to 1.14 and 0.033 to 0.041
+    let by_rule = |name: &str| channel(&document, name)["noise"]["classical"]["bias_instability"].as_f64().unwrap();
+    assert!((0.39..1.14).contains(&(by_rule("gyro_y") / DEG_H)), "{}", by_rule("gyro_y") / DEG_H);
+    assert!((0.032..0.041).contains(&(by_rule("accel_y") / 9.80665e-3)), "{}", by_rule("accel_y") / 9.80665e-3);
+
+    let unexpected: Vec<_> = kinds(&document)
+        .into_iter()
+        .filter(|kind| !["rate-assumed", "decimated-stream", "vibration-line"].contains(kind))
+        .collect();
+    assert!(unexpected.is_empty(), "{unexpected:?}");
+}
+
+#[test]
+fn ten_minutes_of_it_give_means_and_white_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--profile", "lab3", "--message", "VNIMU", "--duration", "10min", "--seed", "1"];
+    let (document, _) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
+    for (name, mean, std) in [
+        ("mag_x", 0.225998, 0.001378),
+        ("mag_z", 0.057567, 0.003743),
+        ("accel_x", 0.048526, 0.011822),
+        ("accel_z", -9.717405, 0.020968),
+        ("gyro_x", 0.000051, 0.000638),
+    ] {
+        let statistics = &channel(&document, name)["statistics"];
+        let [found_mean, found_std] = ["mean", "std"].map(|field| statistics[field].as_f64().unwrap());
+        // five standard deviations of the mean and of the deviation of 24 000 independent samples
+        assert!((found_mean - mean).abs() < 5.0 * std / 24_000_f64.sqrt(), "{name}: {found_mean}");
+        assert!((found_std / std - 1.0).abs() < 5.0 / 48_000_f64.sqrt(), "{name}: {found_std}");
+    }
+    assert!(holds(parameter(&document, "gyro_y", "white"), 0.354 * DEG_SQRT_H));
+    assert!(holds(parameter(&document, "accel_y", "white"), 0.114 / 60.0));
+    for term in ["bias_instability", "rate_random_walk"] {
+        for name in ["gyro_y", "accel_y"] {
+            assert_eq!(parameter(&document, name, term)["status"], "bounded", "{name} {term}");
+        }
+    }
+}
+
+#[test]
+fn the_static_record_of_a_real_sensor_invents_nothing() {
+    let Some(folder) = real_captures() else { return };
+    let (document, _) = replay(&folder.join("vn100-static-kiran-330s.vnymr"), &[]);
+    assert!(holds(parameter(&document, "gyro_y", "white"), 1.26e-4));
+    assert!(holds(parameter(&document, "accel_y", "white"), 2.0e-3));
+    for term in ["bias_instability", "rate_random_walk", "rate_ramp"] {
+        assert_eq!(parameter(&document, "gyro_y", term)["status"], "not-measurable", "{term}");
+        assert_ne!(parameter(&document, "accel_y", term)["status"], "estimated", "{term}");
+    }
+    for kind in ["compensated-stream", "decimated-stream", "rate-assumed", "yaw-from-magnetometer"] {
+        assert!(warned(&document, kind), "{kind}");
+    }
+    // nothing of a 1 Hz record is decimated by more than its rate says
+    let (document, _) = replay(&folder.join("vn100-static1hz-ramirez-run2-623s.csv"), &[]);
+    assert!(document["warnings"].to_string().contains("14.14 times"), "{}", document["warnings"]);
+}
+
+#[test]
+fn intervals_follow_the_confidence() {
+    let width = |options: &[&str]| {
+        let (document, _) = replay(&replay_log("clean-minute.vnymr"), options);
+        let point = &channel(&document, "gyro_z")["allan"]["points"][4];
+        let white = parameter(&document, "gyro_z", "white");
+        assert!(point["lower"].as_f64() < point["deviation"].as_f64());
+        [point, white].map(|of| of["upper"].as_f64().unwrap() / of["lower"].as_f64().unwrap())
+    };
+    let [point, white] = width(&[]);
+    let [narrow_point, narrow_white] = width(&["--confidence", "0.5"]);
+    let [wide_point, wide_white] = width(&["--confidence", "0.999"]);
+    assert!(narrow_point < point && point < wide_point);
+    assert!(narrow_white < white && white < wide_white);
+    for estimator in ["plain", "full"] {
+        width(&["--estimator", estimator]);
+    }
+    width(&["--deviation", "hadamard"]);
+    for confidence in ["0", "1", "-1", "95", "NaN", "x"] {
+        let output = vn100().args(["replay", "x.vnymr", &format!("--confidence={confidence}")]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{confidence}");
+    }
+}
+
+/// The uncompensated emulated record as a table of angular rates of any sensor, each changed by `change(row, axis, rate)`.
+fn rates(folder: &Path, mut change: impl FnMut(usize, usize, f64) -> f64) -> PathBuf {
+    let text = fs::read_to_string(capture(folder, "imu.vnymr", &["--message", "VNIMU", "--duration", "3h"])).unwrap();
+    let mut table = String::from("t,wx,wy,wz\n");
+    for (row, line) in text.lines().enumerate() {
+        let fields: Vec<&str> = line.split(',').collect();
+        table += &format!("{}", row as f64 / 40.0);
+        for axis in 0..3 {
+            table += &format!(",{:.6}", change(row, axis, fields[7 + axis].parse().unwrap()));
+        }
+        table.push('\n');
+    }
+    let path = folder.join("rates.csv");
+    fs::write(&path, table).unwrap();
+    path
+}
+
+const COLUMNS: &str = "t=t:s,gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s";
+
+#[test]
+fn a_stream_whose_bias_is_tracked_is_found_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bias = [0.0; 3];
+    let path = rates(folder.path(), |_, axis, rate| {
+        let rest = rate - bias[axis];
+        bias[axis] += rest / (30.0 * 40.0);
+        rest
+    });
+    let (document, _) = replay(&path, &["--columns", COLUMNS]);
+    assert_eq!(document["source"]["compensated"], false, "nothing in the file says so");
+    assert!(warned(&document, "compensated-stream"), "{}", document["warnings"]);
+    for name in ["gyro_x", "gyro_y", "gyro_z"] {
+        assert_eq!(parameter(&document, name, "rate_random_walk")["status"], "not-measurable");
+        assert_eq!(parameter(&document, name, "white")["status"], "estimated");
+    }
+    let path = rates(folder.path(), |_, _, rate| rate);
+    let (document, _) = replay(&path, &["--columns", COLUMNS]);
+    assert!(!warned(&document, "compensated-stream"));
+    assert_eq!(parameter(&document, "gyro_x", "bias_instability")["status"], "estimated");
+}
+
+#[test]
+fn a_ramp_is_found_and_a_line_can_be_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let ramp_rad_s2 = 1e-6;
+    let path =
+        rates(folder.path(), |row, axis, rate| rate + if axis == 0 { ramp_rad_s2 * row as f64 / 40.0 } else { 0.0 });
+    let (document, _) = replay(&path, &["--columns", COLUMNS]);
+    let ramp = parameter(&document, "gyro_x", "rate_ramp");
+    assert_eq!(ramp["status"], "estimated");
+    assert!(holds(ramp, ramp_rad_s2), "{ramp}");
+    assert_eq!(parameter(&document, "gyro_y", "rate_ramp")["status"], "bounded");
+    let (detrended, _) = replay(&path, &["--columns", COLUMNS, "--detrend", "linear"]);
+    assert_eq!(channel(&detrended, "gyro_x")["allan"]["detrend"], "linear");
+    let ratio = |m| deviation(&detrended, "gyro_x", m) / deviation(&document, "gyro_x", m);
+    assert!((ratio(1) - 1.0).abs() < 1e-6 && ratio(32_768) < 0.2, "{} {}", ratio(1), ratio(32_768));
+    let plain = rates(folder.path(), |_, _, rate| rate);
+    let (plain, _) = replay(&plain, &["--columns", COLUMNS, "--detrend", "linear"]);
+    for m in [1, 1024, 32_768] {
+        let ratio = deviation(&detrended, "gyro_x", m) / deviation(&plain, "gyro_x", m);
+        assert!((ratio - 1.0).abs() < 1e-4, "{m}: {ratio}");
+    }
+}
+
+#[test]
+fn filters_get_their_models_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "1h"]);
+    let (document, _) = replay(&path, &["--rate", "40", "--filter-models"]);
+    let models = &channel(&document, "gyro_x")["noise"]["filter_models"];
+    assert!(models["gauss_markov"]["sigma"]["upper"].is_number(), "{models}");
+    let [white, walk] = ["white", "rate_random_walk"].map(|field| models["over_bound"][field].as_f64().unwrap());
+    for point in channel(&document, "gyro_x")["allan"]["points"].as_array().unwrap() {
+        let tau_s = point["tau_s"].as_f64().unwrap();
+        if point["edf"].as_f64().is_some_and(|edf| edf >= 2.0) {
+            let bound = (white * white / tau_s + walk * walk * tau_s / 3.0).sqrt();
+            assert!(bound >= 0.999_999 * point["upper"].as_f64().unwrap(), "{point}");
+        }
+    }
+    let (document, _) = replay(&path, &["--rate", "40"]);
+    assert_eq!(channel(&document, "gyro_x")["noise"].get("filter_models"), None);
+}
+
+#[test]
+fn magnitudes_that_are_not_of_this_earth_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = capture(folder.path(), "still.vnymr", &["--duration", "30s"]);
+    let (document, _) = replay(&path, &[]);
+    for kind in ["gravity-magnitude", "field-magnitude", "quantisation-floor"] {
+        assert!(!warned(&document, kind), "{kind}");
+    }
+    let names: Vec<_> = document["norms"].as_array().unwrap().iter().map(|norm| norm["name"].clone()).collect();
+    assert_eq!(names, ["mag_norm", "accel_norm", "gyro_norm"]);
+    assert!((document["norms"][1]["of_mean"].as_f64().unwrap() - 9.80665).abs() < 1e-3);
+
+    let mut table = String::from("ax,ay,az,mx,my,mz\n");
+    for row in 0..400 {
+        table += &format!("0.00{},0.1,12.5,0.01,0.0{},0.02\n", row % 7, row % 9);
+    }
+    let path = folder.path().join("odd.csv");
+    fs::write(&path, table).unwrap();
+    let columns = "accel_x=ax:m/s^2,accel_y=ay:m/s^2,accel_z=az:m/s^2,mag_x=mx:gauss,mag_y=my:gauss,mag_z=mz:gauss";
+    let (document, _) = replay(&path, &["--columns", columns]);
+    assert!(warned(&document, "gravity-magnitude") && warned(&document, "field-magnitude"), "{:?}", kinds(&document));
+}
