@@ -74,16 +74,18 @@ pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>
     samples.map(value).collect()
 }
 
-/// What a filter that tracks the bias leaves of a record, its time constant half a minute.
+/// What a filter that tracks the bias leaves of a record, its time constant half a minute: a first-order high-pass that lets the highest
+/// frequency through as it is.
 pub(crate) fn tracked(counts: &[i32]) -> Vec<i32> {
-    let share = 1.0 / (30.0 * RATE_HZ);
-    let mut bias = 0.0;
-    let left = counts.iter().map(|count| {
-        let rest = f64::from(*count) - bias;
-        bias += rest * share;
-        rest.round() as i32
+    let half_step = 1.0 / (2.0 * 30.0 * RATE_HZ);
+    let (memory, gain) = ((1.0 - half_step) / (1.0 + half_step), 1.0 / (1.0 + half_step));
+    let (mut before, mut left) = (0.0, 0.0);
+    let filtered = counts.iter().map(|count| {
+        left = memory * left + gain * (f64::from(*count) - before);
+        before = f64::from(*count);
+        left.round() as i32
     });
-    left.collect()
+    filtered.collect()
 }
 
 /// What is read out of a record.
