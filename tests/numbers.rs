@@ -206,6 +206,34 @@ fn a_ramp_is_found_and_a_line_can_be_removed() {
 }
 
 #[test]
+fn a_measurement_ends_when_the_figure_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "20min"]);
+    let (document, exit) = replay(&path, &["--rate", "40", "--until", "gyro N ±2%"]);
+    assert_eq!(exit, 0);
+    let duration_s = document["timing"]["duration_s"].as_f64().unwrap();
+    assert!((60.0..600.0).contains(&duration_s), "{duration_s} s");
+    for name in ["gyro_x", "gyro_y", "gyro_z"] {
+        let white = parameter(&document, name, "white");
+        let [value, lower, upper] = ["value", "lower", "upper"].map(|field| white[field].as_f64().unwrap());
+        assert!((upper - lower) / 2.0 <= 0.02 * value, "{white}");
+    }
+    // a looser goal is met earlier, the same one at the same sample whatever else is asked
+    let (looser, _) = replay(&path, &["--rate", "40", "--until", "gyro N +-4%"]);
+    assert!(looser["timing"]["duration_s"].as_f64().unwrap() < duration_s);
+    let both = ["--rate", "40", "--until", "gyro N ±2%", "--until", "gyro_x N ±50%", "--estimator", "strided"];
+    let (again, _) = replay(&path, &both);
+    assert_eq!(again["timing"]["samples"], document["timing"]["samples"]);
+
+    let output =
+        vn100().args(["replay", "--json", "--rate", "40", "--until", "gyro B ±5%"]).arg(&path).output().unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("gyro B ±5 %") && stderr.contains("gyro_x"), "{stderr}");
+    assert!(!output.stdout.is_empty(), "the result is there all the same");
+}
+
+#[test]
 fn filters_get_their_models_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "1h"]);

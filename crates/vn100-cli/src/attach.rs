@@ -45,7 +45,7 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
             args.sources.len()
         );
     }
-    let metadata = conditions::read(args.recording.meta.as_deref(), args.measure.duration)?;
+    let metadata = conditions::read(args.recording.meta.as_deref(), &args.measure.settings())?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let exit = runtime.block_on(attach_all(args, telling, metadata));
     // a thread may hang in a read of standard input that nobody waits for any more
@@ -91,7 +91,7 @@ async fn attach_one(
         Ok(live) => live,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
-            return Ok(Measured::nothing(origin, job.settings));
+            return Ok(Measured::nothing(origin, &job.settings));
         }
     };
     origin.kind = Some(live.kind());
@@ -100,7 +100,7 @@ async fn attach_one(
         Ok(prepared) => prepared,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
-            return Ok(Measured::nothing(origin, job.settings));
+            return Ok(Measured::nothing(origin, &job.settings));
         }
     };
     let Prepared { changes, recorder } = prepared;
@@ -165,7 +165,7 @@ async fn measure_and_record(
         Ok(opened) => opened,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
-            return Ok(Measured::nothing(origin, job.settings));
+            return Ok(Measured::nothing(origin, &job.settings));
         }
     };
     let link = opened.link.clone();
@@ -179,7 +179,7 @@ async fn measure_and_record(
         None if stop.is_cancelled() => "stopped".into(),
         None => "the end of the source, or of the time asked for".into(),
     };
-    let mut measured = Measured::of(origin, outcome, job.settings.confidence);
+    let mut measured = Measured::of(origin, outcome, &job.settings);
     if job.args.measure.filter_models {
         measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
     }
@@ -199,7 +199,7 @@ async fn measure(
     stop: &CancellationToken,
 ) -> Result<Outcome> {
     let state = opened.link.as_ref().map(|link| link.state());
-    let measurement = start(opened.events, job.settings, None);
+    let measurement = start(opened.events, job.settings.clone(), None);
     let mut latest = measurement.latest.clone();
     let outcome = measurement.outcome();
     tokio::pin!(outcome);

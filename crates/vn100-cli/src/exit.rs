@@ -12,6 +12,8 @@ use anyhow::{Context, Result};
 pub(crate) enum Exit {
     /// All is well: 0.
     Good,
+    /// It finished, but what `--until` asked for was not met: 4.
+    NotMet,
     /// It could not be finished: 1.
     Failed,
     /// A source cannot be opened, or gave nothing valid: 3. (2 is a wrong command line.)
@@ -22,6 +24,7 @@ impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         ExitCode::from(match exit {
             Exit::Good => 0,
+            Exit::NotMet => 4,
             Exit::Failed => 1,
             Exit::NoData => 3,
         })

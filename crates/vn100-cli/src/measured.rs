@@ -5,7 +5,7 @@ use std::{io, sync::Arc};
 use anyhow::Result;
 use indicatif::HumanBytes;
 use vn100_driver::RecordingState;
-use vn100_pipeline::{Analysis, Assessment, FilterModels, Outcome, Settings, Snapshot, Warning, WarningKind};
+use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind};
 
 use crate::{
     document::{Document, Origin},
@@ -25,14 +25,14 @@ pub(crate) struct Measured {
 
 impl Measured {
     /// The result of a source that could not be opened, as `origin` says.
-    pub(crate) fn nothing(origin: Origin, settings: Settings) -> Self {
-        let snapshot = Arc::new(Analysis::new(settings).snapshot());
+    pub(crate) fn nothing(origin: Origin, settings: &Settings) -> Self {
+        let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
         let assessment = Assessment::new(&snapshot, settings.confidence);
         Self { origin, snapshot, assessment, filter_models: Vec::new(), exit: Exit::NoData }
     }
 
-    /// The result of a source that ended, with intervals at the level `confidence`.
-    pub(crate) fn of(mut origin: Origin, outcome: Outcome, confidence: f64) -> Self {
+    /// The result of a source that ended.
+    pub(crate) fn of(mut origin: Origin, outcome: Outcome, settings: &Settings) -> Self {
         let Outcome { snapshot, source_error, csv } = outcome;
         origin.csv = csv;
         let mut exit = Exit::Good;
@@ -50,7 +50,11 @@ impl Measured {
             });
             exit = Exit::NoData;
         }
-        let assessment = Assessment::new(&snapshot, confidence);
+        let assessment = Assessment::new(&snapshot, settings.confidence);
+        for goal in settings.until.iter().filter(|goal| !goal.is_met(&snapshot, &assessment)) {
+            report(&not_met(&origin.name, goal, &snapshot, &assessment));
+            exit = exit.max(Exit::NotMet);
+        }
         Self { origin, snapshot, assessment, filter_models: Vec::new(), exit }
     }
 
@@ -82,6 +86,19 @@ impl Measured {
     pub(crate) fn document(&self) -> Document {
         Document::new(&self.origin, &self.snapshot, &self.assessment).with_filter_models(&self.filter_models)
     }
+}
+
+/// How well the figure is known instead.
+fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment) -> String {
+    let axes = goal.relative_half_widths(snapshot, assessment);
+    let known: Vec<String> = (axes.iter())
+        .map(|(axis, width)| match width {
+            Some(width) => format!("{axis} ±{:.1} %", 100.0 * width),
+            None => format!("{axis} is not estimated"),
+        })
+        .collect();
+    let known = if known.is_empty() { "the stream has no such channel".into() } else { known.join(", ") };
+    format!("{name}: the data ended before {goal} was reached: {known}")
 }
 
 /// A source that never gave a byte was not cut short.

@@ -20,7 +20,7 @@ use vn100_pipeline::{Assessments, Outcome, Settings, every_second, start};
 
 use crate::{
     args::ReplayArgs,
-    conditions::{conditions, measured_duration},
+    conditions::{conditions, measured_duration, measured_until},
     document::{Document, Origin},
     exit::Exit,
     interrupt::stop_on_interrupt,
@@ -92,19 +92,25 @@ async fn replay_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         Ok(capture) => capture,
         Err(error) => {
             origin.error = Some(error);
-            return Ok(Measured::nothing(origin, job.settings));
+            return Ok(Measured::nothing(origin, &job.settings));
         }
     };
     origin.kind = Some(kind(&capture, &origin.name));
     origin.recorded = capture.recorded.clone();
     let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
     origin.meta = metadata.and_then(conditions);
-    let duration = job.settings.duration.or_else(|| measured_duration(metadata?));
-    let settings = Settings { duration, ..job.settings };
-    let read = ReadOptions { line_by_line: job.read.line_by_line || duration.is_some(), ..job.read };
+    let mut settings = job.settings.clone();
+    if let Some(metadata) = metadata {
+        settings.duration = settings.duration.or_else(|| measured_duration(metadata));
+        if settings.until.is_empty() {
+            settings.until = measured_until(metadata);
+        }
+    }
+    let line_by_line = job.read.line_by_line || settings.duration.is_some() || !settings.until.is_empty();
+    let read = ReadOptions { line_by_line, ..job.read };
 
-    let outcome = measure(capture, read, settings, &origin, &job).await?;
-    let mut measured = Measured::of(origin, outcome, job.settings.confidence);
+    let outcome = measure(capture, read, settings.clone(), &origin, &job).await?;
+    let mut measured = Measured::of(origin, outcome, &settings);
     if job.filter_models {
         measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
     }

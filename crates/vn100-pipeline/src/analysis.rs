@@ -133,6 +133,12 @@ impl Analysis {
         }
     }
 
+    /// What was asked for.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// Whether all the data time asked for has passed.
     #[must_use]
     pub fn is_complete(&self) -> bool {

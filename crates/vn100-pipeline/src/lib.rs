@@ -23,6 +23,8 @@ mod analysis;
 mod assessment;
 mod channel_state;
 mod evidence;
+mod figure;
+mod goal;
 mod norms;
 mod polled;
 mod rates;
@@ -38,6 +40,8 @@ pub use assessment::{
     Assessment, Assessments, ChannelAssessment, ChannelNoise, FilterModels, LongTaus, OctaveAssessment, Onboard,
     WalkSeenLater,
 };
+pub use figure::{Figure, FigureChannels, FigureError};
+pub use goal::{Goal, GoalError};
 pub use norms::Norm;
 pub use run::{Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};

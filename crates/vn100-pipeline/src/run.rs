@@ -17,7 +17,7 @@ use tokio::{
 };
 use vn100_driver::{CsvReport, End, Event};
 
-use crate::{analysis::Analysis, settings::Settings, snapshot::Snapshot};
+use crate::{analysis::Analysis, assessment::Assessment, settings::Settings, snapshot::Snapshot};
 
 /// Snapshots of every second that may wait for whoever writes them down.
 const WAITING_SECONDS: usize = 4;
@@ -84,6 +84,27 @@ impl Measurement {
     }
 }
 
+/// Looks whether the goals of a measurement are met: at every second of data time at first, later whenever the record has grown by a
+/// twentieth. Where it ends depends on the samples alone.
+#[derive(Debug, Default)]
+struct EndOfSearch {
+    next_second: u64,
+}
+
+impl EndOfSearch {
+    fn is_reached(&mut self, analysis: &Analysis) -> bool {
+        let goals = &analysis.settings().until;
+        let second = analysis.seconds();
+        if goals.is_empty() || second < self.next_second {
+            return false;
+        }
+        self.next_second = second + second.div_ceil(20).max(1);
+        let snapshot = analysis.snapshot();
+        let assessment = Assessment::new(&snapshot, analysis.settings().confidence);
+        goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+    }
+}
+
 async fn analyse(
     mut events: mpsc::Receiver<Event>,
     mut analysis: Analysis,
@@ -94,13 +115,14 @@ async fn analyse(
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut changed = false;
     let mut seconds = 0;
+    let mut end_of_search = EndOfSearch::default();
     let end = loop {
         tokio::select! {
             event = events.recv() => match event {
                 Some(Event::Batch(batch)) => {
                     analysis.absorb(&batch);
                     changed = true;
-                    if analysis.is_complete() {
+                    if analysis.is_complete() || end_of_search.is_reached(&analysis) {
                         break End { error: None, csv: None };
                     }
                     if let Some(queue) = &every_second

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
 
+use crate::goal::Goal;
+
 /// The sensor's default output rate, taken where nothing tells the rate.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
 
@@ -11,7 +13,7 @@ pub const DEFAULT_RATE_HZ: f64 = 40.0;
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
 
 /// How a stream is measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Nominal sample rate in hertz, if the user knows it.
     pub rate_hz: Option<f64>,
@@ -25,6 +27,8 @@ pub struct Settings {
     pub duration: Option<Duration>,
     /// Remove a line from each channel before its deviation is taken.
     pub detrend: bool,
+    /// The measurement ends once all of these are known; with none it does not end for that.
+    pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
 }
@@ -39,6 +43,7 @@ impl Default for Settings {
             skip: Duration::ZERO,
             duration: None,
             detrend: false,
+            until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
         }
     }

@@ -292,7 +292,7 @@ proptest! {
         skip_s in 0..4_u64,
     ) {
         let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
-        let whole = analysed(&lines, usize::MAX, settings);
+        let whole = analysed(&lines, usize::MAX, settings.clone());
         let cut = analysed(&lines, rows, settings);
         prop_assert_eq!(whole.timing, cut.timing);
         prop_assert_eq!(&whole.warnings, &cut.warnings);

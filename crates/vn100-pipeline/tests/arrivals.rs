@@ -198,7 +198,7 @@ proptest! {
     #[test]
     fn any_batches_give_the_same_results(lines in stream(), rows in 1..200_usize, skip_s in 0..3_u64) {
         let settings = Settings { skip: Duration::from_secs(skip_s), ..Settings::default() };
-        let whole = analysed(&lines, usize::MAX, settings);
+        let whole = analysed(&lines, usize::MAX, settings.clone());
         let cut = analysed(&lines, rows, settings);
         prop_assert_eq!(whole.timing, cut.timing);
         prop_assert_eq!(&whole.warnings, &cut.warnings);

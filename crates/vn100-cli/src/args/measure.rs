@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use vn100_driver::ReadOptions;
-use vn100_pipeline::{DEFAULT_CONFIDENCE, Settings};
+use vn100_pipeline::{DEFAULT_CONFIDENCE, Goal, Settings};
 
 use crate::measured::Telling;
 
@@ -30,6 +30,11 @@ pub(crate) struct MeasureArgs {
     /// Stop after this much data time, counted from the first sample, for example 1h
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
     pub(crate) duration: Option<Duration>,
+
+    /// Stop when a figure is known so well, as in "gyro N ±5%": a group (gyro, accel, mag) or a channel, N, B or K, and half the width
+    /// of its interval; exit with 4 if the data ends before
+    #[arg(long, value_name = "GOAL")]
+    pub(crate) until: Vec<Goal>,
 
     /// Remove a line from each channel before its deviation is taken; the longest taus then read low
     #[arg(long, value_enum)]
@@ -65,6 +70,7 @@ impl MeasureArgs {
             skip: self.skip,
             duration: self.duration,
             detrend: self.detrend.is_some(),
+            until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
         }
     }
@@ -79,7 +85,7 @@ impl MeasureArgs {
 
     /// A result that ends, or is told, between two reads must be the same however the bytes were read.
     pub(crate) fn read_options(&self) -> ReadOptions {
-        let line_by_line = self.ndjson || self.duration.is_some();
+        let line_by_line = self.ndjson || self.duration.is_some() || !self.until.is_empty();
         ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line }
     }
 }

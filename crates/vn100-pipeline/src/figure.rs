@@ -1,0 +1,108 @@
+//! A noise parameter of some channels, as users name it: `gyro N`, `accel_y B`.
+
+use std::{fmt, str::FromStr};
+
+use imu_noise::Term;
+use thiserror::Error;
+use vn100_protocol::{Channel, Quantity};
+
+/// One of N, B and K, of one channel or of all axes of a sensor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// Whose.
+    pub channels: FigureChannels,
+    /// Which.
+    pub term: Term,
+}
+
+/// The channels a [`Figure`] is of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FigureChannels {
+    /// All axes of a sensor: `gyro`, `accel` or `mag`.
+    Sensor(Quantity),
+    /// The channel of that name.
+    One(String),
+}
+
+/// The sensors by the names of their groups.
+const SENSORS: [(&str, Quantity); 3] =
+    [("gyro", Quantity::AngularRate), ("accel", Quantity::Acceleration), ("mag", Quantity::MagneticField)];
+
+/// The parameters by their letters.
+const LETTERS: [(&str, Term); 3] = [("N", Term::White), ("B", Term::BiasInstability), ("K", Term::RateRandomWalk)];
+
+/// A text is no figure.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum FigureError {
+    /// Not two words.
+    #[error("{0:?} names no figure: a group (gyro, accel, mag) or a channel, and N, B or K, as in \"gyro N\"")]
+    Form(String),
+    /// No such letter.
+    #[error("{0:?} is no parameter: N, B or K")]
+    Letter(String),
+}
+
+impl Figure {
+    /// Whether `channel` is one of those meant.
+    #[must_use]
+    pub fn concerns(&self, channel: &Channel) -> bool {
+        match &self.channels {
+            FigureChannels::Sensor(quantity) => channel.quantity == *quantity,
+            FigureChannels::One(name) => channel.name == *name,
+        }
+    }
+}
+
+impl FromStr for Figure {
+    type Err = FigureError;
+
+    fn from_str(text: &str) -> Result<Self, FigureError> {
+        let mut words = text.split_whitespace();
+        let (Some(channels), Some(letter), None) = (words.next(), words.next(), words.next()) else {
+            return Err(FigureError::Form(text.into()));
+        };
+        let term = LETTERS.iter().find(|(name, _)| name.eq_ignore_ascii_case(letter));
+        let term = term.ok_or_else(|| FigureError::Letter(letter.into()))?.1;
+        let sensor = SENSORS.iter().find(|(name, _)| *name == channels);
+        let channels = sensor
+            .map_or_else(|| FigureChannels::One(channels.into()), |(_, quantity)| FigureChannels::Sensor(*quantity));
+        Ok(Self { channels, term })
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let channels = match &self.channels {
+            FigureChannels::Sensor(quantity) => {
+                SENSORS.iter().find(|(_, sensor)| sensor == quantity).map_or("", |(name, _)| name)
+            }
+            FigureChannels::One(name) => name,
+        };
+        let letter = LETTERS.iter().find(|(_, term)| *term == self.term).map_or("", |(name, _)| name);
+        write!(f, "{channels} {letter}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vn100_protocol::VNYMR;
+
+    #[test]
+    fn figures_are_read_as_they_are_printed() {
+        for (text, concerned) in [("gyro N", 3), ("accel B", 3), ("mag N", 3), ("gyro_y K", 1), ("nonsense N", 0)] {
+            let figure: Figure = text.parse().unwrap();
+            assert_eq!(figure.to_string(), text);
+            assert_eq!(VNYMR.channels.iter().filter(|channel| figure.concerns(channel)).count(), concerned, "{text}");
+        }
+        assert_eq!("gyro  n".parse::<Figure>().unwrap().to_string(), "gyro N");
+    }
+
+    #[test]
+    fn what_is_no_figure_is_told_what_one_is() {
+        for (text, expected) in [("", "gyro N"), ("gyro", "gyro N"), ("gyro N 5", "gyro N"), ("gyro R", "N, B or K")] {
+            let error = text.parse::<Figure>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! How well a figure shall be known before a measurement ends: `gyro N ±5%`.
+
+use std::{fmt, str::FromStr};
+
+use thiserror::Error;
+
+use crate::{
+    assessment::Assessment,
+    figure::{Figure, FigureError},
+    snapshot::Snapshot,
+};
+
+/// A figure, and the half-width of its interval that is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Goal {
+    /// What shall be known.
+    pub figure: Figure,
+    /// Half the width of the interval over the value, at most; above 0.
+    pub relative_half_width: f64,
+}
+
+/// A text is no goal.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GoalError {
+    /// There is no `±`.
+    #[error("{0:?} is no goal: a figure and how well it shall be known, as in \"gyro N ±5%\"")]
+    Form(String),
+    /// The figure is none.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+    /// The part behind `±` is no percentage above 0.
+    #[error("{0:?} is no percentage above 0, as in \"5%\"")]
+    Percent(String),
+}
+
+impl Goal {
+    /// Whether every axis meant is estimated so well.
+    #[must_use]
+    pub fn is_met(&self, snapshot: &Snapshot, assessment: &Assessment) -> bool {
+        let axes = self.relative_half_widths(snapshot, assessment);
+        !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
+    }
+
+    /// Names of the axes meant, and half the width of the interval over the value; `None` where the figure is not estimated.
+    #[must_use]
+    pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
+        let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+        (layout.iter().zip(&assessment.channels))
+            .filter(|(channel, _)| self.figure.concerns(channel))
+            .map(|(channel, assessed)| {
+                let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
+                let width = parameter.and_then(|parameter| {
+                    let (value, lower, upper) = (parameter.value?, parameter.lower?, parameter.upper?);
+                    Some((upper - lower) / (2.0 * value))
+                });
+                (channel.name.to_string(), width)
+            })
+            .collect()
+    }
+}
+
+impl FromStr for Goal {
+    type Err = GoalError;
+
+    fn from_str(text: &str) -> Result<Self, GoalError> {
+        // not every keyboard has the sign
+        let split = text.split_once('±').or_else(|| text.split_once("+-"));
+        let (figure, percent) = split.ok_or_else(|| GoalError::Form(text.into()))?;
+        let number = percent.trim().trim_end_matches('%').trim_end().parse::<f64>().ok();
+        let percent = number.filter(|percent| *percent > 0.0 && percent.is_finite());
+        let percent = percent.ok_or_else(|| GoalError::Percent(text.into()))?;
+        Ok(Self { figure: figure.parse()?, relative_half_width: percent / 100.0 })
+    }
+}
+
+impl fmt::Display for Goal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ±{} %", self.figure, 100.0 * self.relative_half_width)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_are_read_in_every_spelling() {
+        for text in ["gyro N ±5%", "gyro N ± 5 %", "gyro N +-5%", " gyro  n ±5"] {
+            let goal: Goal = text.parse().unwrap();
+            assert_eq!((goal.to_string(), goal.relative_half_width), ("gyro N ±5 %".into(), 0.05), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_goal_is_told_what_one_is() {
+        for (text, expected) in [
+            ("gyro N", "±5%"),
+            ("gyro N ±x%", "percentage"),
+            ("gyro N ±-1%", "percentage"),
+            ("gyro Z ±5%", "N, B or K"),
+        ] {
+            let error = text.parse::<Goal>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}
