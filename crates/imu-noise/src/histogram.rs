@@ -35,6 +35,17 @@ pub struct Histogram {
     carries: BTreeMap<i64, u64>,
 }
 
+/// A histogram as it is drawn: bars of equal width side by side.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bars {
+    /// Lowest count of the first bar.
+    pub first_counts: i64,
+    /// Width of every bar in counts.
+    pub width_counts: u64,
+    /// Samples in each bar; the first and the last have some.
+    pub frequencies: Vec<u64>,
+}
+
 impl Histogram {
     /// A histogram without samples: no bins.
     #[must_use]
@@ -77,6 +88,23 @@ impl Histogram {
             (lowest, (carry << 32) + u64::from(frequency))
         });
         bins.filter(|&(_, frequency)| frequency > 0)
+    }
+
+    /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest with which that is so. `None` without
+    /// samples, and for no bars.
+    #[must_use]
+    pub fn bars(&self, most: usize) -> Option<Bars> {
+        let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
+        let bar = |count: i64, width_log2: u32| count >> width_log2;
+        let bars = |width_log2: u32| (bar(highest, width_log2) - bar(lowest, width_log2) + 1) as usize;
+        // two bars are left when the counts lie on both sides of 0
+        let width_log2 = (self.width_log2..i64::BITS).find(|width_log2| bars(*width_log2) <= most)?;
+        let first = bar(lowest, width_log2);
+        let mut frequencies = vec![0; bars(width_log2)];
+        for (lower, frequency) in self.bins() {
+            frequencies[(bar(lower, width_log2) - first) as usize] += frequency;
+        }
+        Some(Bars { first_counts: first << width_log2, width_counts: 1 << width_log2, frequencies })
     }
 
     /// Makes room for a count outside the places, coarser if need be, and adds it.

@@ -58,7 +58,7 @@ pub use channel::ChannelAccumulator;
 pub use confidence::{Interval, edf};
 pub use convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
 pub use counter::{Counted, LineCounter};
-pub use histogram::{Histogram, MAX_BINS};
+pub use histogram::{Bars, Histogram, MAX_BINS};
 pub use identification::{LagOne, NoiseType};
 pub use moments::Moments;
 pub use noise_model::{

@@ -71,3 +71,32 @@ proptest! {
         prop_assert_eq!(&histogram(&sorted), &divided);
     }
 }
+
+proptest! {
+    #[test]
+    fn bars_hold_every_sample_where_it_lies(
+        counts in vec(prop_oneof![-50_i32..50, -5000_i32..5000, any::<i32>()], 1..200),
+        most in 2_usize..70,
+    ) {
+        let mut histogram = Histogram::new();
+        histogram.push(&counts);
+        let bars = histogram.bars(most).unwrap();
+        prop_assert!(bars.frequencies.len() <= most);
+        prop_assert_eq!(bars.frequencies.iter().sum::<u64>(), counts.len() as u64);
+        prop_assert!(bars.frequencies.first() > Some(&0) && bars.frequencies.last() > Some(&0));
+        let span = i64::from(*counts.iter().max().unwrap()) - i64::from(*counts.iter().min().unwrap()) + 1;
+        prop_assert!(bars.width_counts == 1 || bars.width_counts as i64 * (most as i64 - 1) < 2 * span + 2 * bars.width_counts as i64);
+        if histogram.bin_width_counts() == 1 {
+            for (bar, frequency) in bars.frequencies.iter().enumerate() {
+                let lower = bars.first_counts + (bar as u64 * bars.width_counts) as i64;
+                let inside = |count: &&i32| (lower..lower + bars.width_counts as i64).contains(&i64::from(**count));
+                prop_assert_eq!(counts.iter().filter(inside).count() as u64, *frequency);
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_has_no_bars() {
+    assert_eq!(Histogram::new().bars(64), None);
+}

@@ -177,6 +177,17 @@ struct Statistics {
     min: Option<f64>,
     max: Option<f64>,
     resolution: f64,
+    /// How often which values came, in at most 64 bars.
+    histogram: Option<Bars>,
+}
+
+/// Bars of equal width, in the unit of the channel; an angle's are of the unwrapped angle, in the branch of its mean.
+#[derive(Debug, Serialize)]
+struct Bars {
+    /// Lower end of the first bar.
+    first: f64,
+    width: f64,
+    counts: Vec<u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -360,6 +371,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) 
             min: values.min,
             max: values.max,
             resolution: values.resolution,
+            histogram: values.bars.map(|bars| Bars { first: bars.first, width: bars.width, counts: bars.counts }),
         },
         allan: Curve {
             deviation: match snapshot.deviation {

@@ -19,11 +19,24 @@ pub(crate) struct ChannelValues {
     pub(crate) min: Option<f64>,
     pub(crate) max: Option<f64>,
     pub(crate) resolution: f64,
+    pub(crate) bars: Option<BarValues>,
     pub(crate) deviations: Vec<Point>,
     /// Of the regression line, in the unit per second.
     pub(crate) slope_s: Option<f64>,
     pub(crate) noise: Option<ChannelNoise>,
 }
+
+/// A histogram as it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BarValues {
+    /// Lower end of the first bar.
+    pub(crate) first: f64,
+    pub(crate) width: f64,
+    pub(crate) counts: Vec<u64>,
+}
+
+/// Most bars of a histogram.
+const MOST_BARS: usize = 64;
 
 /// The deviation at one octave.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +124,12 @@ fn values(
         min: sample(moments.min_counts()),
         max: sample(moments.max_counts()),
         resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
+        bars: results.histogram.bars(MOST_BARS).map(|bars| BarValues {
+            // a printed number stands for the half digit on either side
+            first: value((bars.first_counts - results.branch_counts) as f64 - 0.5),
+            width: value(bars.width_counts as f64),
+            counts: bars.frequencies,
+        }),
         deviations: points(results, assessed, snapshot, value),
         slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
         noise: assessed.and_then(|assessed| assessed.noise.clone()),
