@@ -29,9 +29,10 @@ pub enum Sensor {
 /// Which frequencies a density counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sides {
-    /// Positive ones only: √2 times the two-sided amplitude.
+    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice its power. White noise has the power
+    /// density 2 N².
     One,
-    /// Negative ones too: the density is N itself.
+    /// Negative ones too, as IEEE Std 952 has it: the amplitude density is N itself, the power density N².
     Two,
 }
 

@@ -6,6 +6,9 @@
 //! result is read out, with a relative error below 1e-13 for deviations and 1e-12 for moments. Without enough samples a
 //! result is `None` or absent, never zero or NaN.
 //!
+//! Beside them, [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
+//! disturbances, warm-up and steps of the level, values that are not normally distributed.
+//!
 //! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the averaging time is
 //! m times that interval.
 //!
@@ -30,9 +33,13 @@
 //!
 //! - D. W. Allan, "Statistics of atomic frequency standards", Proc. IEEE 54 (1966).
 //! - W. J. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008): definitions and test suites.
+//! - P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
+//!   Electroacoust. 15 (1967).
+//! - A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter" (1989): the local level model.
 //! - IEEE Std 952 and 1293: the Allan variance of gyroscopes and accelerometers.
 
 mod aligned;
+mod blocks;
 mod channel;
 mod chi_squared;
 mod confidence;
@@ -43,6 +50,7 @@ mod identification;
 mod lanes;
 mod moments;
 mod noise_model;
+mod normality;
 mod octaves;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
@@ -50,10 +58,15 @@ mod oracle;
 mod power_law;
 mod record;
 mod scale;
+mod signal;
+mod significance;
+mod spectrum;
+mod stationarity;
 mod timebase;
 mod trend;
 mod unwrap;
 
+pub use blocks::{Block, MAX_BLOCKS};
 pub use channel::ChannelAccumulator;
 pub use confidence::{Interval, edf};
 pub use convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
@@ -65,9 +78,13 @@ pub use noise_model::{
     BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
     Term, Terms, classical_reading, over_bound, visible_random_walk, white_deficit,
 };
+pub use normality::{Normality, NotJudged};
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
 pub use power_law::PowerLaw;
 pub use record::{Octave, RecordShape};
 pub use scale::counts_to_unit;
+pub use signal::ChannelSignal;
+pub use spectrum::{Density, DensityPoint, Line, Spectrum, SpectrumPlan};
+pub use stationarity::{Disturbance, LevelChange, LevelShape};
 pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 pub use unwrap::Unwrap;

@@ -217,7 +217,7 @@ async fn measure(
                 let second = snapshot.timing.duration_s() as u64;
                 if second > told_second {
                     told_second = second;
-                    tell_line(Document::new(origin, &snapshot, &assessments.of(&snapshot))).await?;
+                    tell_line(Document::new(origin, &snapshot, &assessments.of(&snapshot), false)).await?;
                 }
             }
             _ = ticks.tick() => {

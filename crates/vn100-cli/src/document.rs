@@ -11,6 +11,7 @@ use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
 use crate::{
     noise_document::NoiseDocument,
     recorded::RecordedDocument,
+    signal_document::{Block, NormalityDocument, SpectrumDocument, StationarityDocument},
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 
@@ -164,6 +165,10 @@ struct Channel {
     statistics: Statistics,
     allan: Curve,
     noise: Option<NoiseDocument>,
+    stationarity: Option<StationarityDocument>,
+    /// These two only at the end.
+    spectrum: Option<SpectrumDocument>,
+    blocks: Option<Vec<Block>>,
     verdict: Option<Value>,
 }
 
@@ -177,6 +182,7 @@ struct Statistics {
     min: Option<f64>,
     max: Option<f64>,
     resolution: f64,
+    normality: Option<NormalityDocument>,
     /// How often which values came, in at most 64 bars.
     histogram: Option<Bars>,
 }
@@ -222,14 +228,15 @@ struct Warning {
 }
 
 impl Document {
-    pub(crate) fn new(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> Self {
+    /// The document of a measurement under way, or of one that has ended.
+    pub(crate) fn new(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Self {
         Self {
             schema: "vn100.analysis/1",
             source: source(origin, snapshot),
             timing: timing(snapshot),
             link: link(snapshot),
             channels: (channel_values(snapshot, assessment).into_iter())
-                .map(|values| channel(values, snapshot, assessment))
+                .map(|values| channel(values, snapshot, assessment, ended))
                 .collect(),
             norms: norm_values(snapshot).into_iter().map(norm).collect(),
             warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
@@ -348,7 +355,8 @@ fn link(snapshot: &Snapshot) -> Link {
     }
 }
 
-fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) -> Channel {
+fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Channel {
+    let at_end = || values.signal.as_ref().filter(|_| ended);
     let points = values.deviations.into_iter().map(|point| Point {
         m: point.m,
         tau_s: point.tau_s,
@@ -371,6 +379,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) 
             min: values.min,
             max: values.max,
             resolution: values.resolution,
+            normality: (values.signal.as_ref().and_then(|signal| signal.normality)).map(NormalityDocument::new),
             histogram: values.bars.map(|bars| Bars { first: bars.first, width: bars.width, counts: bars.counts }),
         },
         allan: Curve {
@@ -389,6 +398,9 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment) 
             points: points.collect(),
         },
         noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
+        stationarity: values.signal.as_ref().map(StationarityDocument::new),
+        spectrum: at_end().map(SpectrumDocument::new),
+        blocks: at_end().map(|signal| signal.blocks.iter().map(Block::new).collect()),
         verdict: None,
     }
 }

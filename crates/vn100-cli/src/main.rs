@@ -15,6 +15,7 @@ mod ports;
 mod progress;
 mod recorded;
 mod replay;
+mod signal_document;
 mod sim;
 mod status;
 mod text;

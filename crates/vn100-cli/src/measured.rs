@@ -84,7 +84,7 @@ impl Measured {
     }
 
     pub(crate) fn document(&self) -> Document {
-        Document::new(&self.origin, &self.snapshot, &self.assessment).with_filter_models(&self.filter_models)
+        Document::new(&self.origin, &self.snapshot, &self.assessment, true).with_filter_models(&self.filter_models)
     }
 }
 

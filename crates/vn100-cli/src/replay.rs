@@ -142,7 +142,7 @@ async fn measure(
     let outcome = async {
         // ends with the measurement: it holds the only sender
         while let Some(snapshot) = each_second.recv().await {
-            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot)))?;
+            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot), false))?;
         }
         anyhow::Ok(measurement.outcome().await?)
     };

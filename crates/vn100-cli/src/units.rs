@@ -1,7 +1,7 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
-use imu_noise::counts_to_unit;
-use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Norm, Snapshot};
+use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
+use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, Snapshot};
 use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what the samples do not tell.
@@ -21,6 +21,7 @@ pub(crate) struct ChannelValues {
     pub(crate) resolution: f64,
     pub(crate) bars: Option<BarValues>,
     pub(crate) deviations: Vec<Point>,
+    pub(crate) signal: Option<SignalValues>,
     /// Of the regression line, in the unit per second.
     pub(crate) slope_s: Option<f64>,
     pub(crate) noise: Option<ChannelNoise>,
@@ -37,6 +38,29 @@ pub(crate) struct BarValues {
 
 /// Most bars of a histogram.
 const MOST_BARS: usize = 64;
+
+/// How the channel went through time and frequency.
+#[derive(Debug, Clone)]
+pub(crate) struct SignalValues {
+    /// One-sided, in the unit squared per hertz.
+    pub(crate) density: Option<Density>,
+    pub(crate) blocks: Vec<BlockValues>,
+    pub(crate) disturbed: Disturbed,
+    pub(crate) normality: Option<Result<Normality, NotJudged>>,
+}
+
+/// One of the consecutive blocks of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BlockValues {
+    /// In data time, behind what was skipped.
+    pub(crate) start_s: f64,
+    pub(crate) duration_s: f64,
+    pub(crate) count: u64,
+    pub(crate) mean: f64,
+    pub(crate) std: Option<f64>,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+}
 
 /// The deviation at one octave.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +156,29 @@ fn values(
         }),
         deviations: points(results, assessed, snapshot, value),
         slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
+        signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {
+            let interval_s = snapshot.shape().interval_s;
+            let mut density = signal.spectrum().density(Sides::One, interval_s, channel.decimals);
+            for point in density.iter_mut().flat_map(|density| &mut density.points) {
+                point.density_unit2_hz *= channel.scale * channel.scale;
+            }
+            let offset = results.branch_counts as f64;
+            let block = |block: &Block| BlockValues {
+                start_s: block.first_sample as f64 * interval_s,
+                duration_s: block.length as f64 * interval_s,
+                count: block.count(),
+                mean: value(block.mean_counts() - offset),
+                std: block.std_counts().map(value),
+                min: value(f64::from(block.min_counts()) - offset),
+                max: value(f64::from(block.max_counts()) - offset),
+            };
+            SignalValues {
+                density,
+                blocks: signal.blocks().iter().map(block).collect(),
+                disturbed: assessed.disturbed.clone(),
+                normality: assessed.normality,
+            }
+        }),
         noise: assessed.and_then(|assessed| assessed.noise.clone()),
     }
 }

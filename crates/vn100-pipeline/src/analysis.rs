@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use imu_noise::{NominalRate, Timebase};
+use imu_noise::{NominalRate, SpectrumPlan, Timebase};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
 use vn100_protocol::{Layout, PrintFormat};
 
@@ -169,6 +169,7 @@ impl Analysis {
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             detrended: self.settings.detrend,
+            skipped: self.settings.skip,
             channels: Vec::new(),
             norms: self.norms.clone(),
             polled: self.polled.snapshot(),
@@ -187,7 +188,9 @@ impl Analysis {
 
 impl Analysis {
     fn begin(&mut self, layout: Arc<Layout>) {
-        self.channels = (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings)).collect();
+        let plan = SpectrumPlan::new();
+        self.channels =
+            (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings, &plan)).collect();
         self.norms = Norm::all(&layout);
         self.layout = Some(layout);
     }

@@ -4,16 +4,18 @@ mod filter_models;
 mod noise;
 mod onboard;
 mod rest;
+mod stationary;
 mod stream;
 
 use std::sync::Arc;
 
-use imu_noise::{Interval, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
+use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
 use vn100_protocol::Channel;
 
 pub use filter_models::FilterModels;
 pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
 pub use onboard::Onboard;
+pub use stationary::Disturbed;
 
 use crate::{
     assessment::noise::Models,
@@ -43,6 +45,10 @@ pub struct ChannelAssessment {
     pub octaves: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
     pub noise: Option<ChannelNoise>,
+    /// Vibration, disturbances, changes of level.
+    pub disturbed: Disturbed,
+    /// Whether the values are normally distributed, or why that cannot be judged; `None` without samples of a stream.
+    pub normality: Option<Result<Normality, NotJudged>>,
     /// What the sensor does to the channel's white noise before it is sent; `None` where nobody knows.
     pub onboard: Option<Onboard>,
 }
@@ -72,6 +78,7 @@ impl Assessment {
             .map(|(channel, results)| assessor.channel(channel, results))
             .collect();
         let mut warnings = stream::warnings(snapshot, &channels);
+        warnings.extend(stationary::warnings(snapshot, &channels));
         warnings.extend(rest::warnings(snapshot, &channels));
         Self { samples: snapshot.timing.samples, confidence, channels, warnings }
     }
@@ -132,7 +139,9 @@ impl Assessor<'_> {
                 }
             })
             .collect();
-        ChannelAssessment { octaves, noise, onboard }
+        let disturbed = Disturbed::of(channel, results, curve.shape.interval_s);
+        let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
+        ChannelAssessment { octaves, noise, disturbed, normality, onboard }
     }
 }
 

@@ -1,6 +1,6 @@
 //! One channel of a stream: unwrapped where it is an angle, and accumulated.
 
-use imu_noise::{ChannelAccumulator, OctaveSum, RecordShape, Unwrap};
+use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
 use vn100_protocol::{Channel, Quantity};
 
 use crate::{settings::Settings, snapshot::ChannelSnapshot};
@@ -10,6 +10,7 @@ use crate::{settings::Settings, snapshot::ChannelSnapshot};
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
     detrend: bool,
+    signal: ChannelSignal,
     /// Angles only.
     unwrap: Option<Unwrap>,
     /// The angle turned too far for its counts, and they started anew.
@@ -17,11 +18,13 @@ pub(crate) struct ChannelState {
 }
 
 impl ChannelState {
-    pub(crate) fn new(channel: &Channel, settings: &Settings) -> Self {
+    /// `plan` is shared by all channels.
+    pub(crate) fn new(channel: &Channel, settings: &Settings, plan: &SpectrumPlan) -> Self {
         let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
         Self {
             accumulator: if settings.detrend { accumulator.keeping_slope() } else { accumulator },
             detrend: settings.detrend,
+            signal: ChannelSignal::new(plan),
             unwrap: turn_counts(channel).map(Unwrap::new),
             restarted: false,
         }
@@ -30,6 +33,7 @@ impl ChannelState {
     /// Samples are missing here; `None` where nobody knows how many.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.accumulator.gap(missing);
+        self.signal.gap(missing);
     }
 
     /// Whether the angle turned too far for its counts, and they started anew.
@@ -39,18 +43,18 @@ impl ChannelState {
 
     /// Takes samples in time order; unwraps them in place.
     pub(crate) fn absorb(&mut self, mut counts: &mut [i32]) {
-        let Some(unwrap) = &mut self.unwrap else {
-            return self.accumulator.push(counts);
-        };
+        let Self { accumulator, signal, unwrap, restarted, .. } = self;
         loop {
-            let together = unwrap.unwrap(counts);
+            let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));
             let (continuous, rest) = counts.split_at_mut(together);
-            self.accumulator.push(continuous);
+            accumulator.push(continuous);
+            signal.push(continuous);
             if rest.is_empty() {
                 return;
             }
-            self.restarted = true;
-            self.accumulator.gap(Some(0));
+            *restarted = true;
+            accumulator.gap(Some(0));
+            signal.gap(Some(0));
             counts = rest;
         }
     }
@@ -73,6 +77,7 @@ impl ChannelState {
             histogram: self.accumulator.histogram().clone(),
             noise_types: self.accumulator.noise_types(&octaves, &variances, shape),
             slope_counts,
+            signal: Some(self.signal.clone()),
             octaves: sums,
             printed_decimals,
         }

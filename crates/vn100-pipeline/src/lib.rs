@@ -37,8 +37,8 @@ mod warning;
 
 pub use analysis::Analysis;
 pub use assessment::{
-    Assessment, Assessments, ChannelAssessment, ChannelNoise, FilterModels, LongTaus, OctaveAssessment, Onboard,
-    WalkSeenLater,
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, OctaveAssessment,
+    Onboard, WalkSeenLater,
 };
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};

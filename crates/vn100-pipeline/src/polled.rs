@@ -40,6 +40,7 @@ impl Polled {
                     octaves: Vec::new(),
                     noise_types: Vec::new(),
                     slope_counts: None,
+                    signal: None,
                     branch_counts: 0,
                     printed_decimals: channel.decimals,
                 },

@@ -1,9 +1,10 @@
 //! The state of a measurement at one moment, as plain data for screens and reports.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{
-    Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary, counts_to_unit,
+    ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary,
+    counts_to_unit,
 };
 use vn100_driver::LinkCounts;
 use vn100_protocol::{Channel, Layout, Quantity};
@@ -27,6 +28,8 @@ pub struct Snapshot {
     pub link: LinkCounts,
     /// How the deviations are estimated.
     pub estimator: Estimator,
+    /// Data time left out at the beginning, as asked.
+    pub skipped: Duration,
     /// Which deviation it is.
     pub deviation: Deviation,
     /// A line was taken from each channel that has a slope, before its deviation.
@@ -146,6 +149,8 @@ pub struct ChannelSnapshot {
     pub noise_types: Vec<NoiseType>,
     /// Slope of the regression line over the record, in counts per sample; `None` for short records and behind gaps of unknown length.
     pub slope_counts: Option<f64>,
+    /// Spectrum, blocks and what disturbed the channel; `None` for what was asked for between the lines.
+    pub signal: Option<ChannelSignal>,
     /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous series has left the branch from
     /// -180 (not included) to 180 degrees; 0 for any other channel.
     pub branch_counts: i64,

@@ -40,6 +40,12 @@ pub enum WarningKind {
     PrintFormat,
     /// A channel repeats very few values.
     StuckDigits,
+    /// Lines stand out of a spectrum: something shakes the sensor.
+    VibrationLine,
+    /// Something happened in the middle of the record.
+    NotStationary,
+    /// The sensor was still warming up.
+    WarmUp,
     /// A channel's noise is less than its last printed digit.
     QuantisationFloor,
     /// A channel reaches the end of its sensor's range.
@@ -78,6 +84,9 @@ impl WarningKind {
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",
             Self::StuckDigits => "stuck-digits",
+            Self::VibrationLine => "vibration-line",
+            Self::NotStationary => "not-stationary",
+            Self::WarmUp => "warm-up",
             Self::QuantisationFloor => "quantisation-floor",
             Self::FullRange => "full-range",
             Self::AngleRestarted => "angle-restarted",

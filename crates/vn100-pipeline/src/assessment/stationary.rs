@@ -1,0 +1,246 @@
+//! Whether the record is of one piece: vibration lines, disturbances, steps, a warm-up. Each is told with its place, so that it can be
+//! looked for.
+
+use imu_noise::{Disturbance, LevelChange, LevelShape, Line};
+use vn100_protocol::Channel;
+
+use super::ChannelAssessment;
+use crate::{
+    snapshot::{ChannelSnapshot, Snapshot},
+    warning::{Warning, WarningKind},
+};
+
+/// Places told of in one warning; the result has them all.
+const MOST_TOLD: usize = 4;
+
+/// The highest frequency that a line of the stream may be in truth: half the sensor's own rate.
+const HIGHEST_HZ: f64 = 400.0;
+
+/// What disturbs one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Disturbed {
+    /// Lines in its spectrum, in rising frequency.
+    pub lines: Vec<Line>,
+    /// Short intervals that the rest does not explain, in time order, times in seconds of data behind those skipped.
+    pub disturbances: Vec<Disturbance>,
+    /// A warm-up or a step of the level.
+    pub level_change: Option<LevelChange>,
+}
+
+impl Disturbed {
+    pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, interval_s: f64) -> Self {
+        let Some(signal) = &results.signal else {
+            return Self { lines: Vec::new(), disturbances: Vec::new(), level_change: None };
+        };
+        let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
+        lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
+        let mut level_change = signal.level_change(interval_s, channel.decimals);
+        if let Some(LevelChange {
+            shape: LevelShape::WarmUp { amplitude, .. } | LevelShape::Step { amplitude, .. },
+            ..
+        }) = &mut level_change
+        {
+            *amplitude *= channel.scale;
+        }
+        Self { lines, disturbances: signal.disturbances(interval_s), level_change }
+    }
+}
+
+pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
+    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    let channels: Vec<_> =
+        layout.iter().zip(assessed).map(|(channel, assessed)| (channel, &assessed.disturbed)).collect();
+    [vibration(&channels, snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+type Of<'a> = (&'a Channel, &'a Disturbed);
+
+fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+    let shakes = Shake::all(channels);
+    let strongest = shakes.first()?;
+    let told = told(&shakes, |shake| {
+        let (channel, share) = shake.most();
+        let others = names(shake.axes.iter().map(|(channel, _)| *channel).filter(|other| other.name != channel.name));
+        let also = if others.is_empty() { String::new() } else { format!(", also on {}", others.join(" ")) };
+        format!(
+            "{:.2} Hz on {} ({:.0} % of its short-term variance{also})",
+            shake.frequency_hz,
+            channel.name,
+            100.0 * share
+        )
+    });
+    let rate_hz = snapshot.timing.rate_hz;
+    let aliases: Vec<_> =
+        strongest.line.aliases_hz(1.0 / rate_hz, HIGHEST_HZ).skip(1).take(3).map(|hz| format!("{hz:.1}")).collect();
+    let alias = match aliases.is_empty() {
+        true => String::new(),
+        false => format!(" At {rate_hz} Hz a stream shows {} Hz and more at that very place.", aliases.join(", ")),
+    };
+    let text = format!(
+        "lines stand out of the spectrum: {told}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
+         times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil"
+    );
+    let axes = shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel));
+    Some(Warning { kind: WarningKind::VibrationLine, channels: names(axes), text })
+}
+
+/// Lines of several channels at nearly the same frequency.
+struct Shake<'a> {
+    frequency_hz: f64,
+    /// The strongest of them.
+    line: &'a Line,
+    /// Channels, and the share of the lines in the variance of each.
+    axes: Vec<(&'a Channel, f64)>,
+}
+
+impl<'a> Shake<'a> {
+    /// The strongest first.
+    fn all(channels: &[Of<'a>]) -> Vec<Self> {
+        /// Lines nearer to each other than this have one cause: what turns is never quite steady.
+        const APART: f64 = 1.03;
+        let mut lines: Vec<(&'a Channel, &'a Line)> =
+            channels.iter().flat_map(|(channel, found)| found.lines.iter().map(move |line| (*channel, line))).collect();
+        lines.sort_by(|(_, a), (_, b)| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let near = |(_, a): &(&Channel, &Line), (_, b): &(&Channel, &Line)| b.frequency_hz < APART * a.frequency_hz;
+        let mut shakes: Vec<Self> = lines.chunk_by(near).filter_map(Self::of).collect();
+        shakes.sort_by(|a, b| b.most().1.total_cmp(&a.most().1));
+        shakes
+    }
+
+    fn of(lines: &[(&'a Channel, &'a Line)]) -> Option<Self> {
+        let (_, line) = *lines.iter().max_by(|(_, a), (_, b)| a.share_of_variance.total_cmp(&b.share_of_variance))?;
+        let total: f64 = lines.iter().map(|(_, line)| line.share_of_variance).sum();
+        let weighted: f64 = lines.iter().map(|(_, line)| line.share_of_variance * line.frequency_hz).sum();
+        let mut axes: Vec<(&'a Channel, f64)> = Vec::new();
+        for (channel, line) in lines {
+            match axes.iter_mut().find(|(other, _)| other.name == channel.name) {
+                Some((_, share)) => *share += line.share_of_variance,
+                None => axes.push((channel, line.share_of_variance)),
+            }
+        }
+        axes.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        Some(Self { frequency_hz: weighted / total, line, axes })
+    }
+
+    fn most(&self) -> (&'a Channel, f64) {
+        self.axes[0]
+    }
+}
+
+fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+    let short = |(channel, found): &Of<'_>| -> Vec<(String, f64, f64, String)> {
+        let times = |disturbance: &Disturbance| {
+            let text = format!("{:.0} sigma", disturbance.sigmas);
+            (channel.name.to_string(), disturbance.start_s, disturbance.end_s, text)
+        };
+        let step = match found.level_change {
+            Some(LevelChange { shape: LevelShape::Step { start_s, amplitude }, .. }) => Some((
+                channel.name.to_string(),
+                start_s,
+                start_s,
+                format!("a step of {amplitude:+.2e} {}", channel.unit),
+            )),
+            _ => None,
+        };
+        found.disturbances.iter().map(times).chain(step).collect()
+    };
+    let mut found: Vec<_> = channels.iter().flat_map(short).collect();
+    found.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.cmp(&b.0)));
+    if found.is_empty() {
+        return None;
+    }
+    let skipped_s = snapshot.skipped.as_secs_f64();
+    let told = told(&found, |(channel, start_s, end_s, what)| {
+        let (start_s, end_s) = (start_s + skipped_s, end_s + skipped_s);
+        if start_s == end_s {
+            format!("{channel} {what} at {}", clock(start_s))
+        } else {
+            format!("{channel} {what} from {} to {}", clock(start_s), clock(end_s))
+        }
+    });
+    let text = format!(
+        "the record is not of one piece: {told}, in hours, minutes and seconds of data. A door, steps, a bumped table or motion: one of them \
+         spoils every tau longer than itself. Measure again undisturbed, or cut the record there"
+    );
+    let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
+    axes.sort();
+    axes.dedup();
+    Some(Warning { kind: WarningKind::NotStationary, channels: axes, text })
+}
+
+fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+    let warm_ups: Vec<_> = channels
+        .iter()
+        .filter_map(|(channel, found)| match found.level_change?.shape {
+            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
+                Some((*channel, amplitude, time_constant_s, skip_s))
+            }
+            LevelShape::Step { .. } => None,
+        })
+        .collect();
+    if warm_ups.is_empty() {
+        return None;
+    }
+    let told = told(&warm_ups, |(channel, amplitude, time_constant_s, _)| {
+        format!(
+            "{} begins {amplitude:+.2e} {} off and settles within about {time_constant_s:.0} s",
+            channel.name, channel.unit
+        )
+    });
+    let longest = warm_ups.iter().map(|(.., skip_s)| *skip_s).reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
+    let cure = match longest {
+        Some(skip_s) => {
+            let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
+            format!("--skip {minutes}min leaves that out")
+        }
+        None => "the record is too short to leave that out: let the sensor warm up, and record longer".into(),
+    };
+    let text = format!(
+        "the sensor was still warming up: {told}. At long tau a drift poses as rate random walk or ramp; {cure}"
+    );
+    Some(Warning { kind: WarningKind::WarmUp, channels: names(warm_ups.iter().map(|(channel, ..)| *channel)), text })
+}
+
+fn told<T>(all: &[T], tell: impl Fn(&T) -> String) -> String {
+    let mut parts: Vec<_> = all.iter().take(MOST_TOLD).map(tell).collect();
+    if all.len() > MOST_TOLD {
+        parts.push(format!("and {} more", all.len() - MOST_TOLD));
+    }
+    parts.join("; ")
+}
+
+fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> Vec<String> {
+    let mut names = Vec::new();
+    for channel in channels {
+        if !names.contains(&channel.name.to_string()) {
+            names.push(channel.name.to_string());
+        }
+    }
+    names
+}
+
+/// h:mm:ss, or m:ss.
+fn clock(seconds: f64) -> String {
+    let whole = seconds as u64;
+    match whole / 3600 {
+        0 => format!("{}:{:02}", whole / 60, whole % 60),
+        hours => format!("{hours}:{:02}:{:02}", whole / 60 % 60, whole % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_told_as_clocks_do() {
+        for (seconds, text) in
+            [(0.0, "0:00"), (61.7, "1:01"), (3599.9, "59:59"), (3600.0, "1:00:00"), (36_061.0, "10:01:01")]
+        {
+            assert_eq!(clock(seconds), text);
+        }
+    }
+}
