@@ -36,7 +36,7 @@ pub struct Normality {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotJudged {
     /// Too few independent samples.
-    #[error("{effective_samples:.0} independent samples, {needed:.0} are needed")]
+    #[error("{effective_samples:.0} independent samples, {needed:.0} needed")]
     TooShort {
         /// As many as there are; 0 before the spectrum has four segments.
         effective_samples: f64,
@@ -44,7 +44,7 @@ pub enum NotJudged {
         needed: f64,
     },
     /// The noise is too small beside the last digit.
-    #[error("a standard deviation of {std_counts:.2} of the last digit, {needed:.1} is needed")]
+    #[error("deviates by {std_counts:.2} last digits, {needed:.1} needed")]
     Quantised {
         /// Standard deviation in counts.
         std_counts: f64,
@@ -52,7 +52,7 @@ pub enum NotJudged {
         needed: f64,
     },
     /// The level wanders: the distribution says where it went, not what the noise is.
-    #[error("{:.0} % of the variance are slow changes, at most {:.0} % may be", 100.0 * .slow_share, 100.0 * .allowed)]
+    #[error("slow changes: {:.0} % of variance ({:.0} % may)", 100.0 * .slow_share, 100.0 * .allowed)]
     Wandering {
         /// Share of the variance in changes slower than a segment of the spectrum.
         slow_share: f64,

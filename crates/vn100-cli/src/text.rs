@@ -1,5 +1,6 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
+mod distribution;
 mod filter_models;
 mod noise;
 mod statistics;
@@ -11,6 +12,7 @@ use vn100_driver::CsvReport;
 use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
+use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
 use noise::write_noise;
 use statistics::write_statistics;
@@ -65,6 +67,8 @@ fn write_result(
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
         write_statistics(out, snapshot, &channels)?;
+        write_distribution(out, &channels)?;
+        write_parts(out, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment.confidence)?;
         write_filter_models(out, &channels, filter_models)?;
