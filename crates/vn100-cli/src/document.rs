@@ -183,7 +183,7 @@ struct Statistics {
     max: Option<f64>,
     resolution: f64,
     normality: Option<NormalityDocument>,
-    /// How often which values came, in at most 64 bars.
+    /// How often which values came, in at most 64 bars; only at the end.
     histogram: Option<Bars>,
 }
 
@@ -380,7 +380,11 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
             max: values.max,
             resolution: values.resolution,
             normality: (values.signal.as_ref().and_then(|signal| signal.normality)).map(NormalityDocument::new),
-            histogram: values.bars.map(|bars| Bars { first: bars.first, width: bars.width, counts: bars.counts }),
+            histogram: values.bars.filter(|_| ended).map(|bars| Bars {
+                first: bars.first,
+                width: bars.width,
+                counts: bars.counts,
+            }),
         },
         allan: Curve {
             deviation: match snapshot.deviation {
