@@ -124,7 +124,9 @@ impl Assessor<'_> {
     fn channel(&mut self, channel: &Channel, results: &ChannelSnapshot) -> ChannelAssessment {
         let curve = Curve::new(channel, results, self.snapshot.shape());
         let onboard = Onboard::of(channel, self.snapshot);
-        let noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, self.confidence, &mut self.models);
+        let disturbed = Disturbed::of(channel, results, curve.shape.interval_s);
+        let (lines, models) = (&disturbed.lines, &mut self.models);
+        let noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, lines, self.confidence, models);
         let mut last_law = None;
         let octaves = (curve.octaves.iter().enumerate())
             .map(|(i, octave)| {
@@ -139,7 +141,6 @@ impl Assessor<'_> {
                 }
             })
             .collect();
-        let disturbed = Disturbed::of(channel, results, curve.shape.interval_s);
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
         ChannelAssessment { octaves, noise, disturbed, normality, onboard }
     }

@@ -1,8 +1,8 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ClassicalReading, Deviation, NoiseFit, NoiseModel, Octave, Parameter, RecordShape, Sensor, Status,
-    Term, Terms, classical_reading, visible_random_walk, white_deficit,
+    BoxcarWindow, ClassicalReading, Deviation, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw, RecordShape,
+    Sensor, Status, Term, Terms, classical_reading, edf, visible_random_walk, white_deficit,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -65,6 +65,7 @@ impl ChannelNoise {
         curve: &Curve,
         snapshot: &Snapshot,
         onboard: Option<Onboard>,
+        lines: &[Line],
         confidence: f64,
         models: &mut Models,
     ) -> Option<Self> {
@@ -76,24 +77,28 @@ impl ChannelNoise {
         };
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
-        let short = || curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
-        let mut part = |octaves: usize| {
-            let model = models.of(&curve.octaves[..octaves], STOCHASTIC, window);
-            model.fit_part(&curve.variances[..octaves], confidence)
+        let spoiled = spoiled_octaves(curve, lines);
+        // four octaves at least, which three terms need
+        let mut part = |end: usize| {
+            let end = end.max(4).min(curve.octaves.len());
+            let octaves = spoiled.min(end.saturating_sub(4))..end;
+            let model = models.of(&curve.octaves[octaves.clone()], STOCHASTIC, window);
+            model.fit_part(&curve.variances[octaves], confidence)
         };
+        let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
         let (fit, long_taus) = match sensor {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTaus::Surroundings),
-            Sensor::Gyroscope if compensated => (part(short().max(4).min(curve.octaves.len())), LongTaus::Compensated),
+            Sensor::Gyroscope if compensated => (part(before_filter), LongTaus::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                let before_filter =
-                    (sensor == Sensor::Gyroscope).then(|| part(short().max(4).min(curve.octaves.len())));
+                let before_filter = (sensor == Sensor::Gyroscope).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter)) {
                     Some(before_filter) => (before_filter, LongTaus::LooksCompensated),
                     None => {
-                        let model = models.of(&curve.octaves, Terms::RATE, window);
+                        let spoiled = spoiled.min(curve.octaves.len() / 2);
+                        let model = models.of(&curve.octaves[spoiled..], Terms::RATE, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        (model.fit(&curve.variances, slope_unit_s, confidence), LongTaus::Sensor)
+                        (model.fit(&curve.variances[spoiled..], slope_unit_s, confidence), LongTaus::Sensor)
                     }
                 }
             }
@@ -132,6 +137,16 @@ impl ChannelNoise {
     pub(super) fn edf(&self, m: u64) -> Option<f64> {
         self.fit.edf(m)
     }
+}
+
+/// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of what noise alone would read.
+fn spoiled_octaves(curve: &Curve, lines: &[Line]) -> usize {
+    let shows = |(octave, variance): (&Octave, &f64)| {
+        let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
+        let edf = edf(octave, &curve.shape, PowerLaw::White).unwrap_or(1.0);
+        added > 0.25 * variance * (2.0 / edf).sqrt()
+    };
+    curve.octaves.iter().zip(&curve.variances).rposition(shows).map_or(0, |last| last + 1)
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
