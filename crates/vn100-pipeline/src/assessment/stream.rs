@@ -67,8 +67,7 @@ fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
         100.0 * Onboard::UNCERTAINTY,
     );
     let factor = onboard.white_factor();
-    let seen =
-        format!("the sensor takes {refresh_hz} values a second, {averaged} ({said_by}) and sends {rate_hz} averages");
+    let seen = format!("the sensor takes {refresh_hz} values a second, {averaged} ({said_by}) and sends {rate_hz}");
     let cure = (onboard.refresh_hz > 250.0).then(|| {
         format!(
             "; a window of {} (vn100 configure PORT --window {0}) brings the sensor's own density into the stream",
