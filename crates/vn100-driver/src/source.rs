@@ -12,7 +12,7 @@ use tokio::sync::mpsc;
 use crate::clock::Clock;
 
 /// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small enough for the second-level cache.
-pub(crate) const READ_BYTES: usize = 256 * 1024;
+pub(crate) const READ_BYTES: usize = 128 * 1024;
 
 /// Bytes of one read of a live stream, which brings a few lines.
 const LIVE_READ_BYTES: usize = 4096;

@@ -49,7 +49,8 @@ impl JointMeans {
             Estimator::Full => RecordShape { estimator: Estimator::Strided, ..*shape },
             _ => *shape,
         };
-        let mut known: Vec<(u32, u32, Coherence)> = Vec::new();
+        // of the octaves that all look the same, by the ratio of their lengths
+        let mut known: Vec<(u32, Coherence)> = Vec::new();
         let mut rho: Vec<Vec<f64>> = Vec::new();
         for (a, long) in octaves.iter().enumerate() {
             // All overlaps are the one grid that does not scale with the octave.
@@ -60,10 +61,18 @@ impl JointMeans {
             for (b, short) in octaves[..a].iter().enumerate() {
                 let level = short.m.ilog2().min(last_own);
                 let ratio = long.m.ilog2() - short.m.ilog2();
-                let index = known.iter().position(|(l, r, _)| (*l, *r) == (level, ratio)).unwrap_or_else(|| {
-                    known.push((level, ratio, Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise)));
-                    known.len() - 1
-                });
+                let new = || Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise);
+                let own;
+                let coherence = if level < last_own {
+                    own = new();
+                    &own
+                } else {
+                    let index = known.iter().position(|(known, _)| *known == ratio).unwrap_or_else(|| {
+                        known.push((ratio, new()));
+                        known.len() - 1
+                    });
+                    &known[index].1
+                };
                 let stride_ratio = sparse.stride(long.m) / sparse.stride(short.m);
                 let pairs = Pairs {
                     short: sparse.windows(short.m) as f64,
@@ -73,7 +82,7 @@ impl JointMeans {
                 let gaps = (shape.share_of_windows(long) * shape.share_of_windows(short)).sqrt();
                 let start = joint.start(a, b);
                 let means = &mut joint.means[start..][..components * components];
-                known[index].2.add_means(&pairs, means);
+                coherence.add_means(&pairs, means);
                 means.iter_mut().for_each(|mean| *mean /= gaps);
             }
         }
