@@ -199,6 +199,13 @@ impl RegisterContents {
     pub fn value<T: RegisterValue>(&self) -> Result<T, ValueError> {
         T::from_contents(self)
     }
+
+    /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise, and registers 5 to 7 may name their port.
+    #[must_use]
+    pub fn is_as_written(&self, fields: &Fields) -> bool {
+        let names_port = matches!(self.register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);
+        fields.means(&self.fields, usize::from(names_port))
+    }
 }
 
 impl fmt::Display for Register {

@@ -9,11 +9,7 @@ use thiserror::Error;
 
 pub use self::failure::RequestFailure;
 use crate::{
-    checksum::Check,
-    command::Command,
-    device_error::DeviceError,
-    fields::Fields,
-    register::{Register, RegisterContents},
+    checksum::Check, command::Command, device_error::DeviceError, fields::Fields, register::RegisterContents,
     reply::Reply,
 };
 
@@ -315,12 +311,10 @@ impl Current {
 
 /// The fields that a write asked for and those that it was answered with, where they differ.
 fn difference<'a>(command: &'a Command, reply: &'a Reply) -> Option<(&'a Fields, &'a Fields)> {
-    let (Command::WriteRegister { register, fields }, Reply::Written(echo)) = (command, reply) else {
+    let (Command::WriteRegister { fields, .. }, Reply::Written(echo)) = (command, reply) else {
         return None;
     };
-    // these may come back with their port
-    let has_port = matches!(*register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);
-    (!fields.means(&echo.fields, usize::from(has_port))).then_some((fields, &echo.fields))
+    (!echo.is_as_written(fields)).then_some((fields, &echo.fields))
 }
 
 /// The line of a command, without CR and LF.
