@@ -6,10 +6,10 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use tokio::runtime::Runtime;
 use vn100_driver::{
-    Command, CommandError, LinkHandle, LinkState,
+    CommandError, LinkHandle, LinkState,
     protocol::{
         AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
-        ProtocolControl, Register, RegisterContents, RegisterValue,
+        ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
     },
 };
 
@@ -76,10 +76,10 @@ struct Line {
 async fn ask(link: &LinkHandle, source: String) -> Result<Info> {
     let mut registers = BTreeMap::new();
     for register in REGISTERS {
-        match link.request(Command::ReadRegister(register)).await {
-            Ok(answer) => _ = registers.insert(register, answer.fields),
-            // another model or firmware does not have all
-            Err(CommandError::Refused { .. }) => {}
+        match link.read(Register(register)).await {
+            Ok(contents) => registers.extend(contents.map(|contents| (register, contents.fields.to_string()))),
+            // another model or firmware does not let all be read
+            Err(CommandError::Failed(RequestFailure::Device { .. })) => {}
             Err(error) => return Err(error.into()),
         }
     }

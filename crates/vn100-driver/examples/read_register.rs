@@ -2,7 +2,7 @@
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Clock, Command, LinkOptions, SerialPorts, open_link};
+use vn100_driver::{Clock, LinkOptions, SerialPorts, open_link, protocol::Register};
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -13,7 +13,9 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
         open_link(SerialPorts::new(&port, Clock::start()), LinkOptions::default(), CancellationToken::new());
     // a link hands out samples in any case; here nobody uses them
     tokio::spawn(async move { while events.recv().await.is_some() {} });
-    let answer = link.request(Command::ReadRegister(register)).await?;
-    println!("register {register}: {}", answer.fields);
+    match link.read(Register(register)).await? {
+        Some(contents) => println!("register {register}: {}", contents.fields),
+        None => println!("this sensor has no register {register}"),
+    }
     Ok(())
 }

@@ -10,7 +10,7 @@ use crate::{
     source::{Chunk, Input},
 };
 
-/// The speeds of a VN-100 in the order they are tried: the one it is delivered with, the other fast ones, the slow ones.
+/// The speeds of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the order they are tried: the one it is delivered with, the other fast ones, the slow ones.
 pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
 
 /// How long to listen before asking: three lines of the usual 40 Hz.
@@ -148,6 +148,7 @@ impl Listener {
 #[cfg(test)]
 mod tests {
     use bytes::Bytes;
+    use vn100_protocol::{BaudRate, Check, Command, Register};
 
     use super::*;
 
@@ -164,6 +165,16 @@ mod tests {
             found_at = found_at.or(listener.search(piece.as_bytes()));
         }
         listener.heard(found_at)
+    }
+
+    #[test]
+    fn all_speeds_are_tried_and_the_question_is_that_for_the_model() {
+        let mut rates = BAUD_RATES;
+        rates.sort_unstable();
+        assert_eq!(rates, BaudRate::ALL.map(BaudRate::bits_per_s));
+        let mut question = String::new();
+        Command::ReadRegister(Register::MODEL).encode(Check::Xor8, &mut question).unwrap();
+        assert_eq!(question.as_bytes(), QUESTION);
     }
 
     #[test]

@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use thiserror::Error;
+use vn100_protocol::{Command, Fields, Register, RegisterContents};
 
 use crate::{
-    command::{Command, CommandError, NO_SUCH_REGISTER, same_fields},
+    command_error::CommandError,
     link::LinkHandle,
-    output_plan::{Current, OutputSettings, PlanError, Write, plan},
+    output_plan::{Change, OutputSettings, PlanError, plan},
 };
 
 /// How long after the output was paused the last of it may still come: a long line at the slowest speed.
@@ -24,7 +25,7 @@ pub struct Configured {
     pub changes: Vec<Change>,
     /// Samples a second, counted for two seconds after; lines of other messages are no samples.
     pub measured_hz: f64,
-    /// The rate the sensor is set to.
+    /// The rate the sensor is set to; 0 where it sends no lines.
     pub rate_hz: u32,
 }
 
@@ -35,17 +36,6 @@ impl Configured {
         (self.measured_hz - f64::from(self.rate_hz)).abs()
             <= 1.0 / MEASURE.as_secs_f64() + 0.05 * f64::from(self.rate_hz)
     }
-}
-
-/// A register that was written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Change {
-    /// Its number.
-    pub register: u8,
-    /// Its fields before.
-    pub before: String,
-    /// Its fields now.
-    pub after: String,
 }
 
 /// Why a sensor is not set as asked. Its output goes on in any case, as far as the link is up.
@@ -65,10 +55,10 @@ pub enum ConfigureError {
     /// A register says something else than what was written.
     #[error("register {register} was to be {asked} and reads {got}")]
     ReadBack {
-        /// Its number.
-        register: u8,
+        /// Which one.
+        register: Register,
         /// What was written.
-        asked: String,
+        asked: Fields,
         /// What it says.
         got: String,
     },
@@ -94,13 +84,13 @@ impl From<CommandError> for ConfigureError {
 /// When it cannot be so, when the sensor refuses, or when it does not keep what was written.
 pub async fn configure(link: &LinkHandle, settings: &OutputSettings) -> Result<Configured, ConfigureError> {
     let current = read_current(link, settings).await?;
-    let (writes, rate_hz) = plan(&current, settings)?;
-    let changes = write_paused(link, writes, settings.save).await?;
+    let (planned, rate) = plan(&current, settings)?;
+    let changes = write_paused(link, planned, settings.save).await?;
     tokio::time::sleep(SETTLE).await;
     let (before, began) = (link.samples(), tokio::time::Instant::now());
     tokio::time::sleep(MEASURE).await;
     let measured_hz = (link.samples() - before) as f64 / began.elapsed().as_secs_f64();
-    Ok(Configured { changes, measured_hz, rate_hz })
+    Ok(Configured { changes, measured_hz, rate_hz: rate.hz() })
 }
 
 /// Puts back what [`configure`] changed, the last first.
@@ -108,7 +98,7 @@ pub async fn configure(link: &LinkHandle, settings: &OutputSettings) -> Result<C
 /// # Errors
 /// As [`configure`].
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
-    let back = changes.iter().rev().map(|change| Write {
+    let back = changes.iter().rev().map(|change| Change {
         register: change.register,
         before: change.after.clone(),
         after: change.before.clone(),
@@ -116,15 +106,11 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     write_paused(link, back.collect(), false).await.map(drop)
 }
 
-async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Current, ConfigureError> {
-    let mut current = Current::default();
+async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
+    let mut current = Vec::new();
     for register in settings.registers() {
-        match link.request(Command::ReadRegister(register)).await {
-            Ok(answer) => _ = current.insert(register, answer.fields),
-            // the plan decides whether it can do without
-            Err(CommandError::Refused { code: NO_SUCH_REGISTER, .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
+        // the plan decides whether it can do without
+        current.extend(link.read(register).await?);
     }
     Ok(current)
 }
@@ -135,33 +121,34 @@ struct ResumeOnDrop<'a>(Option<&'a LinkHandle>);
 impl Drop for ResumeOnDrop<'_> {
     fn drop(&mut self) {
         if let Some(link) = self.0 {
-            link.send(Command::Output(true));
+            link.send(Command::Async(true));
         }
     }
 }
 
-async fn write_paused(link: &LinkHandle, writes: Vec<Write>, save: bool) -> Result<Vec<Change>, ConfigureError> {
+/// Writes what is `planned` while the output is paused: what was written.
+async fn write_paused(link: &LinkHandle, planned: Vec<Change>, save: bool) -> Result<Vec<Change>, ConfigureError> {
     let mut changes = Vec::new();
-    if writes.is_empty() && !save {
+    if planned.is_empty() && !save {
         return Ok(changes);
     }
     // commands that come between lines of a busy port lose bytes
     let mut resume = ResumeOnDrop(Some(link));
-    link.request(Command::Output(false)).await?;
+    link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
-    for write in writes {
-        let result = write_and_read_back(link, &write).await;
+    for change in planned {
+        let result = write_and_read_back(link, &change).await;
         if let Err(ConfigureError::Command { source, .. }) = result {
             return Err(ConfigureError::Command { source, changes });
         }
         result?;
-        changes.push(Change { register: write.register, before: write.before, after: write.after });
+        changes.push(change);
     }
     let end = async {
         if save {
-            link.request(Command::SaveSettings).await?;
+            link.request(Command::WriteSettings).await?;
         }
-        link.request(Command::Output(true)).await
+        link.request(Command::Async(true)).await
     };
     if let Err(source) = end.await {
         return Err(ConfigureError::Command { source, changes });
@@ -170,13 +157,13 @@ async fn write_paused(link: &LinkHandle, writes: Vec<Write>, save: bool) -> Resu
     Ok(changes)
 }
 
-async fn write_and_read_back(link: &LinkHandle, write: &Write) -> Result<(), ConfigureError> {
-    let Write { register, after, .. } = write;
+async fn write_and_read_back(link: &LinkHandle, change: &Change) -> Result<(), ConfigureError> {
+    let Change { register, after, .. } = change;
     link.request(Command::WriteRegister { register: *register, fields: after.clone() }).await?;
-    let got = link.request(Command::ReadRegister(*register)).await?.fields;
-    if same_fields(*register, after, &got) {
-        Ok(())
-    } else {
-        Err(ConfigureError::ReadBack { register: *register, asked: after.clone(), got })
+    let got = link.read(*register).await?;
+    if got.as_ref().is_some_and(|contents| contents.is_as_written(after)) {
+        return Ok(());
     }
+    let got = got.map_or_else(|| "nothing".into(), |contents| contents.fields.to_string());
+    Err(ConfigureError::ReadBack { register: *register, asked: after.clone(), got })
 }

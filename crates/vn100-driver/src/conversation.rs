@@ -1,43 +1,69 @@
 //! What is said to the sensor over a link: the callers' requests, and what the link itself wants to know.
 
-use std::{collections::VecDeque, time::Duration};
-
-use tokio::sync::oneshot;
-
-use crate::{
-    command::{Answer, Command, CommandError, device_error},
-    exchange::{Exchange, error_code},
+use std::{
+    collections::{BTreeMap, VecDeque},
+    iter,
+    time::Duration,
 };
 
+use tokio::sync::oneshot;
+use vn100_protocol::{
+    Answer, BaudRate, Check, Command, DeviceError, Register, Reply, RequestFailure, RequestId, Session,
+};
+
+use crate::command_error::CommandError;
+
 /// What a measurement is to be read with: the sensor, its output, its calibration, its filters.
-const IDENTITY: [u8; 24] = [1, 2, 3, 4, 5, 6, 7, 21, 23, 25, 26, 30, 32, 35, 43, 44, 47, 75, 76, 77, 82, 83, 84, 85];
+const IDENTITY: [Register; 24] = [
+    Register::MODEL,
+    Register::HARDWARE_REVISION,
+    Register::SERIAL_NUMBER,
+    Register::FIRMWARE,
+    Register::BAUD_RATE,
+    Register::ASYNC_TYPE,
+    Register::ASYNC_RATE,
+    Register::REFERENCE_VECTORS,
+    Register::MAG_CALIBRATION,
+    Register::ACCEL_CALIBRATION,
+    Register::ROTATION,
+    Register::PROTOCOL_CONTROL,
+    Register::SYNC_CONTROL,
+    Register::VPE_CONTROL,
+    Register::STARTUP_GYRO_BIAS,
+    Register::HSI_CONTROL,
+    Register::HSI_RESULT,
+    Register::BINARY_OUTPUT_1,
+    Register::BINARY_OUTPUT_2,
+    Register::BINARY_OUTPUT_3,
+    Register::DELTA_SETTINGS,
+    Register::REFERENCE_MODEL,
+    Register::GYRO_CALIBRATION,
+    Register::IMU_FILTER,
+];
 
-/// The register with the uncompensated measurements and the temperature.
-const IMU_MEASUREMENTS: u8 = 54;
-
-/// Bytes that a reading of it takes from the line.
+/// Bytes that a reading of the temperature (register 54) takes from the line.
 const READING_BYTES: f64 = 128.0;
-
-const MODEL: u8 = 1;
-const BAUD_RATE: u8 = 5;
 
 /// From one question of the link's own to the next. On a line that is nearly full, as with `$VNIMU` at 100 Hz and 115 200 baud, an answer
 /// puts all lines behind it off until the idle time of the line has made up for it; answers without a pause would add up to what looks
 /// like lost lines.
 const READ_EVERY: Duration = Duration::from_millis(200);
 
+/// Where an answer goes.
+pub(crate) type Waiting = oneshot::Sender<Result<Answer, CommandError>>;
+
 /// A command with whom to answer.
 #[derive(Debug)]
 pub(crate) struct Request {
     pub(crate) command: Command,
     /// `None` where nobody waits for it.
-    pub(crate) answer: Option<oneshot::Sender<Result<Answer, CommandError>>>,
+    pub(crate) answer: Option<Waiting>,
 }
 
 /// Who asked for a command.
 #[derive(Debug)]
 enum Asker {
-    Caller(Option<oneshot::Sender<Result<Answer, CommandError>>>),
+    Caller(Option<Waiting>),
     /// The link, to know the sensor. What it answers is in the stream.
     Identity,
     /// The link, to know whether the sensor is there.
@@ -46,9 +72,11 @@ enum Asker {
 
 pub(crate) struct Conversation {
     listen_only: bool,
-    exchange: Exchange<Asker>,
+    session: Session,
+    /// What the session has not ended yet.
+    asked: BTreeMap<RequestId, (Command, Asker)>,
     /// Registers to read when nothing else is asked for.
-    to_read: VecDeque<u8>,
+    to_read: VecDeque<Register>,
     /// Not before this time.
     read_at: Duration,
     /// Whether a caller has paused the output, and wants it so.
@@ -68,11 +96,11 @@ struct TemperaturePoll {
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Consequence {
     /// The sensor talks at another speed from now on.
-    Baud(u32),
+    Baud(BaudRate),
     /// The sensor was asked whether it is there, and did not answer.
     Absent,
     /// The sensor has restarted by itself: why.
-    Restarted(String),
+    Restarted(DeviceError),
 }
 
 impl Conversation {
@@ -80,7 +108,8 @@ impl Conversation {
         let temperature = poll_temperature.map(|every| TemperaturePoll { every, last: Duration::ZERO, bytes: 0 });
         Self {
             listen_only,
-            exchange: Exchange::new(),
+            session: Session::new(Check::Xor8),
+            asked: BTreeMap::new(),
             to_read: VecDeque::new(),
             read_at: Duration::ZERO,
             paused: false,
@@ -104,37 +133,37 @@ impl Conversation {
         if self.listen_only {
             answer(request.answer, Err(CommandError::ListenOnly));
         } else {
-            self.exchange.submit(request.command, Asker::Caller(request.answer));
+            self.submit(request.command, Asker::Caller(request.answer));
         }
     }
 
     /// Asks a sensor that says nothing whether it is there: unless it is silent on request, with the command that makes it speak again if an
     /// exchange was broken off while its output was paused.
     pub(crate) fn ask_presence(&mut self) {
-        let question = if self.paused { Command::ReadRegister(MODEL) } else { Command::Output(true) };
-        self.exchange.submit(question, Asker::Presence);
+        let question = if self.paused { Command::ReadRegister(Register::MODEL) } else { Command::Async(true) };
+        self.submit(question, Asker::Presence);
     }
 
     /// What is to be sent now, on a line of this speed.
-    pub(crate) fn next_line(&mut self, now: Duration, baud: Option<u32>) -> Option<String> {
+    pub(crate) fn next_line(&mut self, now: Duration, baud: Option<u32>) -> Option<Vec<u8>> {
         if self.temperature.as_mut().is_some_and(|poll| poll.is_due(now, baud)) && !self.listen_only {
-            self.to_read.push_back(IMU_MEASUREMENTS);
+            self.to_read.push_back(Register::IMU);
         }
-        if self.exchange.is_idle()
+        if self.asked.is_empty()
             && now >= self.read_at
             && let Some(register) = self.to_read.pop_front()
         {
             self.read_at = now + READ_EVERY;
-            self.exchange.submit(Command::ReadRegister(register), Asker::Identity);
+            self.submit(Command::ReadRegister(register), Asker::Identity);
         }
-        self.exchange.poll_transmit(now)
+        self.session.poll_transmit(now)
     }
 
     /// When something is due without an answer.
     pub(crate) fn wake_at(&self) -> Option<Duration> {
         let poll = self.temperature.as_ref().filter(|_| !self.listen_only).map(|poll| poll.last + poll.every);
-        let read = (self.exchange.is_idle() && !self.to_read.is_empty()).then_some(self.read_at);
-        [self.exchange.poll_timeout(), poll, read].into_iter().flatten().min()
+        let read = (self.asked.is_empty() && !self.to_read.is_empty()).then_some(self.read_at);
+        [self.session.poll_timeout(), poll, read].into_iter().flatten().min()
     }
 
     /// Takes the number of bytes that a read brought.
@@ -144,18 +173,21 @@ impl Conversation {
         }
     }
 
-    /// Takes the body of an answer, or of an error that the sensor told unasked.
-    pub(crate) fn take_reply(&mut self, body: &str) -> Option<Consequence> {
-        if let Some(code @ (0x01 | 0x0A)) = error_code(body) {
-            return Some(Consequence::Restarted(device_error(code)));
+    /// Takes an answer, or an error that the sensor told unasked.
+    pub(crate) fn take_reply(&mut self, reply: &Reply, now: Duration) -> Option<Consequence> {
+        self.session.handle_reply(reply, now);
+        let restart = |error: &DeviceError| matches!(error, DeviceError::HardFault | DeviceError::WatchdogReset);
+        if let Some(error) = iter::from_fn(|| self.session.poll_notice()).filter(restart).last() {
+            // a sensor that restarts sends again
+            self.paused = false;
+            return Some(Consequence::Restarted(error));
         }
-        self.exchange.take_answer(body);
         self.settle()
     }
 
     /// Takes the time.
     pub(crate) fn handle_timeout(&mut self, now: Duration) -> Option<Consequence> {
-        self.exchange.handle_timeout(now);
+        self.session.handle_timeout(now);
         self.settle()
     }
 
@@ -164,25 +196,38 @@ impl Conversation {
         self.to_read.clear();
         // whoever paused it is told that the link is down; the next session begins with the output on
         self.paused = false;
-        self.exchange.handle_link_down();
+        self.session.handle_link_down();
         // nothing follows for a link that is no more
         while self.settle().is_some() {}
+    }
+
+    fn submit(&mut self, command: Command, asker: Asker) {
+        match (self.session.submit(command.clone()), asker) {
+            (Ok(id), asker) => _ = self.asked.insert(id, (command, asker)),
+            (Err(full), Asker::Caller(waiting)) => answer(waiting, Err(full.into())),
+            // the answers to all that waits tell as much
+            (Err(_), Asker::Identity | Asker::Presence) => {}
+        }
     }
 
     /// Answers those who wait. One command is under way at a time, so that there is one consequence at most.
     fn settle(&mut self) -> Option<Consequence> {
         let mut consequence = None;
-        while let Some((asker, command, result)) = self.exchange.poll_done() {
+        while let Some((id, result)) = self.session.poll_completion() {
+            let Some((command, asker)) = self.asked.remove(&id) else { continue };
             match (&command, &result) {
-                (Command::WriteRegister { register: BAUD_RATE, .. }, Ok(written)) => {
-                    consequence = written.fields.parse().ok().map(Consequence::Baud);
+                (Command::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Answer::Register(written)))
+                    // behind a comma stands a port, which may be the other one
+                    if fields.iter().count() == 1 =>
+                {
+                    consequence = written.value().ok().map(Consequence::Baud);
                 }
-                (Command::Output(on), Ok(_)) => self.paused = !on,
+                (Command::Async(on), Ok(_)) => self.paused = !on,
                 _ => {}
             }
-            let silent = matches!(result, Err(CommandError::NoAnswer { .. }));
+            let silent = matches!(result, Err(RequestFailure::Timeout { .. }));
             match asker {
-                Asker::Caller(waiting) => answer(waiting, result),
+                Asker::Caller(waiting) => answer(waiting, result.map_err(CommandError::from)),
                 // a sensor that does not answer, as on a one-way cable, is not asked for the rest; one without a register is
                 Asker::Identity if silent => self.to_read.clear(),
                 Asker::Presence if silent => consequence = Some(Consequence::Absent),
@@ -207,7 +252,7 @@ impl TemperaturePoll {
     }
 }
 
-fn answer(waiting: Option<oneshot::Sender<Result<Answer, CommandError>>>, result: Result<Answer, CommandError>) {
+fn answer(waiting: Option<Waiting>, result: Result<Answer, CommandError>) {
     if let Some(waiting) = waiting {
         // whoever asked may have stopped waiting
         let _ = waiting.send(result);
@@ -216,7 +261,13 @@ fn answer(waiting: Option<oneshot::Sender<Result<Answer, CommandError>>>, result
 
 #[cfg(test)]
 mod tests {
+    use vn100_protocol::{Fields, RegisterContents};
+
     use super::*;
+
+    fn register(register: Register, fields: &str) -> Reply {
+        Reply::Register(RegisterContents { register, fields: Fields::new(fields).unwrap(), check: Check::Xor8 })
+    }
 
     const fn s(s: u64) -> Duration {
         Duration::from_secs(s)
@@ -230,7 +281,7 @@ mod tests {
             assert_eq!(conversation.wake_at(), Some(s(10)));
             conversation.read(10 * lines_per_s * 122);
             assert_eq!(conversation.next_line(s(9), baud), None);
-            assert_eq!(conversation.next_line(s(10), baud).as_deref(), read.then_some("$VNRRG,54*72\r\n"));
+            assert_eq!(conversation.next_line(s(10), baud).as_deref(), read.then_some(&b"$VNRRG,54*72\r\n"[..]));
             assert_eq!(conversation.next_line(s(11), baud), None);
         }
     }
@@ -239,17 +290,18 @@ mod tests {
     fn a_caller_does_not_wait_for_the_whole_identification() {
         let mut conversation = Conversation::new(false, None);
         conversation.meet(s(0));
-        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some("$VNRRG,01*72\r\n"));
+        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,01*72\r\n"[..]));
         let (sender, mut answered) = oneshot::channel();
-        conversation.ask(Request { command: Command::ReadRegister(54), answer: Some(sender) });
-        assert_eq!(conversation.take_reply("VNRRG,01,VN-100S-CR"), None);
-        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some("$VNRRG,54*72\r\n"));
-        conversation.take_reply("VNRRG,54,+21.6");
-        assert_eq!(answered.try_recv().unwrap().unwrap().fields, "+21.6");
+        conversation.ask(Request { command: Command::ReadRegister(Register::IMU), answer: Some(sender) });
+        assert_eq!(conversation.take_reply(&register(Register::MODEL, "VN-100S-CR"), s(0)), None);
+        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
+        conversation.take_reply(&register(Register::IMU, "+21.6"), s(0));
+        let Ok(Answer::Register(contents)) = answered.try_recv().unwrap() else { panic!("no answer") };
+        assert_eq!(contents.fields.as_str(), "+21.6");
         // and its next question waits until the line has made up for the answer
         assert_eq!(conversation.next_line(READ_EVERY - Duration::from_millis(1), None), None);
         assert_eq!(conversation.wake_at(), Some(READ_EVERY));
-        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some("$VNRRG,02*71\r\n"));
+        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some(&b"$VNRRG,02*71\r\n"[..]));
     }
 
     #[test]
@@ -257,7 +309,7 @@ mod tests {
         let mut conversation = Conversation::new(false, None);
         conversation.meet(s(0));
         conversation.next_line(s(0), None);
-        conversation.take_reply("VNERR,08");
+        conversation.take_reply(&Reply::Error(DeviceError::InvalidRegister), s(0));
         assert!(conversation.next_line(READ_EVERY, None).is_some());
         let mut now = s(0);
         let mut lines = 0;

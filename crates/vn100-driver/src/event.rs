@@ -2,7 +2,7 @@
 
 use std::{fmt, io, sync::Arc};
 
-use vn100_protocol::{Layout, PrintFormat, Tally};
+use vn100_protocol::{Layout, PrintFormat, RegisterContents, Tally};
 
 use crate::{csv::OddRowCounts, source::LinkEvent};
 
@@ -85,11 +85,8 @@ pub struct RegisterValue {
 }
 
 impl RegisterValue {
-    /// Of the body of a reply such as `VNRRG,07,40`; `None` for a reply that tells no register.
-    pub(crate) fn from_reply(body: &[u8], before_row: usize) -> Option<Self> {
-        let rest = body.strip_prefix(b"VNRRG,").or(body.strip_prefix(b"VNWRG,"))?;
-        let (register, fields) = std::str::from_utf8(rest).ok()?.split_once(',')?;
-        Some(Self { before_row, register: register.parse().ok()?, fields: fields.to_owned() })
+    pub(crate) fn new(contents: &RegisterContents, before_row: usize) -> Self {
+        Self { before_row, register: contents.register.0, fields: contents.fields.to_string() }
     }
 }
 

@@ -7,13 +7,13 @@
 //!
 //! ```no_run
 //! use tokio_util::sync::CancellationToken;
-//! use vn100_driver::{Clock, Command, Event, LinkOptions, SerialPorts, open_link};
+//! use vn100_driver::{Clock, Event, LinkOptions, SerialPorts, open_link, protocol::Register};
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() {
 //! let port = SerialPorts::new("/dev/ttyUSB0", Clock::start());
 //! let (link, mut events) = open_link(port, LinkOptions::default(), CancellationToken::new());
 //! tokio::spawn(async move {
-//!     let rate = link.request(Command::ReadRegister(7)).await;
+//!     let rate = link.read(Register::ASYNC_RATE).await;
 //!     println!("set to {rate:?}");
 //! });
 //! while let Some(event) = events.recv().await {
@@ -55,14 +55,13 @@ mod back_off;
 mod capture;
 mod clock;
 mod codec;
-mod command;
+mod command_error;
 mod configure;
 mod connect;
 mod connect_error;
 mod conversation;
 mod csv;
 mod event;
-mod exchange;
 mod gunzip;
 mod health;
 mod link;
@@ -86,8 +85,8 @@ pub use autobaud::BAUD_RATES;
 pub use capture::{Capture, OpenError};
 pub use clock::Clock;
 pub use codec::{Decoded, SentenceCodec};
-pub use command::{Answer, Command, CommandError};
-pub use configure::{Change, ConfigureError, Configured, configure, restore};
+pub use command_error::CommandError;
+pub use configure::{ConfigureError, Configured, configure, restore};
 pub use connect::{Connect, Connection};
 pub use connect_error::ConnectError;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, OddRow, OddRowCounts};
@@ -96,7 +95,7 @@ pub use event::{
 };
 pub use link::{LinkHandle, LinkOptions, LinkState, Up, open_link};
 pub use low_latency::{LatencyTimer, shorten_latency};
-pub use output_plan::{OutputSettings, PlanError};
+pub use output_plan::{Change, OutputSettings, PlanError};
 pub use ports::{PortEntry, UsbAdapter, list_ports};
 pub use read_samples::{ReadOptions, read_samples};
 pub use recognise::Format;

@@ -7,9 +7,10 @@ use std::{
 
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
+use vn100_protocol::{Answer, Command, DeviceError, Register, RegisterContents, RequestFailure};
 
 use crate::{
-    command::{Answer, Command, CommandError},
+    command_error::CommandError,
     connect::Connect,
     conversation::Request,
     event::Event,
@@ -95,12 +96,25 @@ impl LinkHandle {
     /// speed of the line is looked for, they wait.
     ///
     /// # Errors
-    /// When it refuses, or does not answer, or the link is lost.
+    /// When it refuses, or does not answer, or the link is lost, closed, or only listened to.
     pub async fn request(&self, command: Command) -> Result<Answer, CommandError> {
         let (answer, answered) = oneshot::channel();
         let request = Request { command, answer: Some(answer) };
-        self.requests.send(request).await.map_err(|_| CommandError::LinkDown)?;
-        answered.await.unwrap_or(Err(CommandError::LinkDown))
+        self.requests.send(request).await.map_err(|_| CommandError::LinkClosed)?;
+        answered.await.unwrap_or(Err(CommandError::LinkClosed))
+    }
+
+    /// Reads a register; `None` where the sensor has none such, as registers differ with model and firmware.
+    ///
+    /// # Errors
+    /// As [`request`](Self::request).
+    pub async fn read(&self, register: Register) -> Result<Option<RegisterContents>, CommandError> {
+        match self.request(Command::ReadRegister(register)).await {
+            Ok(Answer::Register(contents)) => Ok(Some(contents)),
+            Ok(Answer::Done)
+            | Err(CommandError::Failed(RequestFailure::Device { error: DeviceError::InvalidRegister, .. })) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// Asks for something whose answer nobody waits for; lost when too many requests wait.

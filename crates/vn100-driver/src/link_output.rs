@@ -9,6 +9,7 @@ use std::{
 };
 
 use tokio::sync::mpsc;
+use vn100_protocol::Reply;
 
 use crate::{
     event::{End, Event},
@@ -73,8 +74,8 @@ impl LinkOutput {
         Seen { understood: unasked + tally.replies, unasked }
     }
 
-    /// The bodies of the sensor's answers since the last call.
-    pub(crate) fn take_replies(&mut self) -> Vec<String> {
+    /// The sensor's answers since the last call.
+    pub(crate) fn take_replies(&mut self) -> Vec<Reply> {
         self.parser.take_replies()
     }
 

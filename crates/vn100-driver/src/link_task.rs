@@ -9,6 +9,7 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
+use vn100_protocol::BaudRate;
 
 use crate::{
     autobaud::{BAUD_RATES, Trial, drain},
@@ -272,7 +273,7 @@ impl<C: Connect> LinkTask<C> {
         let mut silent_since = None;
         loop {
             while let Some(line) = self.conversation.next_line(self.start.elapsed(), up.baud) {
-                connection.write(line.as_bytes()).await?;
+                connection.write(&line).await?;
             }
             let silence = silent_since.map_or(heard + health.silent_after(), |since| since + SILENCE);
             let wake = self.conversation.wake_at().map(|wake| self.start + wake);
@@ -293,8 +294,9 @@ impl<C: Connect> LinkTask<C> {
                 let before = self.output.seen();
                 self.take(input, &mut health).await?;
                 let replies = self.output.take_replies();
+                let seen = self.output.seen();
                 // an answer is no sign that the output goes on
-                if replies.is_empty() || self.output.seen().unasked > before.unasked {
+                if seen.unasked > before.unasked || seen.understood == before.understood {
                     heard = Instant::now();
                     if silent_since.take().is_some() {
                         self.state.send_replace(LinkState::Up(up.clone()));
@@ -302,8 +304,8 @@ impl<C: Connect> LinkTask<C> {
                         self.conversation.meet(self.start.elapsed());
                     }
                 }
-                for body in replies {
-                    consequences.extend(self.conversation.take_reply(&body));
+                for reply in replies {
+                    consequences.extend(self.conversation.take_reply(&reply, self.start.elapsed()));
                 }
             } else if Instant::now() >= silence {
                 if self.listen_only && silent_since.is_some() {
@@ -321,8 +323,8 @@ impl<C: Connect> LinkTask<C> {
                     Consequence::Baud(baud) => self.change_baud(connection, &mut up, baud)?,
                     Consequence::Absent if silent_since.is_some() => return Err(Trouble::Silent),
                     Consequence::Absent => {}
-                    Consequence::Restarted(why) => {
-                        self.tell(LinkEventKind::Down { cause: format!("the sensor restarts: {why}") }).await?;
+                    Consequence::Restarted(error) => {
+                        self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
                         up.since_ns = self.connect.now_ns();
                         self.greet(&up).await?;
                     }
@@ -339,10 +341,11 @@ impl<C: Connect> LinkTask<C> {
     }
 
     /// Follows the sensor to another speed.
-    fn change_baud(&mut self, connection: &mut C::Connection, up: &mut Up, baud: u32) -> Result<(), Trouble> {
+    fn change_baud(&mut self, connection: &mut C::Connection, up: &mut Up, baud: BaudRate) -> Result<(), Trouble> {
         if !C::HAS_BAUD {
             return Ok(());
         }
+        let baud = baud.bits_per_s();
         connection.set_baud(baud)?;
         up.baud = Some(baud);
         self.last_baud = Some(baud);

@@ -1,11 +1,10 @@
 //! From what a sensor is set to send to what it shall send: which registers to write, and in which order. Pure.
 
-use std::collections::BTreeMap;
-
 use thiserror::Error;
-use vn100_protocol::OUTPUT_RATES_HZ;
-
-use crate::autobaud::BAUD_RATES;
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
+    ProtocolControl, Register, RegisterContents, RegisterValue, Setting, SyncControl, ValueError,
+};
 
 /// What the sensor shall send. `None` leaves a setting as it is.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -24,38 +23,40 @@ pub struct OutputSettings {
     pub save: bool,
 }
 
-/// Registers by their numbers, as they read.
-pub(crate) type Current = BTreeMap<u8, String>;
-
-/// A register to be written.
+/// A register that is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Write {
-    pub(crate) register: u8,
-    pub(crate) before: String,
-    pub(crate) after: String,
+pub struct Change {
+    /// Which one.
+    pub register: Register,
+    /// Its fields before.
+    pub before: Fields,
+    /// Its fields then.
+    pub after: Fields,
 }
 
 /// Why a sensor cannot be set as asked.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PlanError {
     /// The line is too slow.
     #[error(
-        "{message} at {rate_hz} Hz needs {needed} bytes a second and {baud} baud carry {}; {}",
-        baud / 10,
-        highest_hz.map_or_else(|| "take a faster line".into(), |hz| format!("at most {hz} Hz fit, or take a faster line"))
+        "{} at {} Hz{} needs {:.0} bytes a second and {} baud carry {}; {}",
+        message.header().unwrap_or("the message"), rate.hz(), beside(*packets), (*lines + *packets).bytes_per_s(),
+        baud.bits_per_s(), baud.bytes_per_s(), way_out(*highest, *lines + *packets)
     )]
     DoesNotFit {
         /// The message.
-        message: String,
+        message: AsyncType,
         /// The rate asked for.
-        rate_hz: u32,
+        rate: AsyncRate,
         /// The speed of the line.
-        baud: u32,
-        /// Bytes a second.
-        needed: u32,
-        /// The highest rate of the sensor that fits.
-        highest_hz: Option<u32>,
+        baud: BaudRate,
+        /// What the lines need.
+        lines: LinkLoad,
+        /// What the binary outputs need beside them. To which port they go is not asked: which one this is, the sensor does not say.
+        packets: LinkLoad,
+        /// The highest rate of the message that fits.
+        highest: Option<AsyncRate>,
     },
     /// The sensor has no such value.
     #[error("{setting} can be {allowed}, not {asked}")]
@@ -67,307 +68,221 @@ pub enum PlanError {
         /// What there is.
         allowed: String,
     },
-    /// A binary output takes its part of the line, how much is not known here.
-    #[error("binary output {} is on and takes its part of the line; turn it off first (register {register})", register - 74)]
-    BinaryOutput {
-        /// Its register, 75 to 77.
-        register: u8,
-    },
-    /// The sensor does not have, or does not say as expected, what would have to be changed.
-    #[error("register {register} of this sensor reads {fields:?}, which is not understood")]
-    Register {
-        /// Its number.
-        register: u8,
-        /// Its fields; empty where the sensor has none such.
-        fields: String,
+    /// A register does not say what it should.
+    #[error("{0}; this sensor cannot be set here")]
+    Value(#[from] ValueError),
+    /// The sensor does not have a register that the plan needs.
+    #[error("this sensor has no register {register}, without which it cannot be set so")]
+    Missing {
+        /// Which one.
+        register: Register,
     },
 }
 
-/// The messages a VN-100 sends: number for register 6, name, bytes of the usual line with an 8-bit checksum.
-const MESSAGES: [(u32, &str, u32); 12] = [
-    (1, "VNYPR", 38),
-    (2, "VNQTN", 51),
-    (8, "VNQMR", 135),
-    (10, "VNMAG", 38),
-    (11, "VNACC", 35),
-    (12, "VNGYR", 44),
-    (13, "VNMAR", 95),
-    (14, "VNYMR", 122),
-    (16, "VNYBA", 95),
-    (17, "VNYIA", 95),
-    (19, "VNIMU", 112),
-    (30, "VNDTV", 75),
-];
+fn beside(packets: LinkLoad) -> String {
+    let bytes_per_s = packets.bytes_per_s();
+    if bytes_per_s == 0.0 { String::new() } else { format!(", beside {bytes_per_s:.0} bytes a second of packets,") }
+}
 
-/// A 16-bit checksum has two digits more; a count suffix is `,T` and up to ten digits.
-const CRC_BYTES: u32 = 2;
-const COUNT_BYTES: u32 = 12;
+fn way_out(highest: Option<AsyncRate>, load: LinkLoad) -> String {
+    let slower = highest.map(|rate| format!("at most {} Hz fit", rate.hz()));
+    let faster = load.lowest_baud_rate().map(|baud| format!("take {} baud or more", baud.bits_per_s()));
+    match (slower, faster) {
+        (Some(slower), Some(faster)) => format!("{slower}, or {faster}"),
+        (Some(way), None) | (None, Some(way)) => way,
+        (None, None) => "no line carries so much".into(),
+    }
+}
 
 /// The sensor measures so often; every `800 / rate`th measurement is sent.
-const SAMPLES_PER_S: u32 = 800;
+const SAMPLES_PER_S: u16 = 800;
 
-const BAUD: u8 = 5;
-const MESSAGE: u8 = 6;
-const RATE: u8 = 7;
-const PROTOCOL: u8 = 30;
-const SYNCHRONISATION: u8 = 32;
-const BINARY: [u8; 3] = [75, 76, 77];
-const FILTER: u8 = 85;
+/// The count of register 30 that is one of pulses of SyncOut.
+const COUNT_OF_SYNC_OUT: u8 = 3;
+
+/// The mode of SyncOut with a pulse at the start of a measurement.
+const AT_MEASUREMENT: u8 = 1;
 
 impl OutputSettings {
     /// The registers that the plan must know.
-    pub(crate) fn registers(&self) -> Vec<u8> {
-        let mut registers = vec![BAUD, MESSAGE, RATE, PROTOCOL];
-        registers.extend(BINARY);
-        registers.extend(self.count.map(|_| SYNCHRONISATION));
-        registers.extend(self.window.map(|_| FILTER));
+    pub(crate) fn registers(&self) -> Vec<Register> {
+        let mut registers = vec![
+            Register::BAUD_RATE,
+            Register::ASYNC_TYPE,
+            Register::ASYNC_RATE,
+            Register::PROTOCOL_CONTROL,
+            Register::SYNC_CONTROL,
+        ];
+        registers.extend(BinaryOutput::REGISTERS);
+        registers.extend(self.window.map(|_| Register::IMU_FILTER));
         registers
     }
 }
 
-/// The registers to write in their order, and the rate in hertz that the sensor then has.
+/// What the sensor sends, or shall send.
+#[derive(Debug, Clone, PartialEq)]
+struct Output {
+    baud: BaudRate,
+    message: AsyncType,
+    rate: AsyncRate,
+    protocol: ProtocolControl,
+    sync: Option<SyncControl>,
+    filter: Option<ImuFilter>,
+    /// What the binary outputs send.
+    packets: LinkLoad,
+}
+
+/// The registers to write in their order, and the rate that the sensor then has.
 ///
 /// At no step more is asked for than the line carries: a faster line comes before more output, less output before a slower line.
-pub(crate) fn plan(current: &Current, settings: &OutputSettings) -> Result<(Vec<Write>, u32), PlanError> {
-    let old = (number(current, BAUD)?, number(current, MESSAGE)?, number(current, RATE)?);
-    let baud = settings.baud.unwrap_or(old.0);
-    let code = settings.message.as_deref().map_or(Ok(old.1), message_code)?;
-    let rate_hz = settings.rate_hz.unwrap_or(old.2);
-    allowed("the speed", baud, &BAUD_RATES)?;
-    allowed("the rate", rate_hz, &OUTPUT_RATES_HZ)?;
-    let protocol = protocol(current, settings)?;
-    check_fit(current, baud, code, rate_hz, &protocol)?;
+pub(crate) fn plan(
+    current: &[RegisterContents],
+    settings: &OutputSettings,
+) -> Result<(Vec<Change>, AsyncRate), PlanError> {
+    let old = Output::from_registers(current, settings)?;
+    let new = old.with(settings)?;
+    new.check_fit()?;
+    let mut changes = Vec::new();
+    if new.baud > old.baud {
+        changes.extend(change(&old.baud, &new.baud));
+    }
+    let slower = new.rate < old.rate;
+    if slower {
+        changes.extend(change(&old.rate, &new.rate));
+    }
+    let shorter = old.protocol.serial_count != 0 && new.protocol.serial_count == 0;
+    if shorter {
+        changes.extend(change(&old.protocol, &new.protocol));
+    }
+    changes.extend(change(&old.message, &new.message));
+    if !slower {
+        changes.extend(change(&old.rate, &new.rate));
+    }
+    if let (Some(old), Some(new)) = (&old.sync, &new.sync) {
+        changes.extend(change(old, new));
+    }
+    if !shorter {
+        changes.extend(change(&old.protocol, &new.protocol));
+    }
+    if let (Some(old), Some(new)) = (&old.filter, &new.filter) {
+        changes.extend(change(old, new));
+    }
+    if new.baud < old.baud {
+        changes.extend(change(&old.baud, &new.baud));
+    }
+    Ok((changes, new.rate))
+}
 
-    let mut writes = Vec::new();
-    let mut write = |register: u8, after: String| {
-        let before = current.get(&register).cloned().unwrap_or_default();
-        // a rate that was lowered first is not written again
-        let planned = writes.iter().any(|write: &Write| write.register == register);
-        if before != after && !planned {
-            writes.push(Write { register, before, after });
+impl Output {
+    /// What `settings` depend on of what the registers hold.
+    fn from_registers(current: &[RegisterContents], settings: &OutputSettings) -> Result<Self, PlanError> {
+        let protocol: ProtocolControl = required(current)?;
+        let counts = settings.count.is_some() || protocol.serial_count == COUNT_OF_SYNC_OUT;
+        // what packets that are not understood need, the sensor itself judges
+        let outputs = current.iter().filter_map(|contents| contents.value::<BinaryOutput>().ok());
+        Ok(Self {
+            baud: required(current)?,
+            message: required(current)?,
+            rate: required(current)?,
+            protocol,
+            sync: if counts { value(current)? } else { None },
+            filter: value(current)?,
+            packets: outputs.filter_map(|output| LinkLoad::of_packets(&output)).sum(),
+        })
+    }
+
+    /// As `settings` ask.
+    fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
+        let mut new = self.clone();
+        if let Some(bits_per_s) = settings.baud {
+            new.baud = BaudRate::new(bits_per_s)
+                .ok_or_else(|| not_allowed("the speed", bits_per_s, list(BaudRate::ALL.map(BaudRate::bits_per_s))))?;
         }
-    };
-    if baud > old.0 {
-        write(BAUD, baud.to_string());
+        if let Some(name) = &settings.message {
+            new.message = AsyncType::from_header(name.as_bytes()).ok_or_else(|| {
+                not_allowed("the message", name, list((0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header)))
+            })?;
+        }
+        if let Some(hz) = settings.rate_hz {
+            new.rate = AsyncRate::new(hz)
+                .filter(|rate| rate.hz() > 0)
+                .ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
+        }
+        if let Some(window) = settings.window {
+            let filter = new.filter.as_mut().ok_or(PlanError::Missing { register: Register::IMU_FILTER })?;
+            let samples = u16::try_from(window).ok().filter(|samples| (1..=SAMPLES_PER_S).contains(samples));
+            let samples =
+                samples.ok_or_else(|| not_allowed("the window", window, format!("1 to {SAMPLES_PER_S} samples")))?;
+            (filter.window.accel, filter.window.gyro) = (samples, samples);
+        }
+        new.set_count(settings.count, self.counts_lines())?;
+        Ok(new)
     }
-    if rate_hz < old.2 {
-        write(RATE, rate_hz.to_string());
+
+    /// Whether each line carries a count of lines.
+    fn counts_lines(&self) -> bool {
+        let one_a_line =
+            |sync: &SyncControl| sync.out_mode == AT_MEASUREMENT && sync.out_skip == self.measurements_skipped();
+        self.protocol.serial_count == COUNT_OF_SYNC_OUT && self.sync.as_ref().is_some_and(one_a_line)
     }
-    write(MESSAGE, code.to_string());
-    write(RATE, rate_hz.to_string());
-    if let Some(count) = settings.count {
-        let mut fields = fields(current, SYNCHRONISATION, 9)?;
+
+    /// Switches the count of lines on or off, or lets one that is on follow the rate.
+    fn set_count(&mut self, count: Option<bool>, counted_lines: bool) -> Result<(), PlanError> {
+        let Some(count) = count.or(counted_lines.then_some(true)) else { return Ok(()) };
+        let skip = self.measurements_skipped();
+        let sync = self.sync.as_mut().ok_or(PlanError::Missing { register: Register::SYNC_CONTROL })?;
         // the output pulse marks the start of every measurement that is sent, and is what is counted
-        (fields[4], fields[6]) =
-            if count { ("1".into(), (SAMPLES_PER_S / rate_hz - 1).to_string()) } else { ("0".into(), "0".into()) };
-        write(SYNCHRONISATION, fields.join(","));
+        (self.protocol.serial_count, sync.out_mode, sync.out_skip) =
+            if count { (COUNT_OF_SYNC_OUT, AT_MEASUREMENT, skip) } else { (0, 0, 0) };
+        Ok(())
     }
-    write(PROTOCOL, protocol.join(","));
-    if let Some(window) = settings.window {
-        let mut fields = fields(current, FILTER, 10)?;
-        if window == 0 || window > SAMPLES_PER_S {
-            let allowed = format!("1 to {SAMPLES_PER_S} samples");
-            return Err(PlanError::NotAllowed { setting: "the window", asked: window.to_string(), allowed });
+
+    /// Measurements between two that are sent; none where nothing is sent.
+    fn measurements_skipped(&self) -> u16 {
+        let rate_hz = u16::try_from(self.rate.hz()).unwrap_or(SAMPLES_PER_S);
+        SAMPLES_PER_S.checked_div(rate_hz).map_or(0, |measurements| measurements.saturating_sub(1))
+    }
+
+    fn line_length(&self) -> Option<u32> {
+        self.message.line_length(LineForm::from(&self.protocol))
+    }
+
+    fn check_fit(&self) -> Result<(), PlanError> {
+        let &Self { message, rate, baud, packets, .. } = self;
+        // what is not known here, the sensor itself judges
+        let Some(length) = self.line_length() else { return Ok(()) };
+        let lines = LinkLoad::of_lines(length, rate);
+        if (lines + packets).fits(baud) {
+            return Ok(());
         }
-        (fields[1], fields[2]) = (window.to_string(), window.to_string());
-        write(FILTER, fields.join(","));
+        let highest = packets.highest_rate_beside(length, baud);
+        Err(PlanError::DoesNotFit { message, rate, baud, lines, packets, highest })
     }
-    if baud < old.0 {
-        write(BAUD, baud.to_string());
-    }
-    Ok((writes, rate_hz))
 }
 
-/// Register 30 as it shall be.
-fn protocol(current: &Current, settings: &OutputSettings) -> Result<Vec<String>, PlanError> {
-    let mut fields = fields(current, PROTOCOL, 7)?;
-    if let Some(count) = settings.count {
-        // 3 appends the count of output pulses
-        fields[0] = if count { "3" } else { "0" }.into();
-    }
-    Ok(fields)
+fn value<T: RegisterValue>(current: &[RegisterContents]) -> Result<Option<T>, ValueError> {
+    let contents = current.iter().find(|contents| T::REGISTERS.contains(&contents.register));
+    contents.map(RegisterContents::value).transpose()
 }
 
-fn check_fit(current: &Current, baud: u32, code: u32, rate_hz: u32, protocol: &[String]) -> Result<(), PlanError> {
-    let is_on = |fields: &String| fields.split(',').take(2).all(|field| field.parse() != Ok(0));
-    if let Some(register) = BINARY.into_iter().find(|register| current.get(register).is_some_and(is_on)) {
-        return Err(PlanError::BinaryOutput { register });
-    }
-    // what is off, or not known here, the sensor itself judges
-    let Some((_, name, bytes)) = MESSAGES.into_iter().find(|(other, ..)| *other == code) else { return Ok(()) };
-    let count = if protocol[0] == "0" { 0 } else { COUNT_BYTES };
-    let crc = if protocol[4] == "3" { CRC_BYTES } else { 0 };
-    let line = bytes + count + crc;
-    let fits = |hz: u32| line * hz <= baud / 10;
-    if fits(rate_hz) {
-        return Ok(());
-    }
-    let highest_hz = OUTPUT_RATES_HZ.into_iter().filter(|hz| fits(*hz)).max();
-    Err(PlanError::DoesNotFit { message: name.into(), rate_hz, baud, needed: line * rate_hz, highest_hz })
+fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanError> {
+    value(current)?.ok_or(PlanError::Missing { register: T::REGISTERS[0] })
 }
 
-fn message_code(name: &str) -> Result<u32, PlanError> {
-    let found = MESSAGES.into_iter().find(|(_, other, _)| *other == name);
-    found.map(|(code, ..)| code).ok_or_else(|| PlanError::NotAllowed {
-        setting: "the message",
-        asked: name.into(),
-        allowed: MESSAGES.map(|(_, name, _)| name).join(", "),
-    })
+/// The write that makes one value of another; values are compared, not how the sensor prints them.
+fn change<T: Setting + PartialEq>(before: &T, after: &T) -> Option<Change> {
+    let change = || Change { register: after.register(), before: before.fields(), after: after.fields() };
+    (before != after).then(change)
 }
 
-fn allowed(setting: &'static str, asked: u32, values: &[u32]) -> Result<(), PlanError> {
-    if values.contains(&asked) {
-        return Ok(());
-    }
-    let mut values = values.to_vec();
-    values.sort_unstable();
-    let allowed = values.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
-    Err(PlanError::NotAllowed { setting, asked: asked.to_string(), allowed })
+fn not_allowed(setting: &'static str, asked: impl ToString, allowed: String) -> PlanError {
+    PlanError::NotAllowed { setting, asked: asked.to_string(), allowed }
 }
 
-/// A register's first field as a number; behind it the sensor may name the port.
-fn number(current: &Current, register: u8) -> Result<u32, PlanError> {
-    let text = current.get(&register).map_or("", String::as_str);
-    let first = text.split(',').next().unwrap_or_default();
-    first.parse().map_err(|_| PlanError::Register { register, fields: text.into() })
-}
-
-fn fields(current: &Current, register: u8, count: usize) -> Result<Vec<String>, PlanError> {
-    let text = current.get(&register).map_or("", String::as_str);
-    let fields: Vec<_> = text.split(',').map(ToOwned::to_owned).collect();
-    if fields.len() == count { Ok(fields) } else { Err(PlanError::Register { register, fields: text.into() }) }
+fn list(values: impl IntoIterator<Item = impl ToString>) -> String {
+    let texts: Vec<_> = values.into_iter().map(|value| value.to_string()).collect();
+    texts.join(", ")
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn current(baud: u32, code: u32, rate_hz: u32) -> Current {
-        let registers = [
-            (BAUD, baud.to_string()),
-            (MESSAGE, code.to_string()),
-            (RATE, rate_hz.to_string()),
-            (PROTOCOL, "0,0,0,0,1,0,1".into()),
-            (SYNCHRONISATION, "3,0,0,0,0,0,0,100000000,0".into()),
-            (75, "0,0,00".into()),
-            (FILTER, "0,4,4,4,0,0,3,3,3,0".into()),
-        ];
-        registers.into()
-    }
-
-    fn planned(current: &Current, settings: &OutputSettings) -> Vec<(u8, String)> {
-        let (writes, _) = plan(current, settings).unwrap();
-        writes.into_iter().map(|write| (write.register, write.after)).collect()
-    }
-
-    fn list(writes: &[(u8, &str)]) -> Vec<(u8, String)> {
-        writes.iter().map(|(register, fields)| (*register, (*fields).to_owned())).collect()
-    }
-
-    #[test]
-    fn the_line_is_never_asked_for_more_than_it_carries() {
-        let settings =
-            |baud, rate_hz| OutputSettings { baud: Some(baud), rate_hz: Some(rate_hz), ..OutputSettings::default() };
-        let faster = planned(&current(115_200, 14, 40), &settings(921_600, 200));
-        assert_eq!(faster, list(&[(5, "921600"), (7, "200")]));
-        let slower = planned(&current(921_600, 14, 200), &settings(57_600, 40));
-        assert_eq!(slower, list(&[(7, "40"), (5, "57600")]));
-        assert_eq!(planned(&current(115_200, 14, 40), &settings(115_200, 40)), []);
-    }
-
-    #[test]
-    fn window_and_count_keep_the_other_fields() {
-        let settings = OutputSettings {
-            message: Some("VNIMU".into()),
-            rate_hz: Some(20),
-            window: Some(40),
-            count: Some(true),
-            ..OutputSettings::default()
-        };
-        let expected = [
-            (7, "20"),
-            (6, "19"),
-            (32, "3,0,0,0,1,0,39,100000000,0"),
-            (30, "3,0,0,0,1,0,1"),
-            (85, "0,40,40,4,0,0,3,3,3,0"),
-        ];
-        assert_eq!(planned(&current(115_200, 14, 40), &settings), list(&expected));
-    }
-
-    #[test]
-    fn the_highest_rates_are_those_of_the_sheet() {
-        // VNYMR: what the sensor takes at each speed
-        let table = [
-            (9600, 5),
-            (19_200, 10),
-            (38_400, 25),
-            (57_600, 40),
-            (115_200, 50),
-            (128_000, 100),
-            (230_400, 100),
-            (460_800, 200),
-            (921_600, 200),
-        ];
-        for (baud, highest) in table {
-            for rate_hz in OUTPUT_RATES_HZ {
-                let settings = OutputSettings { rate_hz: Some(rate_hz), ..OutputSettings::default() };
-                let result = plan(&current(baud, 14, 1), &settings);
-                if rate_hz <= highest {
-                    assert!(result.is_ok(), "{rate_hz} Hz at {baud}");
-                } else {
-                    let Err(PlanError::DoesNotFit { highest_hz, .. }) = result else {
-                        panic!("{rate_hz} Hz at {baud}")
-                    };
-                    assert_eq!(highest_hz, Some(highest));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn what_cannot_be_says_what_can() {
-        let error = |current: &Current, settings: &OutputSettings| plan(current, settings).unwrap_err().to_string();
-        let rate = |hz| OutputSettings { rate_hz: Some(hz), ..OutputSettings::default() };
-        assert_eq!(
-            error(&current(115_200, 14, 40), &rate(100)),
-            "VNYMR at 100 Hz needs 12200 bytes a second and 115200 baud carry 11520; at most 50 Hz fit, or take a faster line"
-        );
-        assert_eq!(
-            error(&current(115_200, 14, 40), &rate(30)),
-            "the rate can be 1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200, not 30"
-        );
-        let mut binary = current(115_200, 14, 40);
-        binary.insert(76, "2,4,01,0739".into());
-        assert!(error(&binary, &rate(50)).starts_with("binary output 2 is on"));
-        let mut damaged = current(115_200, 14, 40);
-        damaged.remove(&FILTER);
-        let window = OutputSettings { window: Some(20), ..OutputSettings::default() };
-        assert!(error(&damaged, &window).starts_with("register 85 of this sensor reads \"\""));
-    }
-
-    proptest! {
-        #[test]
-        fn every_step_fits(from in 0..9_usize, to in 0..9_usize, codes in (0..12_usize, 0..12_usize), rates in (0..11_usize, 0..11_usize)) {
-            let bytes = |code| MESSAGES.iter().find(|(other, ..)| *other == code).map_or(0, |(_, _, bytes)| *bytes);
-            let fits = |state: &BTreeMap<u8, u32>| bytes(state[&MESSAGE]) * state[&RATE] <= state[&BAUD] / 10;
-            let old = current(BAUD_RATES[from], MESSAGES[codes.0].0, OUTPUT_RATES_HZ[rates.0]);
-            let settings = OutputSettings {
-                baud: Some(BAUD_RATES[to]),
-                message: Some(MESSAGES[codes.1].1.into()),
-                rate_hz: Some(OUTPUT_RATES_HZ[rates.1]),
-                ..OutputSettings::default()
-            };
-            let mut state: BTreeMap<u8, u32> = [BAUD, MESSAGE, RATE].map(|register| (register, old[&register].parse().unwrap())).into();
-            prop_assume!(fits(&state));
-            if let Ok((writes, _)) = plan(&old, &settings) {
-                for write in writes {
-                    state.insert(write.register, write.after.parse().unwrap());
-                    prop_assert!(fits(&state), "{:?}", state);
-                }
-                prop_assert_eq!(state[&RATE], OUTPUT_RATES_HZ[rates.1]);
-            }
-        }
-    }
-}
+mod tests;

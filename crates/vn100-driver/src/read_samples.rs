@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Suffix, Tally, VNIMU, VNYMR};
+use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR};
 
 use crate::{
     event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName, RegisterValue, RowCounter},
@@ -86,8 +86,8 @@ struct Stream {
     link: LinkCounts,
     open: Batch,
     sealed: Vec<Batch>,
-    /// The bodies of answers, where somebody takes them.
-    replies: Option<Vec<String>>,
+    /// Answers, where somebody takes them.
+    replies: Option<Vec<Reply>>,
 }
 
 impl Parser {
@@ -111,13 +111,13 @@ impl Parser {
         self.take_batches().into_iter().map(Event::Batch).chain(link_event.map(Event::Link))
     }
 
-    /// Keeps the bodies of the sensor's answers for [`take_replies`](Self::take_replies).
+    /// Keeps the sensor's answers for [`take_replies`](Self::take_replies).
     pub(crate) fn keep_replies(&mut self) {
         self.stream.replies = Some(Vec::new());
     }
 
-    /// The bodies of the answers since the last call, such as `VNRRG,07,40`.
-    pub(crate) fn take_replies(&mut self) -> Vec<String> {
+    /// The answers since the last call.
+    pub(crate) fn take_replies(&mut self) -> Vec<Reply> {
         self.stream.replies.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
@@ -200,15 +200,21 @@ impl Stream {
             Item::Other(sentence) => {
                 self.link.other_message = self.link.other_message.or(Some(MessageName::new(sentence.header())))
             }
-            Item::Reply(sentence) => {
-                let before_row = self.row();
-                self.open.registers.extend(RegisterValue::from_reply(sentence.body, before_row));
-                if let Some(replies) = &mut self.replies {
-                    replies.push(String::from_utf8_lossy(sentence.body).into_owned());
-                }
-            }
+            Item::Reply(sentence) => self.put_reply(&sentence),
             // in the tally
             Item::Packet(_) | Item::Bad(_) => {}
+        }
+    }
+
+    fn put_reply(&mut self, sentence: &Sentence<'_>) {
+        // one that says nothing, as a command that comes back on a line that echoes, is in the tally
+        let Ok(reply) = Reply::parse(sentence) else { return };
+        if let Reply::Register(contents) | Reply::Written(contents) = &reply {
+            let before_row = self.row();
+            self.open.registers.push(RegisterValue::new(contents, before_row));
+        }
+        if let Some(replies) = &mut self.replies {
+            replies.push(reply);
         }
     }
 

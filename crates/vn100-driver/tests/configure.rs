@@ -6,7 +6,7 @@ mod support;
 use std::time::Duration;
 
 use support::Sensor;
-use vn100_driver::{ConfigureError, LinkOptions, LinkState, OutputSettings, configure, restore};
+use vn100_driver::{ConfigureError, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore};
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
 const FILTER: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
@@ -29,7 +29,7 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
         let configured = configure(&handle, &settings).await.unwrap();
         assert!(matches!(&*handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
         let written: Vec<_> = configured.changes.iter().map(|change| change.register).collect();
-        assert_eq!(written, [5, 7], "the window is what it was");
+        assert_eq!(written, [Register::BAUD_RATE, Register::ASYNC_RATE], "the window is what it was");
         assert!((configured.measured_hz - 200.0).abs() < 1.0 && configured.rate_is_kept(), "{configured:?}");
         restore(&handle, &configured.changes).await.unwrap();
     });
@@ -43,6 +43,47 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
     assert_eq!(resumed, 2, "once each way");
     assert_eq!(told.rows, world.lines);
     assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
+    let sensor = sensor();
+    let counting = "3,0,0,0,1,0,19,100000000,0";
+    // 38 bytes 20 times a second beside the lines
+    let told = [(6, "14,1"), (30, "3,0,0,0,1,0,1"), (32, counting), (75, "1,40,01,0201")];
+    sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { message: Some("VNYMR".into()), rate_hz: Some(20), ..OutputSettings::default() };
+        let changes = configure(&handle, &settings).await.unwrap().changes;
+        let told: Vec<_> = changes.iter().map(|change| (change.register, change.after.to_string())).collect();
+        let followed = "3,0,0,0,1,0,39,100000000,0".into();
+        assert_eq!(told, [(Register::ASYNC_RATE, "20".into()), (Register::SYNC_CONTROL, followed)]);
+        restore(&handle, &changes).await.unwrap();
+    });
+    link.run(Duration::from_secs(8)).await;
+    work.await.unwrap();
+    link.stop().await;
+    let world = sensor.world();
+    assert_eq!((world.registers[&7].as_str(), world.registers[&32].as_str()), ("40", counting));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_not_kept_is_told_and_the_output_goes_on() {
+    let sensor = sensor();
+    sensor.world().forgets = Some(7);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+        configure(&handle, &settings).await
+    });
+    link.run(Duration::from_secs(5)).await;
+    assert_eq!(work.await.unwrap().unwrap_err().to_string(), "register 07 was to be 20 and reads 40");
+    assert!(sensor.world().streams);
 }
 
 #[tokio::test(start_paused = true)]
@@ -83,7 +124,7 @@ async fn the_output_goes_on_after_a_refusal_and_after_an_interruption() {
             link.run(Duration::from_secs(5)).await;
             let error = work.await.unwrap().unwrap_err().to_string();
             assert!(
-                error.contains("VNERR,09") && error.ends_with("; written before that: register 7 was 40"),
+                error.contains("VNERR 09") && error.ends_with("; written before that: register 07 was 40"),
                 "{error}"
             );
         }

@@ -7,7 +7,10 @@ use std::time::Duration;
 
 use support::{LINE, Sensor};
 use tokio::sync::mpsc;
-use vn100_driver::{BAUD_RATES, Command, CommandError, Input, LinkEventKind, LinkOptions, LinkState};
+use vn100_driver::{
+    BAUD_RATES, CommandError, Input, LinkEventKind, LinkOptions, LinkState,
+    protocol::{Answer, AsyncRate, BaudRate, Command, Register, RequestFailure},
+};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -112,27 +115,37 @@ async fn requests_are_answered_between_the_lines() {
     link.until_up().await;
     let handle = link.handle.clone();
     let asked = tokio::spawn(async move {
-        let answer = handle.request(Command::ReadRegister(7)).await;
-        let refused = handle.request(Command::ReadRegister(99)).await;
-        let written = handle.request(Command::WriteRegister { register: 7, fields: "50".into() }).await;
-        (answer, refused, written)
+        let read = handle.read(Register::ASYNC_RATE).await;
+        let refused = handle.request(Command::ReadRegister(Register(99))).await;
+        let absent = handle.read(Register(99)).await;
+        let written = handle.request(Command::write(&AsyncRate::new(50).unwrap())).await;
+        (read, refused, absent, written)
     });
     link.run(ms(2000)).await;
-    let (answer, refused, written) = asked.await.unwrap();
-    assert_eq!((answer.unwrap().fields.as_str(), written.unwrap().fields.as_str()), ("40", "50"));
+    let (read, refused, absent, written) = asked.await.unwrap();
+    let Ok(Answer::Register(written)) = written else { panic!("{written:?}") };
+    assert_eq!((read.unwrap().unwrap().fields.as_str(), written.fields.as_str()), ("40", "50"));
     let text = refused.unwrap_err().to_string();
-    assert_eq!(text, "the sensor refuses $VNRRG,99: VNERR,08, it has no such register");
+    assert!(text.starts_with("the sensor refused $VNRRG,99*73 with VNERR 08: "), "{text}");
+    assert_eq!(absent, Ok(None));
     // a lost link answers at once: what was under way, and what comes then
+    link.run(ms(4000)).await;
     sensor.world().answers = false;
     let handle = link.handle.clone();
-    let asked = tokio::spawn(async move { handle.request(Command::ReadRegister(7)).await });
+    let asked = tokio::spawn(async move { handle.read(Register::ASYNC_RATE).await });
     link.run(ms(30)).await;
     sensor.world().cut_at = Some(LINE.len());
     link.until_down().await;
-    assert_eq!(asked.await.unwrap(), Err(CommandError::LinkDown));
-    assert_eq!(link.handle.request(Command::ReadRegister(7)).await, Err(CommandError::LinkDown));
+    let down = |attempts| {
+        let failure = RequestFailure::LinkDown { line: "$VNRRG,07*74".into(), attempts };
+        Err(CommandError::Failed(failure))
+    };
+    assert_eq!(asked.await.unwrap(), down(1));
+    assert_eq!(link.handle.read(Register::ASYNC_RATE).await, down(0));
     // and no sample was lost by all that
+    let handle = link.handle.clone();
     assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
+    assert_eq!(handle.read(Register::ASYNC_RATE).await, Err(CommandError::LinkClosed));
 }
 
 #[tokio::test(start_paused = true)]
@@ -143,11 +156,11 @@ async fn the_link_follows_the_sensor_to_another_speed() {
     link.run(ms(2000)).await;
     let handle = link.handle.clone();
     let asked = tokio::spawn(async move {
-        handle.request(Command::WriteRegister { register: 5, fields: "921600".into() }).await?;
-        handle.request(Command::ReadRegister(5)).await
+        handle.request(Command::write(&BaudRate::new(921_600).unwrap())).await?;
+        handle.read(Register::BAUD_RATE).await
     });
     link.run(ms(1000)).await;
-    assert_eq!(asked.await.unwrap().unwrap().fields, "921600");
+    assert_eq!(asked.await.unwrap().unwrap().unwrap().fields.as_str(), "921600");
     assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
     assert_eq!(link.stop().await.counts.connects, 1);
 }
@@ -161,7 +174,7 @@ async fn a_restart_of_the_sensor_begins_a_new_segment() {
     sensor.world().says = Some("VNERR,0A");
     link.until_down().await;
     link.until_up().await;
-    let cause = "the sensor restarts: VNERR,0A, its watchdog restarted it".into();
+    let cause = "VNERR 0A: the sensor was restarted by its watchdog".into();
     assert!(link.told.link.iter().any(|(_, kind)| *kind == LinkEventKind::Down { cause: String::clone(&cause) }));
     link.run(ms(2000)).await;
     let told = link.stop().await;

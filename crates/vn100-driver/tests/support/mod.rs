@@ -42,6 +42,8 @@ pub(crate) struct World {
     pub(crate) registers: BTreeMap<u8, String>,
     /// A register that it does not let be written.
     pub(crate) read_only: Option<u8>,
+    /// A register whose writes it answers and does not keep.
+    pub(crate) forgets: Option<u8>,
     /// Whether it answers.
     pub(crate) answers: bool,
     /// What it says next by itself.
@@ -71,6 +73,7 @@ impl World {
             ("VNRRG", None) if known => format!("VNRRG,{register:02},{}", self.registers[&register]),
             ("VNWRG", Some(_)) if self.read_only == Some(register) => "VNERR,09".into(),
             ("VNWRG", Some(written)) if known && !self.fits(register, written) => "VNERR,0C".into(),
+            ("VNWRG", Some(_)) if self.forgets == Some(register) => body.into(),
             ("VNWRG", Some(written)) if known => {
                 self.registers.insert(register, written.into());
                 match register {
@@ -113,6 +116,7 @@ impl Sensor {
             registers: [(1, "VN-100S-CR".into()), (5, baud.to_string()), (6, "14".into()), (7, rate_hz.to_string())]
                 .into(),
             read_only: None,
+            forgets: None,
             answers: true,
             says: None,
             opened: Vec::new(),

@@ -1,0 +1,260 @@
+//! What is planned, in which order, and what cannot be.
+
+use proptest::{option, prelude::*, sample::select};
+use vn100_protocol::Check;
+
+use super::*;
+
+fn contents(register: Register, fields: &str) -> RegisterContents {
+    RegisterContents { register, fields: Fields::new(fields).unwrap(), check: Check::Xor8 }
+}
+
+fn current(baud: u32, code: u8, rate_hz: u32) -> Vec<RegisterContents> {
+    vec![
+        contents(Register::BAUD_RATE, &baud.to_string()),
+        contents(Register::ASYNC_TYPE, &code.to_string()),
+        contents(Register::ASYNC_RATE, &rate_hz.to_string()),
+        contents(Register::PROTOCOL_CONTROL, "0,0,0,0,1,0,1"),
+        contents(Register::SYNC_CONTROL, "3,0,0,0,0,0,0,100000000,0"),
+        contents(Register::BINARY_OUTPUT_1, "0,0,00"),
+        contents(Register::IMU_FILTER, "0,4,4,4,0,0,3,3,3,0"),
+    ]
+}
+
+/// The same with some of the registers holding something else.
+fn with(mut current: Vec<RegisterContents>, others: &[(Register, &str)]) -> Vec<RegisterContents> {
+    for (register, fields) in others {
+        current.retain(|contents| contents.register != *register);
+        current.push(contents(*register, fields));
+    }
+    current
+}
+
+fn rate(hz: u32) -> OutputSettings {
+    OutputSettings { rate_hz: Some(hz), ..OutputSettings::default() }
+}
+
+fn count(count: bool) -> OutputSettings {
+    OutputSettings { count: Some(count), ..OutputSettings::default() }
+}
+
+/// Each write as the sensor sees it.
+fn planned(current: &[RegisterContents], settings: &OutputSettings) -> Vec<String> {
+    let (changes, _) = plan(current, settings).unwrap();
+    changes.iter().map(|change| format!("{},{}", change.register, change.after)).collect()
+}
+
+fn error(current: &[RegisterContents], settings: &OutputSettings) -> String {
+    plan(current, settings).unwrap_err().to_string()
+}
+
+#[test]
+fn the_line_is_never_asked_for_more_than_it_carries() {
+    let settings = |baud, rate_hz| OutputSettings { baud: Some(baud), ..rate(rate_hz) };
+    assert_eq!(planned(&current(115_200, 14, 40), &settings(921_600, 200)), ["05,921600", "07,200"]);
+    assert_eq!(planned(&current(921_600, 14, 200), &settings(57_600, 40)), ["07,40", "05,57600"]);
+    assert_eq!(planned(&current(115_200, 14, 40), &settings(115_200, 40)), [""; 0]);
+}
+
+#[test]
+fn a_port_told_behind_a_value_is_no_change() {
+    let told = [(Register::BAUD_RATE, "115200,1"), (Register::ASYNC_TYPE, "14,1"), (Register::ASYNC_RATE, "40,1")];
+    let told = with(current(115_200, 14, 40), &told);
+    let settings = OutputSettings { message: Some("VNYMR".into()), baud: Some(115_200), ..rate(40) };
+    assert_eq!(planned(&told, &settings), [""; 0]);
+    let (changes, _) = plan(&told, &rate(20)).unwrap();
+    let [Change { before, after, .. }] = &changes[..] else { panic!("{changes:?}") };
+    assert_eq!((before.as_str(), after.as_str()), ("40", "20"));
+}
+
+#[test]
+fn window_and_count_keep_the_other_fields() {
+    let settings = OutputSettings {
+        message: Some("VNIMU".into()),
+        rate_hz: Some(20),
+        window: Some(40),
+        count: Some(true),
+        ..OutputSettings::default()
+    };
+    let expected = ["07,20", "06,19", "32,3,0,0,0,1,0,39,100000000,0", "30,3,0,0,0,1,0,1", "85,0,40,40,4,0,0,3,3,3,0"];
+    assert_eq!(planned(&current(115_200, 14, 40), &settings), expected);
+}
+
+#[test]
+fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
+    let counting = |sync| with(current(115_200, 14, 40), &[(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1"), sync]);
+    let lines = counting((Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0"));
+    assert_eq!(planned(&lines, &rate(20)), ["07,20", "32,3,0,0,0,1,0,39,100000000,0"]);
+    assert_eq!(planned(&lines, &rate(50)), ["07,50", "32,3,0,0,0,1,0,15,100000000,0"]);
+    assert_eq!(planned(&lines, &count(true)), [""; 0]);
+    assert_eq!(planned(&lines, &count(false)), ["30,0,0,0,0,1,0,1", "32,3,0,0,0,0,0,0,100000000,0"]);
+    // every measurement, and every attitude
+    for sync in ["3,0,0,0,1,0,0,100000000,0", "3,0,0,0,3,0,19,100000000,0"] {
+        assert_eq!(planned(&counting((Register::SYNC_CONTROL, sync)), &rate(20)), ["07,20"]);
+    }
+    // pulses of someone's own, which no line counts
+    let own = with(current(115_200, 14, 40), &[(Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0")]);
+    assert_eq!(planned(&own, &rate(20)), ["07,20"]);
+}
+
+#[test]
+fn a_shorter_line_comes_before_a_higher_rate() {
+    // 124 bytes 50 times a second are too much for 57 600 baud, 112 are not
+    let counting =
+        [(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1"), (Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0")];
+    let settings = OutputSettings { rate_hz: Some(50), ..count(false) };
+    assert_eq!(
+        planned(&with(current(57_600, 19, 40), &counting), &settings),
+        ["30,0,0,0,0,1,0,1", "07,50", "32,3,0,0,0,0,0,0,100000000,0"]
+    );
+}
+
+#[test]
+fn a_port_that_sends_no_lines_can_be_set() {
+    let window = OutputSettings { window: Some(20), ..count(true) };
+    assert_eq!(
+        planned(&current(115_200, 14, 0), &window),
+        ["32,3,0,0,0,1,0,0,100000000,0", "30,3,0,0,0,1,0,1", "85,0,20,20,4,0,0,3,3,3,0"]
+    );
+    assert_eq!(planned(&current(115_200, 14, 0), &rate(50)), ["07,50"]);
+}
+
+#[test]
+fn the_highest_rates_are_those_of_the_sheet() {
+    // VNYMR: what the sensor takes at each speed
+    let table = [
+        (9600, 5),
+        (19_200, 10),
+        (38_400, 25),
+        (57_600, 40),
+        (115_200, 50),
+        (128_000, 100),
+        (230_400, 100),
+        (460_800, 200),
+        (921_600, 200),
+    ];
+    for (baud, expected) in table {
+        for rate_hz in OUTPUT_RATES_HZ {
+            let result = plan(&current(baud, 14, 1), &rate(rate_hz));
+            if rate_hz <= expected {
+                assert!(result.is_ok(), "{rate_hz} Hz at {baud}");
+            } else {
+                let Err(PlanError::DoesNotFit { highest, .. }) = result else { panic!("{rate_hz} Hz at {baud}") };
+                assert_eq!(highest, AsyncRate::new(expected));
+            }
+        }
+    }
+}
+
+#[test]
+fn packets_take_their_part_of_the_line() {
+    // 110 bytes 40 times a second
+    let packets = |text| with(current(115_200, 14, 40), &[(Register::BINARY_OUTPUT_2, text)]);
+    assert_eq!(planned(&packets("1,20,01,0739"), &rate(50)), ["07,50"]);
+    assert_eq!(
+        error(&packets("1,8,01,0739"), &rate(50)),
+        "VNYMR at 50 Hz, beside 11000 bytes a second of packets, needs 17100 bytes a second and 115200 baud carry 11520; \
+         at most 4 Hz fit, or take 230400 baud or more"
+    );
+    // what is off, or not understood, is left to the sensor
+    for text in ["0,8,01,0739", "1,0,01,0739", "1,8,08,0001", "1,8,?"] {
+        assert_eq!(planned(&packets(text), &rate(50)), ["07,50"], "{text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_says_what_can() {
+    let sold = current(115_200, 14, 40);
+    assert_eq!(
+        error(&sold, &rate(100)),
+        "VNYMR at 100 Hz needs 12200 bytes a second and 115200 baud carry 11520; at most 50 Hz fit, or take 128000 baud or more"
+    );
+    for hz in [0, 30] {
+        let text = format!("the rate can be 1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200, not {hz}");
+        assert_eq!(error(&sold, &rate(hz)), text);
+    }
+    let settings = OutputSettings::default;
+    let baud = OutputSettings { baud: Some(56_000), ..settings() };
+    assert!(error(&sold, &baud).starts_with("the speed can be 9600, 19200, "));
+    let message = OutputSettings { message: Some("VNXYZ".into()), ..settings() };
+    assert!(error(&sold, &message).starts_with("the message can be VNYPR, VNQTN, "));
+    for window in [0, 801, 65_540] {
+        let window = OutputSettings { window: Some(window), ..settings() };
+        assert!(error(&sold, &window).starts_with("the window can be 1 to 800 samples, not "));
+    }
+    let without = |register| {
+        let mut current = sold.clone();
+        current.retain(|contents| contents.register != register);
+        current
+    };
+    let window = OutputSettings { window: Some(20), ..settings() };
+    let text = "this sensor has no register 85, without which it cannot be set so";
+    assert_eq!(error(&without(Register::IMU_FILTER), &window), text);
+    assert!(error(&without(Register::SYNC_CONTROL), &count(true)).contains("no register 32"));
+    let damaged = with(sold.clone(), &[(Register::SYNC_CONTROL, "3,0,0")]);
+    assert!(error(&damaged, &count(true)).starts_with("register 32 ends before the field "));
+    // and is passed over where it does not matter
+    for passable in [without(Register::SYNC_CONTROL), without(Register::IMU_FILTER), damaged] {
+        assert_eq!(planned(&passable, &rate(50)), ["07,50"]);
+    }
+}
+
+/// A message with a known length.
+fn message() -> impl Strategy<Value = AsyncType> {
+    let known = |code: &AsyncType| code.header().is_some() && code.usual_length().is_some();
+    select((0..=u8::MAX).map(AsyncType).filter(known).collect::<Vec<_>>())
+}
+
+/// A sensor with any output, whether or not the line carries it.
+fn sensor() -> impl Strategy<Value = Vec<RegisterContents>> {
+    let packets = select(vec!["0,0,00", "1,20,01,0101", "1,8,01,0739", "3,4,06,0001,001C"]);
+    (select(BaudRate::ALL.to_vec()), message(), select(OUTPUT_RATES_HZ.to_vec()), any::<bool>(), packets).prop_map(
+        |(baud, message, rate_hz, counts, packets)| {
+            let sync = format!("3,0,0,0,1,0,{},100000000,0", 800 / rate_hz - 1);
+            let mut others = vec![(Register::BINARY_OUTPUT_1, packets)];
+            if counts {
+                others.extend([(Register::PROTOCOL_CONTROL, "3,0,0,0,1,0,1"), (Register::SYNC_CONTROL, &sync)]);
+            }
+            with(current(baud.bits_per_s(), message.0, rate_hz), &others)
+        },
+    )
+}
+
+fn settings() -> impl Strategy<Value = OutputSettings> {
+    let baud = option::of(select(BaudRate::ALL.map(BaudRate::bits_per_s).to_vec()));
+    (baud, option::of(message()), option::of(select(OUTPUT_RATES_HZ.to_vec())), option::of(any::<bool>())).prop_map(
+        |(baud, message, rate_hz, count)| OutputSettings {
+            baud,
+            message: message.and_then(AsyncType::header).map(ToOwned::to_owned),
+            rate_hz,
+            count,
+            ..OutputSettings::default()
+        },
+    )
+}
+
+fn output(sensor: &[RegisterContents]) -> Output {
+    Output::from_registers(sensor, &count(true)).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn every_step_fits_and_is_undone_in_reverse(sensor in sensor(), settings in settings()) {
+        prop_assume!(output(&sensor).check_fit().is_ok());
+        let Ok((changes, rate)) = plan(&sensor, &settings) else { return Ok(()) };
+        let mut state = sensor.clone();
+        for change in &changes {
+            state = with(state, &[(change.register, change.after.as_str())]);
+            prop_assert_eq!(output(&state).check_fit(), Ok(()), "{:?}", change);
+        }
+        let set = output(&state);
+        prop_assert_eq!((set.rate, Some(set.rate.hz())), (rate, settings.rate_hz.or(Some(output(&sensor).rate.hz()))));
+        prop_assert_eq!(set.counts_lines(), settings.count.unwrap_or(output(&sensor).counts_lines()));
+        prop_assert_eq!(plan(&state, &settings).unwrap().0, []);
+        for change in changes.iter().rev() {
+            state = with(state, &[(change.register, change.before.as_str())]);
+            prop_assert_eq!(output(&state).check_fit(), Ok(()), "back: {:?}", change);
+        }
+        prop_assert_eq!(output(&state), output(&sensor));
+    }
+}
