@@ -1,0 +1,249 @@
+//! A session and a sensor on the two ends of a line that loses, damages, delays and repeats what the test says.
+
+use std::{collections::VecDeque, time::Duration};
+
+use vn100_protocol::{
+    Answer, Check, Command, Decoder, Item, Options, Register, Reply, RequestFailure, RequestId, Session,
+};
+use vn100_sim::{Device, DeviceConfig};
+
+pub(crate) const fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// What becomes of one line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fate {
+    /// How often it arrives; 0: it is lost.
+    pub(crate) copies: usize,
+    /// A bit that is inverted, counted around its length.
+    pub(crate) flipped: Option<usize>,
+    /// How much later it arrives, and with it all behind it.
+    pub(crate) late: Duration,
+}
+
+impl Fate {
+    pub(crate) const WHOLE: Self = Self { copies: 1, flipped: None, late: Duration::ZERO };
+    pub(crate) const LOST: Self = Self { copies: 0, ..Self::WHOLE };
+    pub(crate) const TWICE: Self = Self { copies: 2, ..Self::WHOLE };
+
+    pub(crate) const fn late(by: Duration) -> Self {
+        Self { late: by, ..Self::WHOLE }
+    }
+
+    pub(crate) const fn flipped(bit: usize) -> Self {
+        Self { flipped: Some(bit), ..Self::WHOLE }
+    }
+}
+
+/// The line in one direction: first in, first out.
+#[derive(Debug, Default)]
+pub(crate) struct Direction {
+    /// Those of the next lines; behind them all are whole.
+    pub(crate) fates: VecDeque<Fate>,
+    under_way: VecDeque<(Duration, Vec<u8>)>,
+}
+
+impl Direction {
+    fn put(&mut self, mut line: Vec<u8>, now: Duration) {
+        let fate = self.fates.pop_front().unwrap_or(Fate::WHOLE);
+        if let Some(bit) = fate.flipped {
+            let bit = bit % (8 * line.len());
+            line[bit / 8] ^= 1 << (bit % 8);
+        }
+        self.pass(&line, now, fate);
+    }
+
+    /// Sends a line on its way whose bytes are what they will be.
+    fn pass(&mut self, line: &[u8], now: Duration, fate: Fate) {
+        let before = self.under_way.back().map_or(now, |(at, _)| *at);
+        for _ in 0..fate.copies {
+            self.under_way.push_back((before.max(now + fate.late), line.to_vec()));
+        }
+    }
+
+    fn take_due(&mut self, now: Duration) -> Option<Vec<u8>> {
+        self.under_way.pop_front_if(|(at, _)| *at <= now).map(|(_, line)| line)
+    }
+
+    fn next(&self) -> Option<Duration> {
+        self.under_way.front().map(|(at, _)| *at)
+    }
+}
+
+/// How a request ended, and when.
+#[derive(Debug, Clone)]
+pub(crate) struct Outcome {
+    pub(crate) id: RequestId,
+    pub(crate) at: Duration,
+    pub(crate) result: Result<Answer, RequestFailure>,
+}
+
+impl Outcome {
+    /// The fields that came; `Done` for a command without any.
+    pub(crate) fn told(&self) -> &str {
+        match &self.result {
+            Ok(Answer::Register(contents)) => contents.fields.as_str(),
+            Ok(Answer::Done) => "Done",
+            Err(failure) => panic!("{failure}"),
+        }
+    }
+}
+
+pub(crate) struct Link {
+    pub(crate) device: Device,
+    pub(crate) session: Session,
+    pub(crate) now: Duration,
+    pub(crate) commands: Direction,
+    /// Of the sensor; measurements are always whole but for `flips`.
+    pub(crate) answers: Direction,
+    /// Bits of the next measurements that are inverted.
+    pub(crate) flips: VecDeque<usize>,
+    pub(crate) host_baud: u32,
+    /// The commands sent, `$` and checksum and all, and when.
+    pub(crate) sent: Vec<(Duration, String)>,
+    pub(crate) outcomes: Vec<Outcome>,
+    /// Good measurements, and lines that are none.
+    pub(crate) samples: u64,
+    pub(crate) bad: u64,
+    decoder: Decoder,
+    /// What the sensor has sent of its next line.
+    begun: Vec<u8>,
+}
+
+impl Link {
+    /// To a sensor as delivered, which sends 40 lines a second since 0.75 s.
+    pub(crate) fn new() -> Self {
+        let mut link = Self {
+            device: Device::new(DeviceConfig::default()),
+            session: Session::new(Check::Xor8),
+            now: ms(2000),
+            commands: Direction::default(),
+            answers: Direction::default(),
+            flips: VecDeque::new(),
+            host_baud: 115_200,
+            sent: Vec::new(),
+            outcomes: Vec::new(),
+            samples: 0,
+            bad: 0,
+            decoder: Decoder::new(Options::default()),
+            begun: Vec::new(),
+        };
+        // nobody has listened so far
+        link.device.poll_bytes(link.now, |_| {});
+        link
+    }
+
+    /// Asks all this, and waits until each has ended.
+    pub(crate) fn ask(&mut self, commands: &[Command]) -> Vec<Outcome> {
+        let before = self.outcomes.len();
+        for command in commands {
+            self.session.submit(command.clone()).unwrap();
+        }
+        // longer than any session of as many takes
+        self.run(self.now + ms(10_000 * commands.len() as u64), before + commands.len());
+        let outcomes = self.outcomes[before..].to_vec();
+        assert_eq!(outcomes.len(), commands.len(), "{outcomes:?}");
+        outcomes
+    }
+
+    pub(crate) fn wait(&mut self, time: Duration) {
+        self.run(self.now + time, usize::MAX);
+    }
+
+    /// Lets time pass until `end`, or so many requests have ended.
+    pub(crate) fn run(&mut self, end: Duration, outcomes: usize) {
+        loop {
+            let ended = std::iter::from_fn(|| self.session.poll_completion());
+            self.outcomes.extend(ended.map(|(id, result)| Outcome { id, at: self.now, result }));
+            // nothing of the next request has been sent then
+            if self.outcomes.len() >= outcomes {
+                return;
+            }
+            self.transmit();
+            if self.now >= end {
+                return;
+            }
+            let others = [self.session.poll_timeout(), self.commands.next(), self.answers.next(), Some(end)];
+            let next = others.into_iter().flatten().fold(self.device.next_wakeup(), Duration::min);
+            assert!(next > self.now, "the clock stands still at {next:?}");
+            self.now = next;
+            self.listen();
+            self.session.handle_timeout(self.now);
+        }
+    }
+
+    /// What the sensor holds at this moment, whatever the session believes.
+    pub(crate) fn truth(&self, register: Register) -> String {
+        let mut device = self.device.clone();
+        let mut now = self.now;
+        let mut text = String::new();
+        // a boot, or the writing of the flash, may have to end first
+        for command in [Command::Async(false), Command::ReadRegister(register)] {
+            now += ms(1500);
+            let _ = device.poll_output(now);
+            device.receive(line(&command).as_bytes(), now);
+            now += ms(200);
+            text = String::from_utf8(device.poll_output(now)).unwrap();
+        }
+        let (_, fields) = text.rsplit_once(&format!("$VNRRG,{register},")).unwrap();
+        fields.split_once('*').unwrap().0.to_owned()
+    }
+
+    fn transmit(&mut self) {
+        while let Some(line) = self.session.poll_transmit(self.now) {
+            self.sent.push((self.now, String::from_utf8(line.clone()).unwrap()));
+            self.commands.put(line, self.now);
+            self.deliver_commands();
+        }
+    }
+
+    fn deliver_commands(&mut self) {
+        while let Some(mut line) = self.commands.take_due(self.now) {
+            if self.host_baud != self.device.baud() {
+                line.iter_mut().for_each(|byte| *byte = !*byte);
+            }
+            self.device.receive(&line, self.now);
+        }
+    }
+
+    /// Takes what the sensor has sent and what has arrived by now.
+    fn listen(&mut self) {
+        self.deliver_commands();
+        let mut sent = Vec::new();
+        self.device.poll_bytes(self.now, |byte| sent.push(byte));
+        for byte in sent {
+            self.begun.push(if byte.baud == self.host_baud { byte.byte } else { !byte.byte });
+            if self.begun.ends_with(b"\n") {
+                let mut line = std::mem::take(&mut self.begun);
+                if line.windows(7).any(|bytes| bytes == b"$VNYMR,") {
+                    if let Some(bit) = self.flips.pop_front() {
+                        let bit = bit % (8 * line.len());
+                        line[bit / 8] ^= 1 << (bit % 8);
+                    }
+                    self.answers.pass(&line, self.now, Fate::WHOLE);
+                } else {
+                    self.answers.put(line, self.now);
+                }
+            }
+        }
+        while let Some(line) = self.answers.take_due(self.now) {
+            self.decoder.push(&line, |item| match item {
+                Item::Ymr(_) => self.samples += 1,
+                Item::Bad(_) => self.bad += 1,
+                Item::Reply(sentence) => {
+                    let reply = Reply::parse(&sentence).unwrap();
+                    self.session.handle_reply(&reply, self.now);
+                }
+                Item::Imu(_) | Item::Other(_) | Item::Packet(_) => {}
+            });
+        }
+    }
+}
+
+/// A command as it is sent.
+pub(crate) fn line(command: &Command) -> String {
+    let mut line = String::new();
+    command.encode(Check::Xor8, &mut line).unwrap();
+    line
+}
