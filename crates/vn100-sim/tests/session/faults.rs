@@ -119,9 +119,9 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_request() {
     let mut link = Link::new();
     link.answers.fates = [Fate::late(ms(700))].into();
     assert_eq!(told(&link.ask(&[write_rate(20), write_rate(10), READ_RATE])), ["20", "10", "10"]);
-    // an error does not say what it answers
+    // an error does not say what it answers: the next request waits for the second one
     let mut link = Link::new();
-    link.answers.fates = [Fate::late(ms(700))].into();
+    link.answers.fates = [Fate::late(ms(700)), Fate::late(ms(600))].into();
     let outcomes = link.ask(&[READ_ABSENT, READ_RATE]);
     assert_eq!((error(&outcomes[0]), outcomes[1].told()), (DeviceError::InvalidRegister, "40"));
     assert_eq!(link.session.poll_notice(), None);
@@ -137,6 +137,11 @@ fn an_answer_after_the_end_of_its_request_answers_nothing() {
     assert_eq!(attempts(&outcomes[1]), 3);
     assert_eq!(told(&link.ask(&[Command::Async(false), write_rate(20), READ_RATE])), ["Done", "20", "20"]);
     assert_eq!((link.session.poll_notice(), link.outcomes.len()), (None, 5));
+    // nor is it held against the next write
+    let mut link = Link::new();
+    link.answers.fates = [Fate::late(ms(1600))].into();
+    let outcomes = link.ask(&[write_rate(20), write_rate(10), READ_RATE]);
+    assert_eq!((attempts(&outcomes[0]), told(&outcomes[1..])), (3, vec!["10", "10"]));
 }
 
 #[test]

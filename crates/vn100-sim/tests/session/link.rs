@@ -63,7 +63,8 @@ impl Direction {
     }
 
     fn take_due(&mut self, now: Duration) -> Option<Vec<u8>> {
-        self.under_way.pop_front_if(|(at, _)| *at <= now).map(|(_, line)| line)
+        let is_due = self.next().is_some_and(|at| at <= now);
+        if is_due { self.under_way.pop_front().map(|(_, line)| line) } else { None }
     }
 
     fn next(&self) -> Option<Duration> {
