@@ -42,6 +42,7 @@ mod aligned;
 mod blocks;
 mod channel;
 mod chi_squared;
+mod comparison;
 mod confidence;
 mod convention;
 mod counter;
@@ -68,6 +69,7 @@ mod unwrap;
 
 pub use blocks::{Block, MAX_BLOCKS};
 pub use channel::ChannelAccumulator;
+pub use comparison::{Spread, VarianceEstimate, f_test, holm};
 pub use confidence::{Interval, edf};
 pub use convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
 pub use counter::{Counted, LineCounter};
