@@ -72,7 +72,8 @@ impl VarianceEstimate {
     #[must_use]
     pub fn of_interval(value: f64, lower: f64, upper: f64, confidence: f64) -> Option<Self> {
         let width = (upper / lower).ln();
-        let z = chi_squared::normal_two_sided(confidence).filter(|_| lower > 0.0 && width > 0.0 && width.is_finite())?;
+        let z =
+            chi_squared::normal_two_sided(confidence).filter(|_| lower > 0.0 && width > 0.0 && width.is_finite())?;
         Some(Self { variance: value * value, edf: 0.5 * (2.0 * z / width).powi(2) })
     }
 

@@ -7,10 +7,13 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use vn100_driver::ColumnMap;
+use vn100_pipeline::{DEFAULT_CONFIDENCE, Want};
+use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
 use vn100_sim::CaptureMessage;
 
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
+use measure::confidence;
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
@@ -36,7 +39,11 @@ pub(crate) enum Command {
     /// Change what a sensor sends: checked before, read back after
     Configure(ConfigureArgs),
     /// Run recorded captures through the pipeline, as fast as the machine can
-    Replay(ReplayArgs),
+    Replay(FileArgs),
+    /// Compare captures: which is the quietest, which is disturbed, and whether they differ beyond chance
+    Compare(CompareArgs),
+    /// Plan a measurement: message, rate, window, line speed, and how long for what
+    Plan(PlanArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     Sim(SimArgs),
     /// List the serial ports, those a VN-100 is likely on first
@@ -153,7 +160,7 @@ pub(crate) struct ConfigureArgs {
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct ReplayArgs {
+pub(crate) struct FileArgs {
     /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is standard input
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
@@ -165,6 +172,38 @@ pub(crate) struct ReplayArgs {
     /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
+}
+
+/// At least two files; one alone is a wrong command line.
+#[derive(Debug, clap::Args)]
+#[command(mut_arg("files", |files| files.num_args(2..)))]
+pub(crate) struct CompareArgs {
+    #[command(flatten)]
+    pub(crate) files: FileArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct PlanArgs {
+    /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >= 0.02 mg"; a table of the usual wants
+    /// unless given
+    #[arg(long, value_name = "WANT")]
+    pub(crate) want: Vec<Want>,
+
+    /// Output rate in hertz, if it is fixed: 1 2 4 5 10 20 25 40 50 100 200
+    #[arg(long, value_name = "HZ", value_parser = output_rate)]
+    pub(crate) rate: Option<AsyncRate>,
+
+    /// Speed of the line in baud, if it is fixed
+    #[arg(long, value_name = "N", value_parser = baud_rate)]
+    pub(crate) baud: Option<BaudRate>,
+
+    /// Two-sided level of the intervals, between 0 and 1
+    #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
+    pub(crate) confidence: f64,
+
+    /// Print a JSON document
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -229,6 +268,16 @@ pub(crate) struct PortsArgs {
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+fn output_rate(text: &str) -> Result<AsyncRate, String> {
+    let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
+    rate.ok_or_else(|| format!("the sensor's rates are {OUTPUT_RATES_HZ:?} Hz"))
+}
+
+fn baud_rate(text: &str) -> Result<BaudRate, String> {
+    let speeds = || BaudRate::ALL.map(|speed| speed.bits_per_s().to_string()).join(", ");
+    text.parse().ok().and_then(BaudRate::new).ok_or_else(|| format!("the sensor's speeds are {}", speeds()))
 }
 
 fn on_or_off(text: &str) -> Result<bool, String> {

@@ -2,15 +2,20 @@
 
 mod args;
 mod attach;
+mod compare;
+mod comparison_document;
 mod conditions;
 mod configure;
 mod document;
 mod exit;
+mod files;
 mod info;
 mod interrupt;
 mod live_source;
 mod measured;
 mod noise_document;
+mod plan;
+mod plan_document;
 mod ports;
 mod progress;
 mod recorded;
@@ -37,6 +42,8 @@ fn main() -> ExitCode {
         Command::Info(args) => info::info(args),
         Command::Configure(args) => configure::configure(args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Compare(args) => compare::compare(&args.files),
+        Command::Plan(args) => plan::plan(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),
     };

@@ -1,15 +1,17 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
+mod comparison;
 mod distribution;
 mod filter_models;
 mod noise;
+mod plan;
 mod statistics;
 
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, Comparison, FilterModels, Given, MissingFrom, Plan, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
 use distribution::{write_distribution, write_parts};
@@ -20,6 +22,7 @@ use statistics::write_statistics;
 use crate::{
     document::Origin,
     exit::printable,
+    measured::Measured,
     recorded::RecordedDocument,
     units::{ChannelValues, Point, channel_values},
 };
@@ -46,6 +49,20 @@ pub(crate) fn result(
     let mut out = String::new();
     // a String takes everything
     let _ = write_result(&mut out, origin, snapshot, assessment, filter_models);
+    out
+}
+
+/// Several captures side by side. Ends with a line feed.
+pub(crate) fn comparison(all: &[Measured], comparison: &Comparison) -> String {
+    let mut out = String::new();
+    let _ = comparison::write(&mut out, all, comparison);
+    out
+}
+
+/// How to measure. Ends with a line feed.
+pub(crate) fn plan(plan: &Plan, given: Given, asked: bool) -> String {
+    let mut out = String::new();
+    let _ = plan::write(&mut out, plan, given, asked);
     out
 }
 

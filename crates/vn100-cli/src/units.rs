@@ -1,7 +1,9 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
-use vn100_pipeline::{Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, Snapshot};
+use vn100_pipeline::{
+    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, OctaveTest, Snapshot,
+};
 use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what the samples do not tell.
@@ -207,4 +209,36 @@ fn points(
             }
         })
         .collect()
+}
+
+/// The tests of one channel, by the order in which its octaves first come.
+pub(crate) struct TestsOfChannel<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) unit: &'a str,
+    pub(crate) tests: Vec<&'a OctaveTest>,
+}
+
+/// The tests of all channels, those of one together.
+pub(crate) fn tests_by_channel(tests: &[OctaveTest]) -> Vec<TestsOfChannel<'_>> {
+    let mut channels: Vec<TestsOfChannel<'_>> = Vec::new();
+    for test in tests {
+        let same = |channel: &&mut TestsOfChannel<'_>| (channel.name, channel.unit) == (&*test.channel, &*test.unit);
+        match channels.iter_mut().find(same) {
+            Some(channel) => channel.tests.push(test),
+            None => channels.push(TestsOfChannel { name: &test.channel, unit: &test.unit, tests: vec![test] }),
+        }
+    }
+    channels
+}
+
+/// What the axes of one sensor are called together.
+pub(crate) fn sensor_group(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Angle => "attitude",
+        Quantity::MagneticField => "mag",
+        Quantity::Acceleration => "accel",
+        Quantity::AngularRate => "gyro",
+        Quantity::Temperature => "temperature",
+        Quantity::Pressure => "pressure",
+    }
 }

@@ -13,6 +13,7 @@ use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, c
 use vn100_protocol::Channel;
 
 pub use filter_models::FilterModels;
+pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
 pub use onboard::Onboard;
 pub use stationary::Disturbed;

@@ -22,10 +22,12 @@ mod advice;
 mod analysis;
 mod assessment;
 mod channel_state;
+mod comparison;
 mod evidence;
 mod figure;
 mod goal;
 mod norms;
+mod plan;
 mod polled;
 mod rates;
 mod repeats;
@@ -40,9 +42,14 @@ pub use assessment::{
     Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, OctaveAssessment,
     Onboard, WalkSeenLater,
 };
+pub use comparison::{
+    Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
+    Record, RecordMean, WhiteTest,
+};
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use norms::Norm;
+pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError, typical_noise};
 pub use run::{Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{ChannelSnapshot, MissingFrom, PolledChannel, RateChange, RateFrom, Snapshot, Timing};

@@ -46,6 +46,13 @@ impl Parameter {
         Self { status, value: None, lower: None, upper: None }
     }
 
+    /// Half the width of the interval over the value; `None` where there is no value other than zero.
+    #[must_use]
+    pub fn relative_half_width(&self) -> Option<f64> {
+        let half_width = (self.upper? - self.lower?) / 2.0;
+        self.value.filter(|value| *value != 0.0).map(|value| (half_width / value).abs())
+    }
+
     /// Reads parameter `term`, a square, off the best fit `solution`; the result is its root.
     pub(super) fn of(regression: &Regression<'_>, solution: &Solution, term: usize, confidence: f64) -> Self {
         let search = Search { regression, solution, term };

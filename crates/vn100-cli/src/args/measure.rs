@@ -138,7 +138,7 @@ pub(crate) enum Detrend {
     Linear,
 }
 
-fn confidence(text: &str) -> Result<f64, String> {
+pub(super) fn confidence(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(level) if level > 0.0 && level < 1.0 => Ok(level),
         Ok(level) => Err(format!("{level} is not between 0 and 1; 0.95 is usual")),

@@ -14,7 +14,7 @@ const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::
 
 /// Where an attitude filter takes the bias of a gyroscope out, with a time constant of tens of seconds, deviations up to here still show
 /// the sensor.
-const BEFORE_FILTER_S: f64 = 10.0;
+pub(crate) const BEFORE_FILTER_S: f64 = 10.0;
 
 /// The noise parameters of one axis.
 #[derive(Debug, Clone)]

@@ -1,0 +1,197 @@
+//! Measures recorded captures, several at a time: what every command does that takes files.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::Ordering},
+    thread,
+};
+
+use anyhow::{Context, Result};
+use tokio::{
+    runtime::Runtime,
+    sync::Semaphore,
+    task::{self, JoinHandle},
+    time,
+};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
+use vn100_pipeline::{Assessments, Outcome, Settings, every_second, start};
+
+use crate::{
+    args::FileArgs,
+    conditions::{conditions, measured_duration, measured_until},
+    document::{Document, Origin},
+    interrupt::stop_on_interrupt,
+    measured::{Measured, print_line},
+    progress::Progress,
+};
+
+/// Whether the documents of every second are written on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EachSecond {
+    /// As lines on standard output.
+    Printed,
+    /// Only the end counts.
+    Unseen,
+}
+
+/// Measures each file and hands the results to `take`, in the order given.
+pub(crate) fn measure_files(
+    args: &FileArgs,
+    each_second: EachSecond,
+    take: impl FnMut(Measured) -> Result<()>,
+) -> Result<()> {
+    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    let result = runtime.block_on(measure_all(args, each_second, take));
+    // a thread may hang in a read of standard input that nobody waits for any more
+    runtime.shutdown_background();
+    result
+}
+
+async fn measure_all(
+    args: &FileArgs,
+    each_second: EachSecond,
+    mut take: impl FnMut(Measured) -> Result<()>,
+) -> Result<()> {
+    let printed = each_second == EachSecond::Printed;
+    let job = Arc::new(Job {
+        read: args.measure.read_options(),
+        settings: args.measure.settings(),
+        columns: args.columns.clone(),
+        ndjson: printed,
+        filter_models: args.measure.filter_models,
+        progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
+        // documents of several files must not mingle line by line
+        turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
+        stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
+    });
+    let files: Vec<JoinHandle<Result<Measured>>> =
+        args.files.iter().map(|file| task::spawn(measure_one(file.clone(), Arc::clone(&job)))).collect();
+    for file in files {
+        let measured = file.await.context("a measurement stopped by a fault of this program")??;
+        job.progress.suspend(|| take(measured))?;
+    }
+    Ok(())
+}
+
+/// What all files of one command share.
+struct Job {
+    read: ReadOptions,
+    settings: Settings,
+    columns: Option<ColumnMap>,
+    ndjson: bool,
+    filter_models: bool,
+    progress: Progress,
+    turns: Semaphore,
+    stop: CancellationToken,
+}
+
+async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
+    let _turn = job.turns.acquire().await?;
+    let mut origin = Origin { name: name(&path), ..Origin::default() };
+    let columns = job.columns.clone();
+    let capture = tokio::select! {
+        // checked first: after an interrupt no file more is begun
+        biased;
+        () = job.stop.cancelled() => Err(format!("{}: not read, interrupted", origin.name)),
+        capture = task::spawn_blocking(move || open(&path, columns.as_ref())) => {
+            capture.context("the capture could not be opened")?.map_err(|error| error.to_string())
+        }
+    };
+    let capture = match capture {
+        Ok(capture) => capture,
+        Err(error) => {
+            origin.error = Some(error);
+            return Ok(Measured::nothing(origin, &job.settings));
+        }
+    };
+    origin.kind = Some(kind(&capture, &origin.name));
+    origin.recorded = capture.recorded.clone();
+    let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
+    origin.meta = metadata.and_then(conditions);
+    let mut settings = job.settings.clone();
+    if let Some(metadata) = metadata {
+        settings.duration = settings.duration.or_else(|| measured_duration(metadata));
+        if settings.until.is_empty() {
+            settings.until = measured_until(metadata);
+        }
+    }
+    let line_by_line = job.read.line_by_line || settings.duration.is_some() || !settings.until.is_empty();
+    let read = ReadOptions { line_by_line, ..job.read };
+
+    let outcome = measure(capture, read, settings.clone(), &origin, &job).await?;
+    let mut measured = Measured::of(origin, outcome, &settings);
+    if job.filter_models {
+        measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
+    }
+    // a result cut short says so, though Ctrl-C ends like the end of the data
+    if job.stop.is_cancelled() {
+        let origin = &mut measured.origin;
+        origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
+    }
+    if job.ndjson {
+        print_line(&measured.document())?;
+    }
+    Ok(measured)
+}
+
+/// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
+async fn measure(
+    capture: Capture,
+    read: ReadOptions,
+    settings: Settings,
+    origin: &Origin,
+    job: &Job,
+) -> Result<Outcome> {
+    let read_so_far = Arc::clone(&capture.stored_bytes_read);
+    let (seconds, mut each_second) = every_second();
+    let seconds = job.ndjson.then_some(seconds);
+    let mut assessments = Assessments::new(settings.confidence);
+    let events = capture.read(read, job.stop.clone()).context("cannot start the reading thread")?;
+    let measurement = start(events, settings, seconds);
+    let outcome = async {
+        // ends with the measurement: it holds the only sender
+        while let Some(snapshot) = each_second.recv().await {
+            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot), false))?;
+        }
+        anyhow::Ok(measurement.outcome().await?)
+    };
+    tokio::pin!(outcome);
+    let mut ticks = time::interval(Progress::PERIOD);
+    let mut shown = 0;
+    loop {
+        tokio::select! {
+            outcome = &mut outcome => return outcome,
+            _ = ticks.tick() => {
+                let read = read_so_far.load(Ordering::Relaxed);
+                job.progress.add(read - shown);
+                shown = read;
+            }
+        }
+    }
+}
+
+fn open(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
+    if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
+}
+
+/// The size of a regular file; nothing else knows how much it will bring.
+fn stored_bytes(path: &Path) -> Option<u64> {
+    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
+}
+
+/// The file's name without its folder: a document says the same wherever its capture lies.
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn kind(capture: &Capture, name: &str) -> &'static str {
+    match capture.format {
+        _ if name == "-" => "stdin",
+        Format::Text => "text",
+        Format::Raw => "raw",
+        Format::Csv => "csv",
+        Format::Mcap => "mcap",
+    }
+}

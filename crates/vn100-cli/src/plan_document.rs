@@ -1,0 +1,104 @@
+//! The JSON document of a plan, schema `vn100.plan/1`: a contract with scripts.
+//!
+//! SI units (magnetic field in gauss); what is out of reach within 100 days is `null`.
+
+use imu_noise::{Sensor, Term};
+use serde::Serialize;
+use vn100_pipeline::{Given, Known, Plan, PlannedWant, typical_noise};
+
+use crate::plan::Steps;
+
+#[derive(Debug, Serialize)]
+pub(crate) struct PlanDocument {
+    schema: &'static str,
+    /// Two-sided level of the intervals.
+    confidence: f64,
+    settings: Settings,
+    /// Left out at the beginning.
+    warm_up_s: f64,
+    /// Length behind it for all that was asked for.
+    record_s: Option<f64>,
+    wants: Vec<WantDocument>,
+    /// The noise the sensor is taken to have: nominal, quoted.
+    assumed: Vec<AssumedDocument>,
+    commands: Commands,
+}
+
+#[derive(Debug, Serialize)]
+struct Settings {
+    message: Option<&'static str>,
+    rate_hz: u32,
+    window: u32,
+    baud: u32,
+    line_bytes: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct WantDocument {
+    want: String,
+    relative_half_width: Option<f64>,
+    at_least: Option<f64>,
+    /// Behind the warm-up.
+    record_s: Option<f64>,
+    /// Of a random walk: without bias instability.
+    without_bias_instability_s: Option<f64>,
+    /// Of a random walk: 20 sqrt(3) N/K.
+    by_rule_s: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AssumedDocument {
+    sensor: &'static str,
+    white: Option<f64>,
+    bias_instability: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Commands {
+    configure: String,
+    attach: String,
+    undo: String,
+}
+
+impl PlanDocument {
+    pub(crate) fn new(plan: &Plan, given: Given, asked: bool) -> Self {
+        let Steps { configure, attach, undo } = Steps::new(plan, given, asked);
+        let sensors = [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
+        let assumed = sensors.into_iter().map(|(name, sensor)| {
+            let of = |term| typical_noise(sensor).iter().find(|(named, _)| *named == term).map(|(_, value)| *value);
+            AssumedDocument { sensor: name, white: of(Term::White), bias_instability: of(Term::BiasInstability) }
+        });
+        Self {
+            schema: "vn100.plan/1",
+            confidence: given.confidence,
+            settings: Settings {
+                message: plan.message.header(),
+                rate_hz: plan.rate.hz(),
+                window: plan.window,
+                baud: plan.baud.bits_per_s(),
+                line_bytes: plan.line_length,
+            },
+            warm_up_s: plan.warm_up_s,
+            record_s: plan.record_s.filter(|_| asked),
+            wants: plan.wants.iter().map(want).collect(),
+            assumed: assumed.collect(),
+            commands: Commands { configure, attach, undo },
+        }
+    }
+}
+
+fn want(planned: &PlannedWant) -> WantDocument {
+    let (relative_half_width, at_least) = match planned.want.known {
+        Known::Seen => (None, None),
+        Known::Within(half_width) => (Some(half_width), None),
+        Known::AtLeast(value) => (None, Some(value)),
+    };
+    WantDocument {
+        want: planned.want.to_string(),
+        relative_half_width,
+        at_least,
+        record_s: planned.record_s,
+        without_bias_instability_s: planned.without_bias_instability_s,
+        by_rule_s: planned.by_rule_s,
+    }
+}

@@ -1,0 +1,219 @@
+//! Several captures side by side, as text: what stands between them first, then who is quietest, what differs, and how far means lie apart.
+
+use std::fmt::{self, Write};
+
+use vn100_pipeline::{Chance, Comparison, OctaveTest, Ranking};
+
+use super::{counted, fill, noise::four_digits, sensor, short};
+use crate::{
+    exit::printable,
+    measured::Measured,
+    units::{sensor_group, tests_by_channel},
+};
+
+pub(super) fn write(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {
+    writeln!(
+        out,
+        "{} compared, at a confidence of {}",
+        counted(all.len() as u64, "record"),
+        short(comparison.confidence)
+    )?;
+    for (number, measured) in all.iter().enumerate() {
+        let timing = &measured.snapshot.timing;
+        let held = match &measured.snapshot.layout {
+            Some(layout) => {
+                format!("{}, {} s at {} Hz", layout.message, short(timing.duration_s()), short(timing.rate_hz))
+            }
+            None => "nothing to compare".into(),
+        };
+        let line = format!("{:<3}{}: {held}", letter(number), printable(&measured.origin.name));
+        writeln!(out, "{}", fill(&line, "  ", "     "))?;
+    }
+    for caveat in &comparison.caveats {
+        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text));
+        writeln!(out, "{}", fill(&text, "! ", "  "))?;
+    }
+    for ranking in &comparison.rankings {
+        write_ranking(out, ranking, comparison)?;
+    }
+    write_octaves(out, comparison)?;
+    write_disturbances(out, comparison)?;
+    write_means(out, comparison)
+}
+
+fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -> fmt::Result {
+    writeln!(out, "\nwhite noise N of the {}, {}, the quietest first", sensor(ranking.quantity), ranking.unit)?;
+    for ranked in &ranking.records {
+        let axes: Vec<String> =
+            ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
+        let (white, lower, upper) = (ranked.white, ranked.lower, ranked.upper);
+        let line = format!(
+            "{:<3}{} ({} to {}): {}",
+            letter(ranked.record),
+            four_digits(white),
+            four_digits(lower),
+            four_digits(upper),
+            axes.join(", ")
+        );
+        writeln!(out, "{}", fill(&line, "  ", "     "))?;
+    }
+    if !ranking.not_ranked.is_empty() {
+        let names: Vec<String> = ranking.not_ranked.iter().map(|record| letter(*record)).collect();
+        let text = format!("not ranked, N is not estimated on every axis: {}", names.join(", "));
+        writeln!(out, "{}", fill(&text, "  ", "  "))?;
+    }
+    if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
+        let (percent, a, b) = (100.0 * (1.0 - first.white / second.white), letter(first.record), letter(second.record));
+        let text = if comparison.is_beyond_chance(lead) {
+            format!(
+                "{a} is the quietest: its N lies {percent:.1} % below that of {b}, beyond chance ({})",
+                chance(lead)
+            )
+        } else {
+            format!(
+                "none is the quietest beyond chance: {a} lies {percent:.1} % below {b}, as chance alone makes it ({})",
+                chance(lead)
+            )
+        };
+        writeln!(out, "{}", fill(&text, "  ", "  "))?;
+    }
+    Ok(())
+}
+
+fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
+    let tests = comparison.octaves.len();
+    writeln!(out, "\ndeviations that differ beyond chance")?;
+    let legend = format!(
+        "F-test of each octave with its degrees of freedom, Holm's correction for all {tests} tests; p is corrected. Octaves share samples, which \
+         makes the correction err towards no difference."
+    );
+    writeln!(out, "{}", fill(&legend, "", ""))?;
+    let mut any = false;
+    for channel in tests_by_channel(&comparison.octaves) {
+        for pair in channel.tests.chunk_by(|a, b| a.records == b.records) {
+            let differ: Vec<&OctaveTest> =
+                pair.iter().copied().filter(|test| comparison.is_beyond_chance(test.chance)).collect();
+            let surest = differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p));
+            let (Some(surest), Some(first), Some(last)) = (surest, differ.first(), differ.last()) else { continue };
+            any = true;
+            let [a, b] = surest.records.map(letter);
+            let ratio = surest.deviations[1] / surest.deviations[0];
+            let text = format!(
+                "{:<12}{} of {} octaves, tau {} to {} s; surest at {} s: {b} is {ratio:.3} times {a} ({})",
+                channel.name,
+                differ.len(),
+                pair.len(),
+                short(first.tau_s),
+                short(last.tau_s),
+                short(surest.tau_s),
+                chance(surest.chance)
+            );
+            writeln!(out, "{}", fill(&text, "  ", "              "))?;
+        }
+    }
+    if any { Ok(()) } else { writeln!(out, "  none") }
+}
+
+fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result {
+    if comparison.disturbances.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\ndisturbed")?;
+    for disturbance in &comparison.disturbances {
+        let channels = disturbance.warning.channels.join(", ");
+        let text = format!("{:<3}{channels} {}", letter(disturbance.record), disturbance.warning);
+        writeln!(out, "{}", fill(&text, "  ", "     "))?;
+    }
+    Ok(())
+}
+
+fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
+    if comparison.means.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nmeans, each with its standard error, and how far they lie apart")?;
+    let legend = "The standard error is the deviation at the longest tau that is known, not std/sqrt(n): noise of low frequency does not average out. \
+                  The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not moved between them; its \
+                  interval is chi-squared with one degree of freedom less than there are records. p: that noise within the records alone spreads \
+                  them so far, Holm's correction for all channels.";
+    writeln!(out, "{}", fill(legend, "", ""))?;
+    for channel in &comparison.means {
+        let group = if channel.bias_removed { ", bias taken out by the sensor" } else { "" };
+        writeln!(out, "{} ({}{group})", channel.channel, channel.unit)?;
+        let means: Vec<String> = (channel.means.iter())
+            .map(|mean| match mean.error {
+                Some(error) => {
+                    format!(
+                        "{} {} ± {}",
+                        letter(mean.record),
+                        signed(mean.mean, error.standard_error),
+                        two_digits(error.standard_error)
+                    )
+                }
+                None => format!("{} {} (too short)", letter(mean.record), four_digits(mean.mean)),
+            })
+            .collect();
+        writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
+        if let Some((spread, at_chance)) = channel.spread.zip(channel.chance) {
+            let verdict = if comparison.is_beyond_chance(at_chance) { "beyond that" } else { "not beyond that" };
+            let text = format!(
+                "spread {} ({} to {}); noise alone {}: {verdict} ({})",
+                four_digits(spread.deviation),
+                four_digits(spread.interval.lower),
+                four_digits(spread.interval.upper),
+                two_digits(spread.from_noise),
+                chance(at_chance)
+            );
+            writeln!(out, "{}", fill(&text, "  ", "  "))?;
+        }
+    }
+    if comparison.means.iter().any(|channel| channel.bias_removed) {
+        let text = format!(
+            "The spread of a {} whose bias is taken out is that of a filter's remainder, not of the sensor's bias; VNIMU carries that.",
+            sensor_group(vn100_protocol::Quantity::AngularRate)
+        );
+        writeln!(out, "{}", fill(&text, "", ""))?;
+    }
+    Ok(())
+}
+
+fn chance(chance: Chance) -> String {
+    if chance.corrected < 1e-12 { "p < 1e-12".into() } else { format!("p {:.2e}", chance.corrected) }
+}
+
+/// A, B, ... Z, AA, AB, ...
+fn letter(number: usize) -> String {
+    let last = char::from(b'A' + (number % 26) as u8);
+    match number / 26 {
+        0 => last.to_string(),
+        more => format!("{}{last}", letter(more - 1)),
+    }
+}
+
+/// With as many decimals as its error has in two digits.
+fn signed(value: f64, error: f64) -> String {
+    let decimals = (1 - error.log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{value:+.decimals$}")
+}
+
+fn two_digits(value: f64) -> String {
+    format!("{value:.1e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_are_lettered() {
+        let letters: Vec<_> = [0, 1, 25, 26, 27, 52, 701, 702].map(letter).into();
+        assert_eq!(letters, ["A", "B", "Z", "AA", "AB", "BA", "ZZ", "AAA"]);
+    }
+
+    #[test]
+    fn a_mean_has_the_digits_that_are_known() {
+        assert_eq!(signed(0.020_123_456, 1.3e-5), "+0.020123");
+        assert_eq!(signed(-9.806_65, 0.0031), "-9.8067");
+        assert_eq!(signed(3.0, 25.0), "+3");
+    }
+}

@@ -1,0 +1,109 @@
+//! A plan as text: how long for what, how to set the sensor and why, how to mount it, and the commands.
+
+use std::fmt::{self, Write};
+
+use vn100_pipeline::{Given, Plan};
+
+use super::fill;
+use crate::plan::{Steps, span};
+
+/// The assumption behind every length.
+const ASSUMED: &str = "Assumed, as third parties quote the data sheet (nominal): gyro N 0.0035 deg/s/sqrt(Hz) and B 5 deg/h, the lower of the \
+                       typical 5 to 7; accel N 0.14 mg/sqrt(Hz) and B 0.04 mg, which is a limit: a better one takes longer to see; mag N \
+                       140 ugauss/sqrt(Hz). No figure for K is quoted.";
+
+const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: nine of ten \
+                      records show them above their threshold; K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
+
+const MOUNTING: [&str; 5] = [
+    "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
+    "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; nobody touches the table",
+    "a steady temperature: no sun, no draught, no heater that switches; VNIMU carries the temperature, look at it afterwards",
+    "no iron and no changing current near it, if the magnetometer is to be judged",
+    "a computer that does not sleep, the line at its short latency, room on the disk",
+];
+
+pub(super) fn write(out: &mut String, plan: &Plan, given: Given, asked: bool) -> fmt::Result {
+    write_wants(out, plan, given.confidence)?;
+    write_settings(out, plan)?;
+    writeln!(out, "\nmounting")?;
+    for line in MOUNTING {
+        writeln!(out, "{}", fill(line, "  - ", "    "))?;
+    }
+    let steps = Steps::new(plan, given, asked);
+    writeln!(out, "\nset the sensor; nothing is kept through switching it off\n  {}", steps.configure)?;
+    writeln!(out, "measure, and keep the raw bytes\n  {}", steps.attach)?;
+    if !asked {
+        writeln!(out, "  (T: {} of warm-up and the length above)", span(plan.warm_up_s, " "))?;
+    }
+    writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with\n  {}", steps.undo)
+}
+
+fn write_wants(out: &mut String, plan: &Plan, confidence: f64) -> fmt::Result {
+    writeln!(out, "how long, behind the warm-up, with intervals at {confidence}")?;
+    for planned in &plan.wants {
+        let length = planned.record_s.map_or("more than 100 days".into(), |seconds| coarse(seconds));
+        writeln!(out, "  {:<34} {length}", planned.want.to_string())?;
+        if let Some(rule_s) = planned.by_rule_s {
+            let without = planned.without_bias_instability_s.map_or("more than 100 days".into(), coarse);
+            writeln!(out, "    without any B {without}; by the rule 20 sqrt(3) N/K {}", coarse(rule_s))?;
+        }
+    }
+    if let Some(record_s) = plan.record_s {
+        writeln!(out, "  {:<34} {}", "all of them", span(record_s, " "))?;
+    }
+    writeln!(out, "{}\n{}", fill(METHOD, "", ""), fill(ASSUMED, "", ""))
+}
+
+fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
+    let (rate_hz, baud) = (plan.rate.hz(), plan.baud.bits_per_s());
+    let load = plan.line_length * rate_hz;
+    let rows = [
+        (
+            "message",
+            "VNIMU: the gyro of VNYMR has its bias taken out by the attitude filter, and cannot show B, K or R however long it is recorded".into(),
+        ),
+        (
+            "rate",
+            format!("{rate_hz} Hz: B and K show at long averaging times, where a higher rate adds nothing"),
+        ),
+        (
+            "window",
+            format!("{} = 800/{rate_hz} exactly: white noise then neither folds nor is smoothed, and N is the sensor's own", plan.window),
+        ),
+        (
+            "line",
+            format!(
+                "{baud} baud carry {} bytes a second; {} bytes, counter included, {rate_hz} times a second are {load} ({:.0} %)",
+                baud / 10,
+                plan.line_length,
+                100.0 * f64::from(load) / (f64::from(baud) / 10.0)
+            ),
+        ),
+        ("counter", "on: a lost line is then counted, not guessed".into()),
+        (
+            "warm-up",
+            format!(
+                "{} left out: published practice leaves out 10 to 30 minutes, the longer where B or K is wanted; the maker's figure is not \
+                 known. The record is kept whole: look where the temperature settles, and replay with another --skip",
+                span(plan.warm_up_s, " ")
+            ),
+        ),
+    ];
+    writeln!(out, "\nsettings")?;
+    for (name, text) in rows {
+        writeln!(out, "{}", fill(&format!("{name:<9}{text}"), "  ", "           "))?;
+    }
+    Ok(())
+}
+
+/// To two units of time.
+fn coarse(seconds: f64) -> String {
+    let step = match seconds {
+        ..120.0 => 1.0,
+        ..7200.0 => 60.0,
+        ..172_800.0 => 600.0,
+        _ => 3600.0,
+    };
+    span((seconds / step).ceil() * step, " ")
+}

@@ -1,0 +1,104 @@
+//! Several records side by side: which octaves differ beyond chance, which record is the quietest, and how far means lie apart.
+
+mod caveat;
+mod means;
+mod octaves;
+mod ranking;
+
+use imu_noise::holm;
+
+pub use caveat::{Caveat, CaveatKind};
+pub use means::{ChannelMeans, MeanError, RecordMean};
+pub use octaves::OctaveTest;
+pub use ranking::{RankedRecord, Ranking, WhiteTest};
+
+use crate::{Assessment, Snapshot, Warning};
+
+/// Warnings that tell of something that befell a record, not of how it was made.
+const DISTURBANCES: [&str; 3] = ["not-stationary", "vibration-line", "warm-up"];
+
+/// One record to be compared.
+#[derive(Debug, Clone, Copy)]
+pub struct Record<'a> {
+    /// What texts call it.
+    pub name: &'a str,
+    /// What was measured.
+    pub snapshot: &'a Snapshot,
+    /// What that says.
+    pub assessment: &'a Assessment,
+}
+
+/// What several records say of each other. Records are numbered in the order given.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Two-sided level of every interval; a difference is beyond chance where its corrected probability is below 1 - confidence.
+    pub confidence: f64,
+    /// Every octave of every channel that two records share at the same averaging time; corrected all together.
+    pub octaves: Vec<OctaveTest>,
+    /// By sensor, the records in the order of their white noise.
+    pub rankings: Vec<Ranking>,
+    /// By channel of a sensor: the mean in each record, and how far apart they lie.
+    pub means: Vec<ChannelMeans>,
+    /// What befell which record.
+    pub disturbances: Vec<Disturbance>,
+    /// What could not be compared, or only in part.
+    pub caveats: Vec<Caveat>,
+}
+
+/// What befell a record.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Disturbance {
+    /// Its number.
+    pub record: usize,
+    /// What, when, and in which channels.
+    pub warning: Warning,
+}
+
+/// The two probabilities of a test that is one of many.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chance {
+    /// Of a difference at least as large by chance alone, for this test alone.
+    pub p: f64,
+    /// The same with Holm's correction for all tests made with it.
+    pub corrected: f64,
+}
+
+impl Comparison {
+    /// Compares `records`, all assessed at the level `confidence`, 0 < p < 1; outside, nothing differs and nothing is ranked.
+    #[must_use]
+    pub fn of(records: &[Record<'_>], confidence: f64) -> Self {
+        Self {
+            confidence,
+            octaves: octaves::tests(records),
+            rankings: ranking::rankings(records, confidence),
+            means: means::means(records, confidence),
+            disturbances: disturbances(records),
+            caveats: caveat::caveats(records),
+        }
+    }
+
+    /// Whether a test with that chance tells two records apart.
+    #[must_use]
+    pub fn is_beyond_chance(&self, chance: Chance) -> bool {
+        chance.corrected < 1.0 - self.confidence
+    }
+}
+
+fn disturbances(records: &[Record<'_>]) -> Vec<Disturbance> {
+    let all = records.iter().enumerate().flat_map(|(record, Record { snapshot, assessment, .. })| {
+        let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
+        warnings.map(move |warning| Disturbance { record, warning: warning.clone() })
+    });
+    all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind.name())).collect()
+}
+
+/// The chances of tests made together.
+fn chances(probabilities: &[f64]) -> Vec<Chance> {
+    let corrected = holm(probabilities);
+    probabilities.iter().zip(corrected).map(|(&p, corrected)| Chance { p, corrected }).collect()
+}
+
+/// Every two of `count` records, the earlier one first.
+fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..count).flat_map(move |a| (a + 1..count).map(move |b| [a, b]))
+}

@@ -1,0 +1,137 @@
+//! What stands between two records that are compared.
+
+use vn100_protocol::Quantity;
+
+use super::{Record, means::are_of_several_sensors, pairs};
+use crate::{Onboard, assessment::BEFORE_FILTER_S};
+
+/// The kinds of caveat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CaveatKind {
+    /// A record holds no samples.
+    NoSamples,
+    /// Channels that one record has and another has not.
+    Channels,
+    /// Rates without an averaging time in common.
+    NoCommonTau,
+    /// The sensor averaged or decimated differently, so that its white noise folds differently.
+    Sampling,
+    /// The bias was taken out of the gyroscope in one of them.
+    Compensation,
+    /// The records are of several sensors.
+    SeveralSensors,
+}
+
+impl CaveatKind {
+    /// Its name in results: lower case, words joined by hyphens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoSamples => "no-samples",
+            Self::Channels => "channels",
+            Self::NoCommonTau => "no-common-tau",
+            Self::Sampling => "sampling",
+            Self::Compensation => "compensation",
+            Self::SeveralSensors => "several-sensors",
+        }
+    }
+}
+
+/// What could not be compared, or only in part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Caveat {
+    /// What kind it is.
+    pub kind: CaveatKind,
+    /// The records it concerns.
+    pub records: Vec<usize>,
+    /// What was found, and what follows.
+    pub text: String,
+}
+
+pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
+    let mut caveats = Vec::new();
+    for (number, record) in records.iter().enumerate().filter(|(_, record)| record.snapshot.timing.samples == 0) {
+        let text = format!("{} holds no samples and is not compared", record.name);
+        caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text });
+    }
+    for pair in pairs(records.len()) {
+        let [a, b] = pair.map(|number| &records[number]);
+        if a.snapshot.timing.samples == 0 || b.snapshot.timing.samples == 0 {
+            continue;
+        }
+        let found = [channels(a, b), rates(a, b), sampling(a, b), compensation(a, b)].into_iter().flatten();
+        caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text }));
+    }
+    if are_of_several_sensors(records) {
+        let text = "the records tell of more than one serial number: their means are not repetitions of one sensor, and no turn-on to turn-on \
+                    bias is given";
+        let records = (0..records.len()).collect();
+        caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into() });
+    }
+    caveats
+}
+
+fn channels(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+    let (of_a, of_b) = (names(a), names(b));
+    let only = |of: &[(String, String)], other: &[(String, String)]| -> Vec<String> {
+        of.iter().filter(|name| !other.contains(name)).map(|(name, _)| name.clone()).collect()
+    };
+    let lone: Vec<String> = [(a, only(&of_a, &of_b)), (b, only(&of_b, &of_a))]
+        .into_iter()
+        .filter(|(_, names)| !names.is_empty())
+        .map(|(record, names)| format!("{} alone has {}", record.name, names.join(", ")))
+        .collect();
+    (!lone.is_empty()).then(|| (CaveatKind::Channels, format!("{}: not compared", lone.join("; "))))
+}
+
+/// Names and units.
+fn names(record: &Record<'_>) -> Vec<(String, String)> {
+    let channels = record.snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    channels.iter().map(|channel| (channel.name.to_string(), channel.unit.to_string())).collect()
+}
+
+fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+    let [rate_a, rate_b] = [a, b].map(|record| record.snapshot.timing.rate_hz);
+    let octaves_apart = (rate_a / rate_b).log2();
+    ((octaves_apart - octaves_apart.round()).abs() > 1e-3).then(|| {
+        let text = format!(
+            "{} at {rate_a} Hz and {} at {rate_b} Hz have no averaging time in common: their octaves are not compared; N is",
+            a.name, b.name
+        );
+        (CaveatKind::NoCommonTau, text)
+    })
+}
+
+fn sampling(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+    let of = |record: &Record<'_>| -> Option<Onboard> {
+        let layout = record.snapshot.layout.as_ref()?;
+        let gyro = layout.channels.iter().position(|channel| channel.quantity == Quantity::AngularRate)?;
+        record.assessment.channels.get(gyro)?.onboard
+    };
+    let factors = of(a).zip(of(b)).map(|(a, b)| (a.white_factor(), b.white_factor()));
+    let same_rate = (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3;
+    let same_folding = factors.is_none_or(|(a, b)| (a / b - 1.0).abs() < 0.01);
+    (!same_rate || !same_folding).then(|| {
+        let by = factors.map_or_else(String::new, |(of_a, of_b)| {
+            format!(" (by {of_a:.2} in {} and {of_b:.2} in {}, ±{:.0} %)", a.name, b.name, 100.0 * Onboard::UNCERTAINTY)
+        });
+        let text = format!(
+            "the sensor averages and decimates differently in {} and {}: its white noise folds differently{by}, and a difference of short octaves \
+             or of N need not be one of the sensors",
+            a.name, b.name
+        );
+        (CaveatKind::Sampling, text)
+    })
+}
+
+fn compensation(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+    let compensated = |record: &Record<'_>| record.snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+    (compensated(a) != compensated(b)).then(|| {
+        let (tracked, own) = if compensated(a) { (a, b) } else { (b, a) };
+        let text = format!(
+            "the gyroscope's bias is taken out in {} and not in {}: its octaves are compared up to {BEFORE_FILTER_S} s",
+            tracked.name, own.name
+        );
+        (CaveatKind::Compensation, text)
+    })
+}

@@ -1,0 +1,125 @@
+//! The mean of each channel in each record, and how far these lie apart: the turn-on to turn-on bias, if each record is a power cycle.
+
+use imu_noise::{Spread, VarianceEstimate, counts_to_unit};
+use vn100_protocol::{Channel, Quantity, Register};
+
+use super::{Chance, Record, chances};
+
+/// The longest averaging time that says how well a mean is known has so many degrees of freedom at least.
+const LEAST_EDF: f64 = 3.0;
+
+/// One channel of a sensor over all records.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelMeans {
+    /// Its name.
+    pub channel: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Its unit.
+    pub unit: String,
+    /// One per record that has it and samples.
+    pub means: Vec<RecordMean>,
+    /// How far they lie apart; `None` where fewer than two have a standard error, and where the records are known to be of several sensors.
+    pub spread: Option<Spread>,
+    /// That they lie so far apart by the noise within the records alone; corrected for all channels with a spread.
+    pub chance: Option<Chance>,
+    /// A filter in the sensor takes the bias out of one of the records at least: the spread is not that of the bias.
+    pub bias_removed: bool,
+}
+
+/// The mean of a channel in one record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordMean {
+    /// Number of the record.
+    pub record: usize,
+    /// In the unit of the channel.
+    pub mean: f64,
+    /// How far the mean of another record of this length would lie off by noise alone; `None` for a record too short to tell.
+    pub error: Option<MeanError>,
+}
+
+/// What is known of the error of a mean.
+///
+/// It is the deviation at the longest averaging time that is known: σ(τ)/√2 of neighbouring means of length τ is what they differ by, so
+/// that σ(τ) is the standard error of each. The record is longer than τ, so that white noise is overrated, by √(T/τ), and flicker noise is not;
+/// σ/√n would underrate the latter without limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanError {
+    /// Standard error, in the unit of the channel.
+    pub standard_error: f64,
+    /// Its equivalent degrees of freedom.
+    pub edf: f64,
+    /// The averaging time in seconds.
+    pub tau_s: f64,
+}
+
+pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans> {
+    let mut found: Vec<ChannelMeans> = Vec::new();
+    for (number, record) in records.iter().enumerate() {
+        let Some(layout) = &record.snapshot.layout else { continue };
+        for (index, channel) in layout.channels.iter().enumerate().filter(|(_, channel)| is_of_a_sensor(channel)) {
+            let Some(mean) = mean(record, number, index, channel) else { continue };
+            let bias_removed = layout.compensated && channel.quantity == Quantity::AngularRate;
+            match found.iter_mut().find(|means| means.channel == channel.name && means.unit == channel.unit) {
+                Some(means) => {
+                    means.means.push(mean);
+                    means.bias_removed |= bias_removed;
+                }
+                None => found.push(ChannelMeans {
+                    channel: channel.name.to_string(),
+                    quantity: channel.quantity,
+                    unit: channel.unit.to_string(),
+                    means: vec![mean],
+                    spread: None,
+                    chance: None,
+                    bias_removed,
+                }),
+            }
+        }
+    }
+    if !are_of_several_sensors(records) {
+        for channel in &mut found {
+            let known = channel.means.iter().filter_map(|mean| {
+                let error = mean.error?;
+                Some((mean.mean, VarianceEstimate { variance: error.standard_error.powi(2), edf: error.edf }))
+            });
+            channel.spread = Spread::of(&known.collect::<Vec<_>>(), confidence);
+        }
+        let probabilities: Vec<f64> =
+            found.iter().filter_map(|channel| channel.spread.map(|spread| spread.p)).collect();
+        let with_spread = found.iter_mut().filter(|channel| channel.spread.is_some());
+        for (channel, chance) in with_spread.zip(chances(&probabilities)) {
+            channel.chance = Some(chance);
+        }
+    }
+    found
+}
+
+/// An angle has no bias, and what surrounds the sensor is not the sensor's.
+fn is_of_a_sensor(channel: &Channel) -> bool {
+    match channel.quantity {
+        Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate => true,
+        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => false,
+    }
+}
+
+fn mean(record: &Record<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {
+    let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+    let results = record.snapshot.channels.get(index)?;
+    let mean = value(results.moments.mean_counts()? - results.branch_counts as f64);
+    let octaves = record.assessment.channels.get(index).map_or(&[][..], |assessed| &assessed.octaves);
+    let known = results.octaves.iter().zip(octaves).rev().find_map(|(octave, assessed)| {
+        let edf = assessed.relative?.edf;
+        let standard_error = value(octave.deviation_counts()?);
+        let tau_s = octave.m as f64 / record.snapshot.timing.rate_hz;
+        (edf >= LEAST_EDF && standard_error > 0.0).then_some(MeanError { standard_error, edf, tau_s })
+    });
+    Some(RecordMean { record: number, mean, error: known })
+}
+
+/// Whether two of the records say serial numbers, and different ones.
+pub(super) fn are_of_several_sensors(records: &[Record<'_>]) -> bool {
+    let mut serials = records.iter().filter_map(|record| record.snapshot.registers.get(&Register::SERIAL_NUMBER.0));
+    let first = serials.next();
+    serials.any(|serial| Some(serial) != first)
+}

@@ -1,0 +1,101 @@
+//! Octave by octave: an F-test of the two variances at the same averaging time.
+
+use imu_noise::{counts_to_unit, f_test};
+use vn100_protocol::{Channel, Quantity};
+
+use super::{Chance, Record, chances, pairs};
+use crate::assessment::BEFORE_FILTER_S;
+
+/// With fewer degrees of freedom the shape of the distribution is not known well enough.
+const LEAST_EDF: f64 = 2.0;
+
+/// Averaging times are the same within this, relative.
+const SAME_TAU: f64 = 1e-3;
+
+/// Two records at one averaging time of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OctaveTest {
+    /// Name of the channel.
+    pub channel: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Its unit.
+    pub unit: String,
+    /// Averaging time in seconds.
+    pub tau_s: f64,
+    /// The two records.
+    pub records: [usize; 2],
+    /// Their deviations, in the unit of the channel.
+    pub deviations: [f64; 2],
+    /// Their equivalent degrees of freedom.
+    pub edf: [f64; 2],
+    /// That they differ by chance: F-test, corrected for all octaves of all channels of all pairs. Octaves share samples, which makes the
+    /// correction err on the side of no difference.
+    pub chance: Chance,
+}
+
+/// One octave of one record.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    tau_s: f64,
+    deviation: f64,
+    edf: f64,
+}
+
+pub(super) fn tests(records: &[Record<'_>]) -> Vec<OctaveTest> {
+    let mut tests = Vec::new();
+    let mut probabilities = Vec::new();
+    for pair in pairs(records.len()) {
+        let [a, b] = pair.map(|record| &records[record]);
+        let Some((layout_a, layout_b)) = a.snapshot.layout.as_ref().zip(b.snapshot.layout.as_ref()) else { continue };
+        for (index_a, channel) in layout_a.channels.iter().enumerate() {
+            let same = |other: &Channel| {
+                (&other.name, other.quantity, &other.unit) == (&channel.name, channel.quantity, &channel.unit)
+            };
+            let Some(index_b) = layout_b.channels.iter().position(same) else { continue };
+            let one_is_tracked =
+                channel.quantity == Quantity::AngularRate && layout_a.compensated != layout_b.compensated;
+            let points_b = points(b, index_b);
+            for point in points(a, index_a).into_iter().filter(|a| !one_is_tracked || a.tau_s <= BEFORE_FILTER_S) {
+                let found = points_b.iter().find(|other| (other.tau_s / point.tau_s - 1.0).abs() < SAME_TAU);
+                let Some(other) = found else { continue };
+                let square = |point: &Point| (point.deviation.powi(2), point.edf);
+                let Some(p) = f_test(square(&point), square(other)) else { continue };
+                probabilities.push(p);
+                tests.push(OctaveTest {
+                    channel: channel.name.to_string(),
+                    quantity: channel.quantity,
+                    unit: channel.unit.to_string(),
+                    tau_s: point.tau_s,
+                    records: pair,
+                    deviations: [point.deviation, other.deviation],
+                    edf: [point.edf, other.edf],
+                    chance: Chance { p, corrected: p },
+                });
+            }
+        }
+    }
+    for (test, chance) in tests.iter_mut().zip(chances(&probabilities)) {
+        test.chance = chance;
+    }
+    tests
+}
+
+/// The octaves that are known well enough.
+fn points(record: &Record<'_>, index: usize) -> Vec<Point> {
+    let Record { snapshot, assessment, .. } = record;
+    let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));
+    let (Some(channel), Some(results), Some(assessed)) =
+        (channel, snapshot.channels.get(index), assessment.channels.get(index))
+    else {
+        return Vec::new();
+    };
+    (results.octaves.iter().zip(&assessed.octaves))
+        .filter_map(|(octave, assessed)| {
+            let deviation = counts_to_unit(octave.deviation_counts()?, channel.decimals) * channel.scale;
+            let edf = assessed.relative?.edf;
+            let tau_s = octave.m as f64 / snapshot.timing.rate_hz;
+            (deviation > 0.0 && edf >= LEAST_EDF).then_some(Point { tau_s, deviation, edf })
+        })
+        .collect()
+}

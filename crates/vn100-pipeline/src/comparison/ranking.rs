@@ -1,0 +1,139 @@
+//! Which record has the least white noise, sensor by sensor.
+
+use imu_noise::{Sensor, Status, Term, VarianceEstimate, conventions, f_test};
+use vn100_protocol::Quantity;
+
+use super::{Chance, Record, chances, pairs};
+
+const SENSORS: [(Quantity, Sensor); 3] = [
+    (Quantity::MagneticField, Sensor::Magnetometer),
+    (Quantity::Acceleration, Sensor::Accelerometer),
+    (Quantity::AngularRate, Sensor::Gyroscope),
+];
+
+/// The records in the order of the white noise of one sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranking {
+    /// What the sensor measures.
+    pub quantity: Quantity,
+    /// Unit of the white noise.
+    pub unit: &'static str,
+    /// The quietest first; those only whose N is estimated on every axis.
+    pub records: Vec<RankedRecord>,
+    /// Every two of them; corrected for all pairs of all sensors.
+    pub tests: Vec<WhiteTest>,
+    /// Records with this sensor where N is not estimated on every axis.
+    pub not_ranked: Vec<usize>,
+}
+
+/// The white noise of one sensor in one record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RankedRecord {
+    /// Its number.
+    pub record: usize,
+    /// N: root of the mean square over the axes.
+    pub white: f64,
+    /// Lower end of its interval.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+    /// By axis: name and N.
+    pub axes: Vec<(String, f64)>,
+}
+
+/// Two records whose white noise is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WhiteTest {
+    /// Which.
+    pub records: [usize; 2],
+    /// That they differ by chance.
+    pub chance: Chance,
+}
+
+impl Ranking {
+    /// The chance that the quietest is not quieter than the next one; `None` for one record alone.
+    #[must_use]
+    pub fn lead(&self) -> Option<Chance> {
+        let [first, second, ..] = &self.records[..] else { return None };
+        let test = (self.tests.iter())
+            .find(|test| test.records.contains(&first.record) && test.records.contains(&second.record));
+        test.map(|test| test.chance)
+    }
+}
+
+pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> {
+    let mut rankings = Vec::new();
+    let mut probabilities = Vec::new();
+    for (quantity, sensor) in SENSORS {
+        let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
+        let mut not_ranked = Vec::new();
+        for (number, record) in records.iter().enumerate() {
+            match white(record, quantity, confidence) {
+                White::NoSensor => {}
+                White::Unknown => not_ranked.push(number),
+                White::Known { axes, mean_square } => match mean_square.interval(confidence) {
+                    Some(interval) => ranked.push((
+                        RankedRecord {
+                            record: number,
+                            white: mean_square.variance.sqrt(),
+                            lower: interval.lower,
+                            upper: interval.upper,
+                            axes,
+                        },
+                        mean_square,
+                    )),
+                    None => not_ranked.push(number),
+                },
+            }
+        }
+        ranked.sort_by(|(a, _), (b, _)| a.white.total_cmp(&b.white));
+        let tests = pairs(ranked.len()).filter_map(|[a, b]| {
+            let of = |(_, estimate): &(RankedRecord, VarianceEstimate)| (estimate.variance, estimate.edf);
+            let p = f_test(of(&ranked[a]), of(&ranked[b]))?;
+            Some(WhiteTest { records: [ranked[a].0.record, ranked[b].0.record], chance: Chance { p, corrected: p } })
+        });
+        let tests: Vec<_> = tests.collect();
+        probabilities.extend(tests.iter().map(|test| test.chance.p));
+        if !ranked.is_empty() || !not_ranked.is_empty() {
+            let unit = conventions(sensor, Term::White).first().map_or("", |si| si.unit);
+            let records = ranked.into_iter().map(|(record, _)| record).collect();
+            rankings.push(Ranking { quantity, unit, records, tests, not_ranked });
+        }
+    }
+    let all_tests = rankings.iter_mut().flat_map(|ranking| &mut ranking.tests);
+    for (test, chance) in all_tests.zip(chances(&probabilities)) {
+        test.chance = chance;
+    }
+    rankings
+}
+
+enum White {
+    NoSensor,
+    Unknown,
+    Known { axes: Vec<(String, f64)>, mean_square: VarianceEstimate },
+}
+
+fn white(record: &Record<'_>, quantity: Quantity, confidence: f64) -> White {
+    let layout = record.snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    let of_sensor: Vec<_> =
+        layout.iter().zip(&record.assessment.channels).filter(|(channel, _)| channel.quantity == quantity).collect();
+    if of_sensor.is_empty() {
+        return White::NoSensor;
+    }
+    let known: Option<Vec<(String, f64, VarianceEstimate)>> = (of_sensor.iter())
+        .map(|(channel, assessed)| {
+            let white = assessed.noise.as_ref()?.parameter(Term::White)?;
+            let (value, lower, upper) = (white.value?, white.lower?, white.upper?);
+            let estimate = VarianceEstimate::of_interval(value, lower, upper, confidence)?;
+            (white.status == Status::Estimated).then(|| (channel.name.to_string(), value, estimate))
+        })
+        .collect();
+    let Some(known) = known else { return White::Unknown };
+    let share = 1.0 / known.len() as f64;
+    match VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate))) {
+        Some(mean_square) => {
+            White::Known { axes: known.into_iter().map(|(name, value, _)| (name, value)).collect(), mean_square }
+        }
+        None => White::Unknown,
+    }
+}

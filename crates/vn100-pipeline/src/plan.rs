@@ -1,0 +1,200 @@
+//! Before measuring: from what a record shall show to how the sensor is set, and how long it must rest.
+
+mod want;
+
+use imu_noise::{Aim, Sensor, Term, Wanted, visible_random_walk};
+use thiserror::Error;
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
+
+pub use want::{Known, Want, WantError};
+
+/// The sensor takes so many values a second of acceleration and angular rate.
+const IMU_REFRESH_HZ: u32 = 800;
+
+/// The rate a sensor is sold with.
+const SOLD_RATE_HZ: u32 = 40;
+
+/// The fastest line of the sensor.
+const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
+
+/// Published practice leaves out between so much at the beginning of a record, in seconds; the maker states no figure that is known here.
+const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
+
+/// The noise that a sensor is taken to have, in SI units (magnetic field in gauss), as third parties quote its data sheet.
+#[must_use]
+pub fn typical_noise(sensor: Sensor) -> &'static [(Term, f64)] {
+    const GYRO: [(Term, f64); 2] = [
+        // 0.0035 deg/s/√Hz
+        (Term::White, 6.108_652e-5),
+        // 5 deg/h, the lower of the typical 5 to 7: the one that takes longer to see
+        (Term::BiasInstability, 2.424_068e-5),
+    ];
+    const ACCEL: [(Term, f64); 2] = [
+        // 0.14 mg/√Hz
+        (Term::White, 1.372_931e-3),
+        // 0.04 mg, a limit; no typical figure is quoted
+        (Term::BiasInstability, 3.922_66e-4),
+    ];
+    // 140 µG/√Hz
+    const MAG: [(Term, f64); 1] = [(Term::White, 1.4e-4)];
+    match sensor {
+        Sensor::Gyroscope => &GYRO,
+        Sensor::Accelerometer => &ACCEL,
+        Sensor::Magnetometer => &MAG,
+    }
+}
+
+/// What is fixed before anything is planned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Given {
+    /// Output rate.
+    pub rate: Option<AsyncRate>,
+    /// Speed of the line.
+    pub baud: Option<BaudRate>,
+    /// Two-sided level of the intervals, 0 < p < 1.
+    pub confidence: f64,
+}
+
+/// A measurement as it should be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// How long for what, in the order asked.
+    pub wants: Vec<PlannedWant>,
+    /// The message: the one whose angular rate still holds the sensor's own bias.
+    pub message: AsyncType,
+    /// What each line carries beyond it.
+    pub form: LineForm,
+    /// Bytes of a line.
+    pub line_length: u32,
+    /// Output rate.
+    pub rate: AsyncRate,
+    /// Values averaged for one that is sent, as many as are taken from one to the next: white noise then keeps its density.
+    pub window: u32,
+    /// Speed of the line.
+    pub baud: BaudRate,
+    /// To be left out at the beginning, in seconds.
+    pub warm_up_s: f64,
+    /// Length behind the warm-up for all that is wanted, in seconds, rounded up; `None` where something is out of reach.
+    pub record_s: Option<f64>,
+}
+
+/// How long a record must be for one want.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedWant {
+    /// What is wanted.
+    pub want: Want,
+    /// Seconds behind the warm-up; `None` where 100 days are too short.
+    pub record_s: Option<f64>,
+    /// For a random walk: seconds if the sensor had no bias instability that hides it.
+    pub without_bias_instability_s: Option<f64>,
+    /// For a random walk: 20 √3 N/K, the rule of thumb, in seconds.
+    pub by_rule_s: Option<f64>,
+}
+
+/// A measurement cannot be made so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum PlanningError {
+    /// The line is too slow.
+    #[error("{line_length} bytes {rate_hz} times a second do not fit {baud} baud; {}", match highest_hz {
+        Some(hz) => format!("at most {hz} Hz do, or take a faster line"),
+        None => "take a faster line".into(),
+    })]
+    DoesNotFit {
+        /// Bytes of a line.
+        line_length: u32,
+        /// The rate asked for.
+        rate_hz: u32,
+        /// The speed of the line.
+        baud: u32,
+        /// The highest rate that fits.
+        highest_hz: Option<u32>,
+    },
+}
+
+impl Plan {
+    /// Plans a record that shows all of `wants`.
+    ///
+    /// # Errors
+    /// Where what is given does not go together.
+    pub fn new(wants: &[Want], given: Given) -> Result<Self, PlanningError> {
+        let message = AsyncType::IMU;
+        let form = LineForm { count: true, ..LineForm::default() };
+        let line_length = message.line_length(form).unwrap_or_default();
+        let (rate, baud) = rate_and_baud(line_length, given)?;
+        let interval_s = 1.0 / f64::from(rate.hz());
+        let wants: Vec<_> = wants.iter().map(|want| PlannedWant::new(want, interval_s, given.confidence)).collect();
+        let longest = wants.iter().try_fold(0.0_f64, |longest, want| Some(longest.max(want.record_s?)));
+        let white_alone = wants.iter().all(|want| want.want.figure.term == Term::White);
+        Ok(Self {
+            wants,
+            message,
+            form,
+            line_length,
+            rate,
+            window: IMU_REFRESH_HZ / rate.hz().max(1),
+            baud,
+            warm_up_s: WARM_UP_S[usize::from(!white_alone)],
+            record_s: longest.map(rounded_up),
+        })
+    }
+}
+
+impl PlannedWant {
+    fn new(want: &Want, interval_s: f64, confidence: f64) -> Self {
+        let term = want.figure.term;
+        let (aim, assumed) = match want.known {
+            Known::Seen => (Aim::Found, None),
+            Known::Within(half_width) => (Aim::HalfWidth(half_width), None),
+            Known::AtLeast(value) => (Aim::Found, Some((term, value))),
+        };
+        let typical = typical_noise(want.sensor);
+        let truth: Vec<_> =
+            typical.iter().copied().filter(|(named, _)| assumed.is_none() || *named != term).chain(assumed).collect();
+        let length = |truth: &[(Term, f64)]| Wanted { term, aim, truth }.record_s(interval_s, confidence);
+        let is_walk = term == Term::RateRandomWalk;
+        let without: Vec<_> = truth.iter().copied().filter(|(term, _)| *term != Term::BiasInstability).collect();
+        let white = typical.iter().find(|(term, _)| *term == Term::White).map(|(_, white)| *white);
+        Self {
+            want: want.clone(),
+            record_s: length(&truth),
+            without_bias_instability_s: if is_walk { length(&without) } else { None },
+            // what is visible falls as the record grows
+            by_rule_s: white
+                .zip(assumed)
+                .filter(|_| is_walk)
+                .map(|(white, (_, walk))| visible_random_walk(white, 1.0) / walk),
+        }
+    }
+}
+
+/// The sensor's own settings where they fit: neither N, which takes seconds, nor long averaging times need more lines.
+fn rate_and_baud(line_length: u32, given: Given) -> Result<(AsyncRate, BaudRate), PlanningError> {
+    let load = |rate| LinkLoad::of_lines(line_length, rate);
+    let baud_for = |rate: AsyncRate| match given.baud {
+        Some(baud) => Some(baud).filter(|baud| load(rate).fits(*baud)),
+        None if load(rate).fits(BaudRate::DEFAULT) => Some(BaudRate::DEFAULT),
+        None => load(rate).lowest_baud_rate(),
+    };
+    let highest = LinkLoad::NONE.highest_rate_beside(line_length, given.baud.unwrap_or(FASTEST));
+    let rates = match given.rate {
+        Some(rate) => [Some(rate), None],
+        None => [AsyncRate::new(SOLD_RATE_HZ), highest],
+    };
+    let fitting = rates.into_iter().flatten().find_map(|rate| Some((rate, baud_for(rate)?)));
+    fitting.ok_or_else(|| PlanningError::DoesNotFit {
+        line_length,
+        rate_hz: given.rate.map_or(SOLD_RATE_HZ, AsyncRate::hz),
+        baud: given.baud.unwrap_or(FASTEST).bits_per_s(),
+        highest_hz: highest.map(AsyncRate::hz),
+    })
+}
+
+/// To minutes, from an hour on to ten, from ten hours on to hours.
+fn rounded_up(seconds: f64) -> f64 {
+    let step = match seconds {
+        ..3600.0 => 60.0,
+        ..36_000.0 => 600.0,
+        _ => 3600.0,
+    };
+    (seconds / step).ceil() * step
+}
