@@ -4,6 +4,7 @@
 mod boxcar;
 mod classical;
 mod deficit;
+mod expected;
 mod fit;
 mod gauss_markov;
 mod joint;

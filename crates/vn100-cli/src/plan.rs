@@ -1,7 +1,5 @@
 //! `vn100 plan`: how to set the sensor, and how long to measure, for what shall be known.
 
-use std::time::Duration;
-
 use anyhow::Result;
 use vn100_pipeline::{Given, Plan, Want};
 use vn100_protocol::BaudRate;
@@ -51,6 +49,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
 pub(crate) struct Steps {
     pub(crate) configure: String,
     pub(crate) attach: String,
+    /// `attach` names a length; otherwise it says T.
+    pub(crate) has_length: bool,
     /// Back to what a sensor is sold with.
     pub(crate) undo: String,
 }
@@ -75,6 +75,7 @@ impl Steps {
                 "vn100 attach PORT --record rest.mcap --skip {} --duration {duration}",
                 span(plan.warm_up_s, "")
             ),
+            has_length: length.is_some(),
             undo: format!(
                 "vn100 configure PORT --set-message VNYMR --set-rate 40 --window 4{} --count off",
                 set_baud(BaudRate::DEFAULT)
@@ -83,7 +84,31 @@ impl Steps {
     }
 }
 
-/// A length of time in whole seconds, as "1h 30m" with `between` as the blank.
-pub(crate) fn span(seconds: f64, between: &str) -> String {
-    humantime::format_duration(Duration::from_secs(seconds.ceil().max(0.0) as u64)).to_string().replace(' ', between)
+/// A length of time in whole seconds, as "1 h 30 min" with `blank` as the blank; options take it without.
+pub(crate) fn span(seconds: f64, blank: &str) -> String {
+    let seconds = seconds.ceil().max(0.0) as u64;
+    let parts = [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")];
+    let parts: Vec<String> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count}{blank}{unit}")).collect();
+    if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_said_and_read_back() {
+        for (seconds, said) in [
+            (0.0, "0 s"),
+            (59.2, "1 min"),
+            (1800.0, "30 min"),
+            (5400.0, "1 h 30 min"),
+            (354_601.0, "4 d 2 h 30 min 1 s"),
+        ] {
+            assert_eq!(span(seconds, " "), said);
+            let option = humantime::parse_duration(&span(seconds, ""));
+            assert_eq!(option.map(|duration| duration.as_secs_f64()), Ok(seconds.ceil()), "{said}");
+        }
+    }
 }

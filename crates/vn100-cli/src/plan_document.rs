@@ -62,7 +62,7 @@ struct Commands {
 
 impl PlanDocument {
     pub(crate) fn new(plan: &Plan, given: Given, asked: bool) -> Self {
-        let Steps { configure, attach, undo } = Steps::new(plan, given, asked);
+        let Steps { configure, attach, undo, .. } = Steps::new(plan, given, asked);
         let sensors = [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
         let assumed = sensors.into_iter().map(|(name, sensor)| {
             let of = |term| typical_noise(sensor).iter().find(|(named, _)| *named == term).map(|(_, value)| *value);

@@ -17,6 +17,7 @@ pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
 pub use onboard::Onboard;
 pub use stationary::Disturbed;
+pub(crate) use stream::is_rounded_away;
 
 use crate::{
     assessment::noise::Models,

@@ -12,10 +12,10 @@ pub use means::{ChannelMeans, MeanError, RecordMean};
 pub use octaves::OctaveTest;
 pub use ranking::{RankedRecord, Ranking, WhiteTest};
 
-use crate::{Assessment, Snapshot, Warning};
+use crate::{Assessment, Snapshot, Warning, WarningKind};
 
 /// Warnings that tell of something that befell a record, not of how it was made.
-const DISTURBANCES: [&str; 3] = ["not-stationary", "vibration-line", "warm-up"];
+const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
 
 /// One record to be compared.
 #[derive(Debug, Clone, Copy)]
@@ -89,7 +89,7 @@ fn disturbances(records: &[Record<'_>]) -> Vec<Disturbance> {
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
         warnings.map(move |warning| Disturbance { record, warning: warning.clone() })
     });
-    all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind.name())).collect()
+    all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
 }
 
 /// The chances of tests made together.

@@ -111,32 +111,6 @@ impl NoiseModel {
         self.fit_first(parts, variances, None, confidence)
     }
 
-    /// The fit to what records with these parameters show on average, in the units of the terms: what a record as long as this can be
-    /// expected to say of them, before it is made. Terms the model does not have are left out; what is not named is not there.
-    ///
-    /// A record of its own shows a term more or less clearly: on average it is `Estimated` in half of the records where its lower bound is
-    /// just above zero. At the two-sided level of 1.96 + z standard deviations that bound is above zero if the term is found with the
-    /// probability Φ(z).
-    #[must_use]
-    pub fn expected_fit(&self, truth: &[(Term, f64)], confidence: f64) -> NoiseFit {
-        let Some(model) = self.with_ramp.as_ref().or(self.without_ramp.as_ref()) else {
-            return self.without_values(Status::NotObservable);
-        };
-        let ramp = self.with_ramp.is_some().then_some(Term::RateRamp);
-        let parameter = |term: Term| {
-            let of_term = truth.iter().find(|(named, _)| *named == term);
-            of_term.map_or(0.0, |(_, value)| (value / term.per_second(self.shape.interval_s)).powi(2))
-        };
-        let parameters: Vec<f64> = self.noise.iter().copied().chain(ramp).map(parameter).collect();
-        let places = self.octaves.last().map_or(0, |(place, _)| place + 1);
-        let mut variances = vec![f64::NAN; places];
-        for (i, (place, _)) in self.octaves.iter().enumerate() {
-            variances[*place] = model.expected(&parameters, i);
-        }
-        let slope = ramp.map(|_| model.expected(&parameters, self.octaves.len()).sqrt() / self.shape.interval_s);
-        self.fit(&variances, slope, confidence)
-    }
-
     /// The fit to the first of `ranges` that follows the model.
     fn fit_first(
         &self,

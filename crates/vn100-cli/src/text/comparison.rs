@@ -178,7 +178,11 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
 }
 
 fn chance(chance: Chance) -> String {
-    if chance.corrected < 1e-12 { "p < 1e-12".into() } else { format!("p {:.2e}", chance.corrected) }
+    match chance.corrected {
+        ..1e-12 => "p < 1e-12".into(),
+        p @ ..0.001 => format!("p {p:.0e}"),
+        p => format!("p {}", short((p * 1000.0).round() / 1000.0)),
+    }
 }
 
 /// A, B, ... Z, AA, AB, ...

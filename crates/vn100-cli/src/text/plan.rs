@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use vn100_pipeline::{Given, Plan};
 
-use super::fill;
+use super::{WIDTH, fill};
 use crate::plan::{Steps, span};
 
 /// The assumption behind every length.
@@ -12,8 +12,11 @@ const ASSUMED: &str = "Assumed, as third parties quote the data sheet (nominal):
                        typical 5 to 7; accel N 0.14 mg/sqrt(Hz) and B 0.04 mg, which is a limit: a better one takes longer to see; mag N \
                        140 ugauss/sqrt(Hz). No figure for K is quoted.";
 
-const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: nine of ten \
-                      records show them above their threshold; K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
+const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \
+                      ten records estimate them (83 to 91 % of simulated ones); K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
+
+/// Of a length.
+const OUT_OF_REACH: &str = "more than 100 days";
 
 const MOUNTING: [&str; 5] = [
     "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
@@ -24,33 +27,51 @@ const MOUNTING: [&str; 5] = [
 ];
 
 pub(super) fn write(out: &mut String, plan: &Plan, given: Given, asked: bool) -> fmt::Result {
-    write_wants(out, plan, given.confidence)?;
+    write_wants(out, plan, given.confidence, asked)?;
     write_settings(out, plan)?;
     writeln!(out, "\nmounting")?;
     for line in MOUNTING {
         writeln!(out, "{}", fill(line, "  - ", "    "))?;
     }
     let steps = Steps::new(plan, given, asked);
-    writeln!(out, "\nset the sensor; nothing is kept through switching it off\n  {}", steps.configure)?;
-    writeln!(out, "measure, and keep the raw bytes\n  {}", steps.attach)?;
-    if !asked {
-        writeln!(out, "  (T: {} of warm-up and the length above)", span(plan.warm_up_s, " "))?;
+    writeln!(out, "\nset the sensor; nothing is kept through switching it off")?;
+    write_command(out, &steps.configure)?;
+    writeln!(out, "measure, and keep the raw bytes")?;
+    write_command(out, &steps.attach)?;
+    if !steps.has_length {
+        writeln!(out, "  (T: {} of warm-up, and the length wanted)", span(plan.warm_up_s, " "))?;
     }
-    writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with\n  {}", steps.undo)
+    writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with")?;
+    write_command(out, &steps.undo)
 }
 
-fn write_wants(out: &mut String, plan: &Plan, confidence: f64) -> fmt::Result {
+/// With a backslash where the line goes on, as shells read it.
+fn write_command(out: &mut String, command: &str) -> fmt::Result {
+    let mut line = String::new();
+    for part in command.split_inclusive(' ').collect::<Vec<_>>().chunk_by(|_, next| !next.starts_with("--")) {
+        let part = part.concat();
+        if line.len() + part.len() + 4 > WIDTH {
+            writeln!(out, "  {line}\\")?;
+            line = "    ".into();
+        }
+        line.push_str(&part);
+    }
+    writeln!(out, "  {line}")
+}
+
+fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> fmt::Result {
     writeln!(out, "how long, behind the warm-up, with intervals at {confidence}")?;
     for planned in &plan.wants {
-        let length = planned.record_s.map_or("more than 100 days".into(), |seconds| coarse(seconds));
+        let length = planned.record_s.map_or(OUT_OF_REACH.into(), coarse);
         writeln!(out, "  {:<34} {length}", planned.want.to_string())?;
         if let Some(rule_s) = planned.by_rule_s {
-            let without = planned.without_bias_instability_s.map_or("more than 100 days".into(), coarse);
+            let without = planned.without_bias_instability_s.map_or(OUT_OF_REACH.into(), coarse);
             writeln!(out, "    without any B {without}; by the rule 20 sqrt(3) N/K {}", coarse(rule_s))?;
         }
     }
-    if let Some(record_s) = plan.record_s {
-        writeln!(out, "  {:<34} {}", "all of them", span(record_s, " "))?;
+    if asked {
+        let all = plan.record_s.map_or(OUT_OF_REACH.into(), |record_s| format!("{}, rounded up", span(record_s, " ")));
+        writeln!(out, "  {:<34} {all}", "all of them")?;
     }
     writeln!(out, "{}\n{}", fill(METHOD, "", ""), fill(ASSUMED, "", ""))
 }

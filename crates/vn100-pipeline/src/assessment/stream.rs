@@ -88,7 +88,7 @@ fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
 }
 
 /// White noise of less than half a digit shows as a deviation, at m = 1, of less than that.
-fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
+pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
     let digit_counts = counts_to_unit(1.0, results.printed_decimals) / counts_to_unit(1.0, channel.decimals);
     let deviation = results.octaves.first().and_then(imu_noise::OctaveSum::deviation_counts);
     deviation.is_some_and(|deviation| deviation < LEAST_NOISE_DIGITS * digit_counts)

@@ -42,7 +42,7 @@ pub struct RecordMean {
 ///
 /// It is the deviation at the longest averaging time that is known: σ(τ)/√2 of neighbouring means of length τ is what they differ by, so
 /// that σ(τ) is the standard error of each. The record is longer than τ, so that white noise is overrated, by √(T/τ), and flicker noise is not;
-/// σ/√n would underrate the latter without limit.
+/// σ/√n would underrate the latter without limit. What changes more slowly than a record lasts counts as a difference between records.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanError {
     /// Standard error, in the unit of the channel.

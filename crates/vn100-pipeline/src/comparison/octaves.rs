@@ -4,7 +4,7 @@ use imu_noise::{counts_to_unit, f_test};
 use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, Record, chances, pairs};
-use crate::assessment::BEFORE_FILTER_S;
+use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
 
 /// With fewer degrees of freedom the shape of the distribution is not known well enough.
 const LEAST_EDF: f64 = 2.0;
@@ -48,7 +48,7 @@ pub(super) fn tests(records: &[Record<'_>]) -> Vec<OctaveTest> {
     for pair in pairs(records.len()) {
         let [a, b] = pair.map(|record| &records[record]);
         let Some((layout_a, layout_b)) = a.snapshot.layout.as_ref().zip(b.snapshot.layout.as_ref()) else { continue };
-        for (index_a, channel) in layout_a.channels.iter().enumerate() {
+        for (index_a, channel) in layout_a.channels.iter().enumerate().filter(|(_, channel)| is_noise(channel)) {
             let same = |other: &Channel| {
                 (&other.name, other.quantity, &other.unit) == (&channel.name, channel.quantity, &channel.unit)
             };
@@ -81,7 +81,12 @@ pub(super) fn tests(records: &[Record<'_>]) -> Vec<OctaveTest> {
     tests
 }
 
-/// The octaves that are known well enough.
+/// What temperature and pressure do is the weather's, not the sensor's.
+fn is_noise(channel: &Channel) -> bool {
+    !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
+}
+
+/// The octaves that are known well enough; none where the last printed digit hides the noise, whose distribution is then not normal.
 fn points(record: &Record<'_>, index: usize) -> Vec<Point> {
     let Record { snapshot, assessment, .. } = record;
     let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));
@@ -90,6 +95,9 @@ fn points(record: &Record<'_>, index: usize) -> Vec<Point> {
     else {
         return Vec::new();
     };
+    if is_rounded_away(channel, results) {
+        return Vec::new();
+    }
     (results.octaves.iter().zip(&assessed.octaves))
         .filter_map(|(octave, assessed)| {
             let deviation = counts_to_unit(octave.deviation_counts()?, channel.decimals) * channel.scale;

@@ -1,0 +1,122 @@
+//! Planned lengths against records of those lengths.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod synthetic;
+
+use imu_noise::{
+    Aim, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, Status, Term, Terms, Wanted,
+    visible_random_walk,
+};
+use synthetic::Synthesis;
+
+const INTERVAL_S: f64 = 0.025;
+
+/// Amplitudes in units of a white sample.
+struct Noise {
+    flicker: f64,
+    step: f64,
+}
+
+impl Noise {
+    /// As parameters per second.
+    fn truth(&self) -> Vec<(Term, f64)> {
+        let all = [
+            (Term::White, INTERVAL_S.sqrt()),
+            (Term::BiasInstability, self.flicker),
+            (Term::RateRandomWalk, self.step / INTERVAL_S.sqrt()),
+        ];
+        all.into_iter().filter(|(_, value)| *value > 0.0).collect()
+    }
+
+    fn record_s(&self, term: Term, aim: Aim) -> f64 {
+        Wanted { term, aim, truth: &self.truth() }.record_s(INTERVAL_S, 0.95).unwrap()
+    }
+
+    /// What `records` of that length say of `term`.
+    fn simulated(&self, term: Term, duration_s: f64, records: usize, seed: u64) -> Vec<Parameter> {
+        let samples = (duration_s / INTERVAL_S) as usize;
+        let mut synthesis = Synthesis::new(samples, seed);
+        let shape = RecordShape {
+            samples: samples as u64,
+            interval_s: INTERVAL_S,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+        };
+        let mut model = None;
+        let parameters = (0..records).map(|_| {
+            let (white, flicker, walk) = synthesis.next_record();
+            let values = white.iter().zip(&flicker).zip(&walk);
+            let counts: Vec<i32> = values
+                .map(|((white, flicker), walk)| {
+                    ((white + self.flicker * flicker + self.step * walk) * 1e4).round() as i32
+                })
+                .collect();
+            let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+            sums.push(&counts);
+            let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+            let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+            let model = model.get_or_insert_with(|| NoiseModel::new(&octaves, &shape, Terms::RATE, None));
+            let slope = slope(&counts) * 1e-4 / INTERVAL_S;
+            model.fit(&variances, Some(slope), 0.95).parameter(term).unwrap()
+        });
+        parameters.collect()
+    }
+}
+
+/// Of the regression line, per sample.
+fn slope(counts: &[i32]) -> f64 {
+    let n = counts.len() as f64;
+    let middle = (n - 1.0) / 2.0;
+    let sum: f64 = counts.iter().enumerate().map(|(i, count)| (i as f64 - middle) * f64::from(*count)).sum();
+    sum * 12.0 / (n * (n * n - 1.0))
+}
+
+fn found(parameters: &[Parameter]) -> f64 {
+    let found = parameters.iter().filter(|parameter| parameter.status == Status::Estimated).count();
+    found as f64 / parameters.len() as f64
+}
+
+#[test]
+fn white_noise_is_known_as_well_as_planned() {
+    let noise = Noise { flicker: 0.06, step: 0.0 };
+    for half_width in [0.05, 0.02] {
+        let duration_s = noise.record_s(Term::White, Aim::HalfWidth(half_width));
+        let mut widths: Vec<f64> =
+            noise.simulated(Term::White, duration_s, 60, 1).iter().filter_map(Parameter::relative_half_width).collect();
+        assert!(widths.len() >= 58, "{} of 60", widths.len());
+        widths.sort_by(f64::total_cmp);
+        let median = widths[widths.len() / 2];
+        assert!((0.8 * half_width..1.1 * half_width).contains(&median), "{duration_s} s: {median}, not {half_width}");
+    }
+}
+
+/// Of 100 records about nine in ten, with a standard deviation of three.
+#[test]
+fn flicker_noise_is_found_in_nine_of_ten_records() {
+    let noise = Noise { flicker: 0.06, step: 0.0 };
+    let duration_s = noise.record_s(Term::BiasInstability, Aim::Found);
+    let share = found(&noise.simulated(Term::BiasInstability, duration_s, 100, 2));
+    assert!((0.78..=0.98).contains(&share), "{duration_s} s: {share}");
+    let share = found(&noise.simulated(Term::BiasInstability, duration_s / 3.0, 100, 3));
+    assert!(share < 0.6, "a third of it: {share}");
+}
+
+#[test]
+fn a_random_walk_is_found_in_nine_of_ten_records_later_than_by_the_rule() {
+    let noise = Noise { flicker: 0.0, step: 2e-3 };
+    let duration_s = noise.record_s(Term::RateRandomWalk, Aim::Found);
+    let rule_s = visible_random_walk(INTERVAL_S.sqrt(), 1.0) / (2e-3 / INTERVAL_S.sqrt());
+    assert!((1.0..4.0).contains(&(duration_s / rule_s)), "{duration_s} s, by the rule {rule_s} s");
+    let share = found(&noise.simulated(Term::RateRandomWalk, duration_s, 100, 4));
+    assert!((0.78..=0.98).contains(&share), "{duration_s} s: {share}");
+}
+
+#[test]
+fn flicker_noise_hides_a_walk_and_what_is_not_there_is_never_found() {
+    let alone = Noise { flicker: 0.0, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
+    let hidden = Noise { flicker: 0.2, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
+    assert!(hidden > 3.0 * alone, "{alone} s alone, {hidden} s hidden");
+    let truth = [(Term::White, 1.0)];
+    let absent = Wanted { term: Term::BiasInstability, aim: Aim::Found, truth: &truth };
+    assert_eq!(absent.record_s(INTERVAL_S, 0.95), None);
+}

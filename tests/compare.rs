@@ -1,0 +1,256 @@
+//! Captures side by side, and plans: what is said of equal sensors, of one that is noisier, and of how long to measure.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    fmt::Write,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+use support::{channel, document, vn100};
+
+/// A capture of the emulated sensor.
+fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {
+    let path = folder.join(name);
+    let output = vn100().args(["sim", "-o"]).arg(&path).args(options).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    path
+}
+
+/// Ten minutes of one seed.
+fn seeded(folder: &Path, seed: u32) -> PathBuf {
+    let options = ["--seed", &seed.to_string(), "--duration", "10min", "--message", "VNIMU"];
+    capture(folder, &format!("seed-{seed}.vnimu"), &options)
+}
+
+/// `vn100 compare --json`, its document and exit code.
+fn compare(files: &[PathBuf], options: &[&str]) -> (Value, i32) {
+    let output = vn100().arg("compare").args(files).arg("--json").args(options).output().unwrap();
+    (document(&output), output.status.code().unwrap())
+}
+
+/// Names of channels with an octave that differs between two records.
+fn differing(document: &Value) -> Vec<&str> {
+    let channels = document["channels"].as_array().unwrap().iter();
+    let differs =
+        |channel: &&Value| channel["octaves"].as_array().unwrap().iter().any(|octave| octave["differs"] == true);
+    channels.filter(differs).map(|channel| channel["name"].as_str().unwrap()).collect()
+}
+
+fn sensor<'a>(document: &'a Value, name: &str) -> &'a Value {
+    document["sensors"].as_array().unwrap().iter().find(|sensor| sensor["sensor"] == name).unwrap()
+}
+
+fn kinds(list: &Value) -> Vec<&str> {
+    list.as_array().unwrap().iter().map(|entry| entry["kind"].as_str().unwrap()).collect()
+}
+
+/// The angular rates of a `$VNIMU` capture as CSV, those about x times `factor`.
+fn gyro_csv(capture: &Path, factor: f64) -> PathBuf {
+    let mut rows = String::from("wx,wy,wz\n");
+    for line in fs::read_to_string(capture).unwrap().lines() {
+        let fields: Vec<&str> = line.split(['*', ',']).collect();
+        let wx = fields[7].parse::<f64>().unwrap() * factor;
+        writeln!(rows, "{wx:.6},{},{}", fields[8], fields[9]).unwrap();
+    }
+    let path = capture.with_extension("csv");
+    fs::write(&path, rows).unwrap();
+    path
+}
+
+const GYRO_COLUMNS: [&str; 4] = ["--columns", "gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s", "--rate", "40"];
+
+#[test]
+fn equal_sensors_are_not_said_to_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<PathBuf> = (1..=6).map(|seed| seeded(folder.path(), seed)).collect();
+    let (document, exit) = compare(&files, &[]);
+    assert_eq!((exit, &document["schema"]), (0, &"vn100.comparison/1".into()));
+    assert_eq!(document["records"].as_array().unwrap().len(), 6);
+    assert_eq!(differing(&document), [""; 0]);
+    for name in ["gyro", "accel", "mag"] {
+        let sensor = sensor(&document, name);
+        assert_eq!(sensor["quietest"], Value::Null, "{name}");
+        assert_eq!(sensor["ranked"].as_array().unwrap().len(), 6);
+    }
+    let octaves = channel(&document, "gyro_x")["octaves"].as_array().unwrap();
+    assert!(octaves.len() > 15 * 10, "15 pairs of {} octaves", octaves.len());
+    assert_eq!(document["caveats"], Value::Array(vec![]));
+}
+
+#[test]
+fn a_sensor_with_a_tenth_more_noise_is_found_and_the_quieter_one_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for seeds in [[1, 2], [3, 4], [5, 6]] {
+        let files = [gyro_csv(&seeded(folder.path(), seeds[0]), 1.1), gyro_csv(&seeded(folder.path(), seeds[1]), 1.0)];
+        let (document, exit) = compare(&files, &GYRO_COLUMNS);
+        assert_eq!(exit, 0);
+        assert_eq!(differing(&document), ["gyro_x"], "{seeds:?}");
+        let surest = &channel(&document, "gyro_x")["octaves"][0];
+        let ratio = surest["deviations"][0].as_f64().unwrap() / surest["deviations"][1].as_f64().unwrap();
+        assert!((1.07..1.13).contains(&ratio), "{ratio}");
+        assert_eq!(sensor(&document, "gyro")["quietest"], 1, "{seeds:?}");
+    }
+}
+
+#[test]
+fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
+    let folder = tempfile::tempdir().unwrap();
+    // a bias of 1e-3 rad/s in the first of three power cycles
+    let files: Vec<PathBuf> = (1..=3)
+        .map(|seed| {
+            let capture = seeded(folder.path(), seed);
+            let csv = gyro_csv(&capture, 1.0);
+            let shifted = fs::read_to_string(&csv).unwrap().lines().fold(String::new(), |mut rows, line| {
+                match line.split_once(',').map(|(wx, rest)| (wx.parse::<f64>(), rest)) {
+                    Some((Ok(wx), rest)) if seed == 1 => writeln!(rows, "{:.6},{rest}", wx + 1e-3).unwrap(),
+                    _ => writeln!(rows, "{line}").unwrap(),
+                }
+                rows
+            });
+            fs::write(&csv, shifted).unwrap();
+            csv
+        })
+        .collect();
+    let (document, _) = compare(&files, &GYRO_COLUMNS);
+    let means = document["means"].as_array().unwrap();
+    let of = |name: &str| means.iter().find(|means| means["name"] == name).unwrap();
+    let spread = &of("gyro_x")["spread"];
+    assert_eq!((&spread["beyond_noise"], &spread["dof"]), (&true.into(), &2.0.into()));
+    // (1e-3, 0, 0) has a standard deviation of 1e-3/√3; χ² with two degrees of freedom gives 0.5207 to 6.285 of it
+    let number = |name: &str| spread[name].as_f64().unwrap();
+    assert!((number("deviation") / 5.7735e-4 - 1.0).abs() < 0.1, "{spread}");
+    assert!((number("lower") / number("deviation") - 0.5207).abs() < 1e-3);
+    assert!((number("upper") / number("deviation") - 6.285).abs() < 1e-2);
+    // std/√n of ten minutes is 6e-6: flicker noise does not average out
+    let error = of("gyro_x")["means"][0]["standard_error"].as_f64().unwrap();
+    assert!((1e-5..1e-4).contains(&error), "{error}");
+
+    let ymr = |seed: &str| capture(folder.path(), &format!("{seed}.vnymr"), &["--seed", seed, "--duration", "5min"]);
+    let (document, _) = compare(&[ymr("1"), ymr("2")], &[]);
+    let means = document["means"].as_array().unwrap();
+    let named: Vec<_> = means.iter().map(|means| means["name"].as_str().unwrap()).collect();
+    assert_eq!(named.join(" "), "mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z");
+    let removed: Vec<_> = means.iter().map(|means| means["bias_removed"] == true).collect();
+    assert_eq!(removed, [false, false, false, false, false, false, true, true, true]);
+}
+
+#[test]
+fn what_cannot_be_compared_is_said_and_the_rest_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = [
+        capture(folder.path(), "ymr-40", &["--duration", "5min"]),
+        capture(folder.path(), "imu-20", &["--duration", "5min", "--rate", "20", "--message", "VNIMU", "--seed", "2"]),
+        capture(
+            folder.path(),
+            "imu-50.mcap",
+            &["--duration", "5min", "--rate", "50", "--message", "VNIMU", "--seed", "3"],
+        ),
+        folder.path().join("missing"),
+    ];
+    // the rate of a text capture is not known: the first is at the 40 Hz assumed, the second is taken to be
+    let (document, exit) = compare(&files, &[]);
+    assert_eq!(exit, 3);
+    let records = document["records"].as_array().unwrap();
+    assert!(records[3]["error"].as_str().unwrap().contains("missing"));
+    assert_eq!(records[3]["samples"], 0);
+    let found = kinds(&document["caveats"]);
+    for kind in ["no-samples", "channels", "compensation", "no-common-tau", "sampling"] {
+        assert!(found.contains(&kind), "{kind}: {found:?}");
+    }
+    let octaves = channel(&document, "gyro_x")["octaves"].as_array().unwrap();
+    assert!(!octaves.is_empty());
+    for octave in octaves {
+        assert_eq!(octave["records"], serde_json::json!([0, 1]));
+        assert!(octave["tau_s"].as_f64().unwrap() <= 10.0, "a bias that is taken out is not compared: {octave}");
+    }
+    let text = vn100().arg("compare").args(&files).output().unwrap();
+    assert_eq!(text.status.code(), Some(3));
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(text.contains("! compensation") && text.contains("missing: nothing to compare"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+#[test]
+fn one_capture_and_options_of_one_capture_are_no_comparison() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = [seeded(folder.path(), 1), seeded(folder.path(), 2)];
+    let exit = |arguments: &[&str], files: &[PathBuf]| {
+        vn100().arg("compare").args(files).args(arguments).output().unwrap().status.code()
+    };
+    assert_eq!(exit(&[], &files[..1]), Some(2));
+    assert_eq!(exit(&["--ndjson"], &files), Some(1));
+    assert_eq!(exit(&["--filter-models"], &files), Some(1));
+}
+
+fn plan(options: &[&str]) -> Value {
+    let output = vn100().args(["plan", "--json"]).args(options).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    document(&output)
+}
+
+#[test]
+fn a_plan_fits_the_line_and_its_window_is_exact() {
+    for (options, rate, window, baud) in [
+        (&[][..], 40, 20, 115_200),
+        (&["--baud", "9600"], 5, 160, 9600),
+        (&["--baud", "921600"], 40, 20, 921_600),
+        (&["--rate", "200"], 200, 4, 460_800),
+        (&["--rate", "100", "--baud", "128000"], 100, 8, 128_000),
+    ] {
+        let document = plan(&[options, &["--want", "gyro N ±5%"]].concat());
+        assert_eq!(document["schema"], "vn100.plan/1");
+        let settings = &document["settings"];
+        assert_eq!(settings["message"], "VNIMU");
+        assert_eq!((&settings["rate_hz"], &settings["window"]), (&rate.into(), &window.into()), "{options:?}");
+        assert_eq!(settings["baud"], baud, "{options:?}");
+        assert!(settings["line_bytes"].as_u64().unwrap() * rate * 10 <= baud);
+    }
+    let output = vn100().args(["plan", "--rate", "200", "--baud", "115200"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("at most 50 Hz"));
+}
+
+#[test]
+fn a_plan_is_as_long_as_its_longest_want() {
+    let wants = ["--want", "gyro N ±5%", "--want", "gyro B", "--want", "gyro K >= 2e-7"];
+    let document = plan(&wants);
+    let seconds: Vec<f64> =
+        document["wants"].as_array().unwrap().iter().map(|want| want["record_s"].as_f64().unwrap()).collect();
+    assert!(seconds[0] < seconds[1] && seconds[1] < seconds[2], "{seconds:?}");
+    let all = document["record_s"].as_f64().unwrap();
+    assert!((seconds[2]..1.05 * seconds[2]).contains(&all), "{all} of {seconds:?}");
+    // 20 √3 N/K with N 0.0035 deg/s/√Hz
+    let rule_s = document["wants"][2]["by_rule_s"].as_f64().unwrap();
+    assert!((rule_s / (20.0 * 3_f64.sqrt() * 0.0035_f64.to_radians() / 2e-7) - 1.0).abs() < 1e-6);
+    let attach = document["commands"]["attach"].as_str().unwrap();
+    assert!(attach.contains("--skip 30min") && attach.contains("--duration"), "{attach}");
+    let text =
+        String::from_utf8(vn100().arg("plan").args(wants).args(["--rate", "200"]).output().unwrap().stdout).unwrap();
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    for wrong in ["gyro N", "gyro K", "mag B", "gyro N ±x%"] {
+        assert_eq!(vn100().args(["plan", "--want", wrong]).output().unwrap().status.code(), Some(2), "{wrong}");
+    }
+}
+
+/// A record as long as planned, behind the window planned, shows what was wanted.
+#[test]
+fn a_record_of_the_planned_length_shows_what_was_wanted() {
+    let document = plan(&["--want", "gyro N ±2%", "--rate", "200"]);
+    let seconds = format!("{}s", document["wants"][0]["record_s"].as_f64().unwrap().ceil());
+    let folder = tempfile::tempdir().unwrap();
+    // the window a sensor is sold with is the exact one at 200 Hz
+    let file = capture(folder.path(), "n", &["--duration", &seconds, "--rate", "200", "--message", "VNIMU"]);
+    let output = vn100().arg("replay").arg(file).args(["--rate", "200", "--json"]).output().unwrap();
+    let measured = support::document(&output);
+    for axis in ["gyro_x", "gyro_y", "gyro_z"] {
+        let white = &channel(&measured, axis)["noise"]["white"];
+        let number = |name: &str| white[name].as_f64().unwrap();
+        let half_width = (number("upper") - number("lower")) / 2.0 / number("value");
+        assert!((0.012..0.022).contains(&half_width), "{axis}: {half_width}");
+        assert!((number("value") / 0.0035_f64.to_radians() - 1.0).abs() < 0.04, "{axis}: {white}");
+    }
+}
