@@ -67,7 +67,7 @@ const GYRO_COLUMNS: [&str; 4] = ["--columns", "gyro_x=wx:rad/s,gyro_y=wy:rad/s,g
 fn equal_sensors_are_not_said_to_differ() {
     let folder = tempfile::tempdir().unwrap();
     let files: Vec<PathBuf> = (1..=6).map(|seed| seeded(folder.path(), seed)).collect();
-    let (document, exit) = compare(&files, &[]);
+    let (document, exit) = compare(&files, &["--rate", "40"]);
     assert_eq!((exit, &document["schema"]), (0, &"vn100.comparison/1".into()));
     assert_eq!(document["records"].as_array().unwrap().len(), 6);
     assert_eq!(differing(&document), [""; 0]);
@@ -180,7 +180,7 @@ fn what_cannot_be_compared_is_said_and_the_rest_is() {
     assert!(records[3]["error"].as_str().unwrap().contains("missing"));
     assert_eq!(records[3]["samples"], 0);
     let found = kinds(&document["caveats"]);
-    for kind in ["no-samples", "channels", "compensation", "no-common-tau", "sampling"] {
+    for kind in ["no-samples", "rate-assumed", "channels", "compensation", "no-common-tau", "sampling"] {
         assert!(found.contains(&kind), "{kind}: {found:?}");
     }
     let octaves = channel(&document, "gyro_x")["octaves"].as_array().unwrap();

@@ -3,13 +3,15 @@
 use vn100_protocol::Quantity;
 
 use super::{Record, means::are_of_several_sensors, pairs};
-use crate::{Onboard, assessment::BEFORE_FILTER_S};
+use crate::{Onboard, RateFrom, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CaveatKind {
     /// A record holds no samples.
     NoSamples,
+    /// Nothing tells the rate of some records, so that their averaging times may be wrong.
+    RateAssumed,
     /// Channels that one record has and another has not.
     Channels,
     /// Rates without an averaging time in common.
@@ -28,6 +30,7 @@ impl CaveatKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::NoSamples => "no-samples",
+            Self::RateAssumed => "rate-assumed",
             Self::Channels => "channels",
             Self::NoCommonTau => "no-common-tau",
             Self::Sampling => "sampling",
@@ -54,6 +57,7 @@ pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
         let text = format!("{} holds no samples and is not compared", record.name);
         caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text });
     }
+    caveats.extend(rate_assumed(records));
     for pair in pairs(records.len()) {
         let [a, b] = pair.map(|number| &records[number]);
         if a.snapshot.timing.samples == 0 || b.snapshot.timing.samples == 0 {
@@ -69,6 +73,22 @@ pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
         caveats.push(Caveat { kind: CaveatKind::SeveralSensors, records, text: text.into() });
     }
     caveats
+}
+
+fn rate_assumed(records: &[Record<'_>]) -> Option<Caveat> {
+    let is_assumed = |record: &Record<'_>| {
+        record.snapshot.timing.samples > 0 && record.snapshot.timing.rate_from == RateFrom::Assumed
+    };
+    let assumed: Vec<usize> = (0..records.len()).filter(|number| is_assumed(&records[*number])).collect();
+    let names: Vec<&str> = assumed.iter().map(|number| records[*number].name).collect();
+    let first = &records[*assumed.first()?].snapshot.timing;
+    let text = format!(
+        "nothing tells the rate of {}; {} Hz are assumed, and every tau and N rests on that: give --rate, and compare captures of different \
+         rates as recordings, which keep theirs",
+        names.join(", "),
+        first.rate_hz
+    );
+    Some(Caveat { kind: CaveatKind::RateAssumed, records: assumed, text })
 }
 
 fn channels(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
