@@ -2,7 +2,7 @@
 //! looked for.
 
 use imu_noise::{Disturbance, LevelChange, LevelShape, Line};
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
 use crate::{
@@ -28,8 +28,11 @@ pub struct Disturbed {
 }
 
 impl Disturbed {
+    /// Nothing disturbs temperature and pressure.
     pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, interval_s: f64) -> Self {
-        let Some(signal) = &results.signal else {
+        // weather and warmth come and go, and nobody asks why
+        let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure);
+        let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
             return Self { lines: Vec::new(), disturbances: Vec::new(), level_change: None };
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
