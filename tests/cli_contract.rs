@@ -106,7 +106,8 @@ fn the_document_has_every_field_of_the_contract() {
     assert_eq!(gyro_y["noise"]["quantization"], Value::Null);
     assert_eq!(channel(&document, "yaw")["noise"], Value::Null);
     assert_eq!(channel(&document, "mag_x")["noise"]["bias_instability"], Value::Null);
-    assert_eq!(gyro_y["verdict"], Value::Null);
+    assert_eq!(gyro_y["verdict"][0]["verdict"], "consistent");
+    assert_eq!(channel(&document, "yaw")["verdict"], Value::Null);
     let points = gyro_y["allan"]["points"].as_array().unwrap();
     assert_eq!(points.len(), 11, "octaves up to m = 1024, the longest whose window fits 2400 samples");
     assert_eq!((&points[0]["m"], &points[0]["tau_s"], &points[0]["terms"]), (&1.into(), &0.025.into(), &2399.into()));

@@ -67,6 +67,7 @@ mod stationarity;
 mod timebase;
 mod trend;
 mod unwrap;
+mod verdict;
 
 pub use blocks::{Block, MAX_BLOCKS};
 pub use channel::ChannelAccumulator;
@@ -92,3 +93,4 @@ pub use spectrum::{Density, DensityPoint, Line, Spectrum, SpectrumPlan};
 pub use stationarity::{Disturbance, LevelChange, LevelShape};
 pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 pub use unwrap::Unwrap;
+pub use verdict::{Claim, Grade, StreamFactor, Verdict};

@@ -20,6 +20,7 @@ use crate::{
     document::{Document, Origin},
     exit::{Exit, report},
     interrupt::stop_on_interrupt,
+    judging::Judging,
     live_source::{LiveSource, Opened, closed},
     measured::{Measured, Teller, Telling, print_line},
     status::Status,
@@ -55,7 +56,9 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
 
 async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<String, String>) -> Result<Exit> {
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
-    let job = Arc::new(Job { settings: args.measure.settings(), telling, metadata, status: Status::new(), args });
+    let judging = Arc::new(Judging::new(&args.measure)?);
+    let job =
+        Arc::new(Job { settings: args.measure.settings(), judging, telling, metadata, status: Status::new(), args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let sources: Vec<JoinHandle<Result<Measured>>> = (job.args.sources.iter().zip(recordings))
         .map(|(source, recording)| {
@@ -74,6 +77,7 @@ async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<Strin
 struct Job {
     args: AttachArgs,
     settings: Settings,
+    judging: Arc<Judging>,
     telling: Telling,
     /// Goes into every recording.
     metadata: BTreeMap<String, String>,
@@ -179,10 +183,9 @@ async fn measure_and_record(
         None if stop.is_cancelled() => "stopped".into(),
         None => "the end of the source, or of the time asked for".into(),
     };
-    let mut measured = Measured::of(origin, outcome, &job.settings);
-    if job.args.measure.filter_models {
-        measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
-    }
+    let measured = Measured::of(origin, outcome, &job.settings);
+    let judging = Arc::clone(&job.judging);
+    let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
     if let Some(recorder) = recorder {
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
         measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);

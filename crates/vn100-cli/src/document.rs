@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
-use serde_json::Value;
 use vn100_driver::{CsvReport, Recorded};
-use vn100_pipeline::{Assessment, FilterModels, MissingFrom, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 
 use crate::{
+    judging::Verdicts,
+    measured::Measured,
     noise_document::NoiseDocument,
     recorded::RecordedDocument,
     signal_document::{Block, NormalityDocument, SpectrumDocument, StationarityDocument},
     units::{ChannelValues, NormValues, channel_values, norm_values},
+    verdict_document::{GradeDocument, VerdictDocument},
 };
 
 /// Where the samples came from, as far as the document names it.
@@ -169,7 +171,10 @@ struct Channel {
     /// These two only at the end.
     spectrum: Option<SpectrumDocument>,
     blocks: Option<Vec<Block>>,
-    verdict: Option<Value>,
+    /// Against each figure of the data sheet; only at the end.
+    verdict: Option<Vec<VerdictDocument>>,
+    /// Of a gyroscope; only at the end.
+    grade: Option<GradeDocument>,
 }
 
 #[derive(Debug, Serialize)]
@@ -247,14 +252,27 @@ impl Document {
 }
 
 impl Document {
-    /// Adds what filters ask for, by channel.
-    pub(crate) fn with_filter_models(mut self, models: &[Option<FilterModels>]) -> Self {
-        for (channel, models) in self.channels.iter_mut().zip(models) {
+    /// The document of a result, with all that was made of it.
+    pub(crate) fn of(measured: &Measured) -> Self {
+        let Measured { origin, snapshot, assessment, filter_models, verdicts, .. } = measured;
+        let mut document = Self::new(origin, snapshot, assessment, true);
+        for (channel, models) in document.channels.iter_mut().zip(filter_models) {
             if let (Some(noise), Some(models)) = (&mut channel.noise, models) {
                 noise.add_filter_models(models);
             }
         }
-        self
+        let noises = assessment.channels.iter().map(|channel| channel.noise.as_ref());
+        for (channel, noise) in document.channels.iter_mut().zip(noises) {
+            channel.grade = noise.and_then(GradeDocument::new);
+        }
+        if let Some(Verdicts { datasheet, channels, .. }) = verdicts {
+            for ((channel, figures), assessed) in document.channels.iter_mut().zip(channels).zip(&assessment.channels) {
+                let Some(noise) = assessed.noise.as_ref().filter(|_| !figures.is_empty()) else { continue };
+                let verdict = |figure| VerdictDocument::new(datasheet, noise.sensor, figure);
+                channel.verdict = Some(figures.iter().map(verdict).collect());
+            }
+        }
+        document
     }
 }
 
@@ -406,5 +424,6 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
         spectrum: at_end().map(SpectrumDocument::new),
         blocks: at_end().map(|signal| signal.blocks.iter().map(Block::new).collect()),
         verdict: None,
+        grade: None,
     }
 }

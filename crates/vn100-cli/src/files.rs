@@ -23,6 +23,7 @@ use crate::{
     conditions::{conditions, measured_duration, measured_until},
     document::{Document, Origin},
     interrupt::stop_on_interrupt,
+    judging::Judging,
     measured::{Measured, print_line},
     progress::Progress,
 };
@@ -60,7 +61,7 @@ async fn measure_all(
         settings: args.measure.settings(),
         columns: args.columns.clone(),
         ndjson: printed,
-        filter_models: args.measure.filter_models,
+        judging: Arc::new(Judging::new(&args.measure)?),
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
@@ -81,7 +82,7 @@ struct Job {
     settings: Settings,
     columns: Option<ColumnMap>,
     ndjson: bool,
-    filter_models: bool,
+    judging: Arc<Judging>,
     progress: Progress,
     turns: Semaphore,
     stop: CancellationToken,
@@ -121,10 +122,9 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     let read = ReadOptions { line_by_line, ..job.read };
 
     let outcome = measure(capture, read, settings.clone(), &origin, &job).await?;
-    let mut measured = Measured::of(origin, outcome, &settings);
-    if job.filter_models {
-        measured = task::spawn_blocking(|| measured.with_filter_models()).await?;
-    }
+    let measured = Measured::of(origin, outcome, &settings);
+    let judging = Arc::clone(&job.judging);
+    let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
     // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
         let origin = &mut measured.origin;

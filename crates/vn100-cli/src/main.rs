@@ -6,11 +6,13 @@ mod compare;
 mod comparison_document;
 mod conditions;
 mod configure;
+mod datasheet;
 mod document;
 mod exit;
 mod files;
 mod info;
 mod interrupt;
+mod judging;
 mod live_source;
 mod measured;
 mod noise_document;
@@ -25,6 +27,7 @@ mod sim;
 mod status;
 mod text;
 mod units;
+mod verdict_document;
 
 use std::process::ExitCode;
 

@@ -10,6 +10,7 @@ use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings
 use crate::{
     document::{Document, Origin},
     exit::{Exit, print, report},
+    judging::Verdicts,
     text,
 };
 
@@ -20,6 +21,8 @@ pub(crate) struct Measured {
     pub(crate) assessment: Assessment,
     /// By channel; empty unless asked for.
     pub(crate) filter_models: Vec<Option<FilterModels>>,
+    /// `None` without a data sheet for the sensor.
+    pub(crate) verdicts: Option<Verdicts>,
     pub(crate) exit: Exit,
 }
 
@@ -28,7 +31,7 @@ impl Measured {
     pub(crate) fn nothing(origin: Origin, settings: &Settings) -> Self {
         let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
         let assessment = Assessment::new(&snapshot, settings.confidence);
-        Self { origin, snapshot, assessment, filter_models: Vec::new(), exit: Exit::NoData }
+        Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, exit: Exit::NoData }
     }
 
     /// The result of a source that ended.
@@ -55,14 +58,7 @@ impl Measured {
             report(&not_met(&origin.name, goal, &snapshot, &assessment));
             exit = exit.max(Exit::NotMet);
         }
-        Self { origin, snapshot, assessment, filter_models: Vec::new(), exit }
-    }
-
-    /// Adds what filters ask for.
-    pub(crate) fn with_filter_models(mut self) -> Self {
-        let Assessment { channels, confidence, .. } = &self.assessment;
-        self.filter_models = FilterModels::of(&self.snapshot, channels, *confidence);
-        self
+        Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, exit }
     }
 
     /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
@@ -84,7 +80,7 @@ impl Measured {
     }
 
     pub(crate) fn document(&self) -> Document {
-        Document::new(&self.origin, &self.snapshot, &self.assessment, true).with_filter_models(&self.filter_models)
+        Document::of(self)
     }
 }
 
@@ -143,12 +139,7 @@ impl Teller {
         match self.telling {
             Telling::Json => self.documents.push(measured.document()),
             Telling::Text if measured.origin.kind.is_some() => {
-                print(&text::result(
-                    &measured.origin,
-                    &measured.snapshot,
-                    &measured.assessment,
-                    &measured.filter_models,
-                ))?;
+                print(&text::result(measured))?;
             }
             Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
             Telling::Text | Telling::Ndjson => {}

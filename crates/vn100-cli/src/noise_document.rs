@@ -113,7 +113,7 @@ impl NoiseDocument {
         for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
             for &b in Term::ALL[index + 1..].iter().filter(|term| shown(**term)) {
                 let value = noise.fit.correlation(a, b);
-                correlations.extend(value.map(|value| Correlation { of: [name(a), name(b)], value }));
+                correlations.extend(value.map(|value| Correlation { of: [term_name(a), term_name(b)], value }));
             }
         }
         Self {
@@ -195,7 +195,8 @@ impl ParameterDocument {
     }
 }
 
-fn name(term: Term) -> &'static str {
+/// The parameter's name in results.
+pub(crate) fn term_name(term: Term) -> &'static str {
     match term {
         Term::Quantization => "quantization",
         Term::White => "white",

@@ -6,18 +6,21 @@ mod filter_models;
 mod noise;
 mod plan;
 mod statistics;
+mod verdict;
 
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{Assessment, Comparison, FilterModels, Given, MissingFrom, Plan, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, Comparison, Given, MissingFrom, Plan, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
+pub(crate) use noise::four_digits;
 use noise::write_noise;
 use statistics::write_statistics;
+use verdict::write_verdicts;
 
 use crate::{
     document::Origin,
@@ -40,15 +43,17 @@ const COLUMN: usize = 17;
 const LEAST_EDF: f64 = 2.0;
 
 /// The whole result. Ends with a line feed.
-pub(crate) fn result(
-    origin: &Origin,
-    snapshot: &Snapshot,
-    assessment: &Assessment,
-    filter_models: &[Option<FilterModels>],
-) -> String {
+pub(crate) fn result(measured: &Measured) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_result(&mut out, origin, snapshot, assessment, filter_models);
+    let _ = write_result(&mut out, measured);
+    out
+}
+
+/// What came and what may be wrong with it, without statistics and deviations. Ends with a line feed.
+pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
+    let mut out = String::new();
+    let _ = write_summary(&mut out, origin, snapshot, assessment);
     out
 }
 
@@ -66,20 +71,8 @@ pub(crate) fn plan(plan: &Plan, given: Given, asked: bool) -> String {
     out
 }
 
-/// What came and what may be wrong with it, without statistics and deviations. Ends with a line feed.
-pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
-    let mut out = String::new();
-    let _ = write_summary(&mut out, origin, snapshot, assessment);
-    out
-}
-
-fn write_result(
-    out: &mut String,
-    origin: &Origin,
-    snapshot: &Snapshot,
-    assessment: &Assessment,
-    filter_models: &[Option<FilterModels>],
-) -> fmt::Result {
+fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
+    let Measured { origin, snapshot, assessment, filter_models, verdicts, .. } = measured;
     write_summary(out, origin, snapshot, assessment)?;
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
@@ -89,6 +82,7 @@ fn write_result(
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment.confidence)?;
         write_filter_models(out, &channels, filter_models)?;
+        write_verdicts(out, &channels, verdicts.as_ref())?;
     }
     writeln!(out)
 }

@@ -23,6 +23,7 @@ mod analysis;
 mod assessment;
 mod channel_state;
 mod comparison;
+mod datasheet;
 mod evidence;
 mod figure;
 mod goal;
@@ -46,6 +47,7 @@ pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
     Record, RecordMean, WhiteTest,
 };
+pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, not_passed};
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use norms::Norm;

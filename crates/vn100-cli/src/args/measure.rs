@@ -1,10 +1,10 @@
 //! Options of every command that measures.
 
-use std::time::Duration;
+use std::{path::PathBuf, time::Duration};
 
 use clap::ValueEnum;
 use vn100_driver::ReadOptions;
-use vn100_pipeline::{DEFAULT_CONFIDENCE, Goal, Settings};
+use vn100_pipeline::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
 
 use crate::measured::Telling;
 
@@ -35,6 +35,14 @@ pub(crate) struct MeasureArgs {
     /// of its interval; exit with 4 if the data ends before
     #[arg(long, value_name = "GOAL")]
     pub(crate) until: Vec<Goal>,
+
+    /// Exit with 4 unless a figure passes the data sheet, as in "gyro N": a group (gyro, accel, mag) or a channel, and N, B or K
+    #[arg(long, value_name = "FIGURE")]
+    pub(crate) fail_on: Vec<Figure>,
+
+    /// Compare with the figures of this TOML file instead of the VN-100's, as in crates/vn100-cli/datasheets/vn-100.toml
+    #[arg(long, value_name = "FILE")]
+    pub(crate) datasheet: Option<PathBuf>,
 
     /// Remove a line from each channel before its deviation is taken; the longest taus then read low
     #[arg(long, value_enum)]

@@ -136,6 +136,17 @@ pub(super) fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&
     writeln!(out, "{}", line.trim_end())
 }
 
+/// The letter of a parameter.
+pub(super) fn letter(term: Term) -> &'static str {
+    match term {
+        Term::White => "N",
+        Term::BiasInstability => "B",
+        Term::RateRandomWalk => "K",
+        Term::RateRamp => "R",
+        Term::Quantization => "Q",
+    }
+}
+
 fn status(status: Status) -> &'static str {
     match status {
         Status::Estimated => "estimated",
@@ -147,7 +158,7 @@ fn status(status: Status) -> &'static str {
 }
 
 /// To four digits.
-pub(super) fn four_digits(value: f64) -> String {
+pub(crate) fn four_digits(value: f64) -> String {
     let magnitude = value.abs();
     if (0.01..1e4).contains(&magnitude) {
         let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;

@@ -1,0 +1,91 @@
+//! What is made of a result once it is there: models for filters, verdicts against a data sheet, and whether the command has failed by them.
+
+use anyhow::Result;
+use imu_noise::Verdict;
+use vn100_pipeline::{Datasheet, Figure, FigureVerdict, FilterModels, not_passed};
+
+use crate::{
+    args::MeasureArgs,
+    datasheet,
+    exit::{Exit, report},
+    measured::Measured,
+};
+
+/// What the user asked for.
+pub(crate) struct Judging {
+    filter_models: bool,
+    /// The user's; applies to any sensor.
+    datasheet: Option<Datasheet>,
+    /// The VN-100's; applies to its messages.
+    vn100: Datasheet,
+    fail_on: Vec<Figure>,
+}
+
+/// Verdicts against one data sheet.
+#[derive(Debug, Clone)]
+pub(crate) struct Verdicts {
+    /// Name of the sheet.
+    pub(crate) datasheet: String,
+    /// How far its figures can be trusted.
+    pub(crate) note: Option<String>,
+    /// By channel.
+    pub(crate) channels: Vec<Vec<FigureVerdict>>,
+}
+
+impl Judging {
+    /// # Errors
+    /// When the data sheet cannot be read.
+    pub(crate) fn new(args: &MeasureArgs) -> Result<Self> {
+        Ok(Self {
+            filter_models: args.filter_models,
+            datasheet: args.datasheet.as_deref().map(datasheet::open).transpose()?,
+            vn100: datasheet::vn100()?,
+            fail_on: args.fail_on.clone(),
+        })
+    }
+
+    /// Adds what was asked for, and fails the command where a figure that must pass does not.
+    pub(crate) fn complete(&self, mut measured: Measured) -> Measured {
+        let (snapshot, assessment) = (&measured.snapshot, &measured.assessment);
+        if self.filter_models {
+            measured.filter_models = FilterModels::of(snapshot, &assessment.channels, assessment.confidence);
+        }
+        let is_vn100 = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
+        let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
+        measured.verdicts = sheet.map(|sheet| Verdicts {
+            datasheet: sheet.name.clone(),
+            note: sheet.note.clone(),
+            channels: sheet.judge(assessment),
+        });
+        // a source that gave nothing has failed worse
+        let gave_nothing = measured.exit == Exit::NoData;
+        for figure in self.fail_on.iter().filter(|_| !gave_nothing) {
+            let channels = measured.verdicts.as_ref().map_or(&[][..], |verdicts| &verdicts.channels);
+            let reasons = not_passed(figure, &measured.snapshot, channels);
+            if !reasons.is_empty() {
+                let told: Vec<_> = reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect();
+                report(&format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(", ")));
+                measured.exit = measured.exit.max(Exit::NotMet);
+            }
+        }
+        measured
+    }
+}
+
+fn reason(name: &str, verdict: Option<Verdict>) -> String {
+    match verdict {
+        Some(verdict) => format!("{name} is {}", verdict_name(verdict)),
+        None => format!("{name} has no such figure in the data sheet, or is not in the stream"),
+    }
+}
+
+/// The verdict's name in results.
+pub(crate) fn verdict_name(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "fail",
+        Verdict::Undecided => "undecided",
+        Verdict::Consistent => "consistent",
+        Verdict::NotComparable => "not-comparable",
+    }
+}

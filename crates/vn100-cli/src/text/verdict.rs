@@ -1,0 +1,57 @@
+//! What the measurement says of the data sheet, axis by axis.
+
+use std::fmt::{self, Write};
+
+use super::fill;
+use crate::{
+    judging::{Verdicts, verdict_name},
+    units::ChannelValues,
+    verdict_document::{grade, grade_name, sentence},
+};
+
+/// Every figure of the data sheet beside each axis; nothing without a sheet.
+pub(super) fn write_verdicts(out: &mut String, channels: &[ChannelValues], verdicts: Option<&Verdicts>) -> fmt::Result {
+    let Some(verdicts) = verdicts.filter(|verdicts| verdicts.channels.iter().any(|figures| !figures.is_empty())) else {
+        return Ok(());
+    };
+    let note = verdicts.note.as_ref().map_or(String::new(), |note| format!(" ({note})"));
+    writeln!(out, "\n{}", fill(&format!("data sheet: {}{note}", verdicts.datasheet), "", "  "))?;
+    for (channel, figures) in channels.iter().zip(&verdicts.channels) {
+        let Some(noise) = &channel.noise else { continue };
+        for figure in figures {
+            let letter = crate::text::noise::letter(figure.figure.term);
+            let text = format!(
+                "{:<8} {letter}  {:<14} {}",
+                channel.name,
+                verdict_name(figure.verdict),
+                sentence(noise.sensor, figure)
+            );
+            writeln!(out, "{}", fill(&text, "", "                           "))?;
+        }
+    }
+    write_grades(out, channels)
+}
+
+fn write_grades(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
+    let graded = channels.iter().filter_map(|channel| Some((&*channel.name, grade(channel.noise.as_ref()?)?)));
+    let mut told: Vec<(Vec<&str>, String)> = Vec::new();
+    for (name, grade) in graded {
+        let text = match grade {
+            Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
+            Ok((best, worst)) => format!("{} to {}", grade_name(best), grade_name(worst)),
+            Err(reason) => format!("none, {reason}"),
+        };
+        match told.iter_mut().find(|(_, same)| *same == text) {
+            Some((names, _)) => names.push(name),
+            None => told.push((vec![name], text)),
+        }
+    }
+    if told.is_empty() {
+        return Ok(());
+    }
+    let text = format!(
+        "grade by bias instability (El-Sheimy and Youssef, 2020: navigation below 0.01 deg/h, tactical to 10, commercial above): {}",
+        told.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect::<Vec<_>>().join("; ")
+    );
+    writeln!(out, "{}", fill(&text, "", "  "))
+}
