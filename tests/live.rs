@@ -230,8 +230,8 @@ fn a_killed_recording_loses_a_second_at_most_and_can_be_resumed() {
 #[test]
 fn a_full_disk_stops_the_recording_and_not_the_measurement() {
     let folder = tempfile::tempdir().unwrap();
-    // files of this process may not grow beyond 16 blocks; writing on is then an error instead of a signal
-    let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" attach sim --duration 3s --json --record \"$1\"";
+    // files of this process may not grow beyond 8 blocks; writing on is then an error instead of a signal
+    let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" attach sim --duration 3s --json --record \"$1\"";
     let output = Command::new("bash")
         .args(["-c", script])
         .arg(env!("CARGO_BIN_EXE_vn100"))

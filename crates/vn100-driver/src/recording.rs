@@ -4,7 +4,7 @@
 //! |---|---|
 //! | metadata `vn100.recording` | `format` (this form is 1) and `program` |
 //! | metadata `vn100.metadata` | what the caller gave, if anything |
-//! | topic `/vn100/bytes` | one message for each read: its bytes, with the time of the read as log time |
+//! | topic `/vn100/bytes` | one message for each chunk, from a serial port a line as a rule: its bytes, with the time of the last read as log time |
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](crate::LinkEvent), with its time as log time |
 //! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
 //!

@@ -1,4 +1,4 @@
-//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on.
+//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on line by line.
 
 use std::{
     io::{self, ErrorKind, Read, Write},
@@ -26,12 +26,13 @@ use crate::{
     source::{Chunk, Input, Source},
 };
 
-/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01 % of a core.
+/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01 % of a core. A piece of a line that
+/// is not gone on with in this time is handed on as it is.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes of one read, and reads that may wait to be used: together 256 KiB at most, 2.8 s of a line at 921 600 baud that is read in
-/// full buffers. At 200 lines a second, one a read, it is 2.5 s. When that is full the bytes of a read are dropped and counted: a port
-/// cannot wait.
+/// Bytes that are handed on together, and how many such may wait to be used: together 256 KiB at most, 2.8 s of a line at 921 600 baud
+/// that comes in full buffers. At 200 lines a second, each by itself, it is 2.5 s. When that is full, what comes is dropped and counted:
+/// a port cannot wait.
 const READ_BYTES: usize = 512;
 const WAITING_INPUTS: usize = 512;
 
@@ -185,57 +186,75 @@ struct Reader {
 
 impl Reader {
     /// Reads until told to stop or until the port is gone. The port is closed before the channel is, which tells the other side so.
+    ///
+    /// An adapter hands a line on in up to a dozen pieces, and to wake whoever uses them costs far more than their use. So pieces are kept
+    /// until a line ends, which is when the first of them can be used. The time is that of the last read, where the line ended.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
+        let mut length = 0;
+        let mut at_ns = 0;
         let error = loop {
             if self.stop.load(Ordering::Relaxed) {
                 drop(port);
                 return;
             }
-            match port.read(&mut buffer) {
+            match port.read(&mut buffer[length..]) {
                 // what was readable and has no byte is gone
                 Ok(0) => break ErrorKind::BrokenPipe.into(),
                 Ok(n) => {
-                    let at_ns = self.clock.now_ns();
-                    let chunk = Chunk { bytes: Bytes::copy_from_slice(&buffer[..n]), at_ns: Some(at_ns) };
-                    self.inputs.send(chunk.into(), at_ns);
+                    at_ns = self.clock.now_ns();
+                    let ends_line = buffer[length..length + n].contains(&b'\n');
+                    length += n;
+                    if ends_line || length == buffer.len() {
+                        self.hand_on(&buffer[..length], at_ns);
+                        length = 0;
+                    }
                 }
-                Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::TimedOut) => {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::TimedOut => {
+                    self.hand_on(&buffer[..length], at_ns);
+                    length = 0;
                     self.inputs.send_waiting();
                 }
                 Err(error) => break error,
             }
         };
         drop(port);
+        self.hand_on(&buffer[..length], at_ns);
         // nothing comes any more that waiting could delay
         self.inputs.send_waiting_blocking();
         // without a receiver nobody has use for it
         let _ = self.end.send(error);
     }
+
+    fn hand_on(&mut self, bytes: &[u8], at_ns: i64) {
+        if !bytes.is_empty() {
+            let chunk = Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) };
+            self.inputs.send(chunk.into(), at_ns);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::{collections::VecDeque, sync::Mutex};
+
     use super::*;
     use crate::source::{LinkEvent, LinkEventKind};
 
-    /// Gives pieces of ten bytes with pauses and signals between, then hangs up.
-    struct Port {
-        reads: u32,
-    }
+    /// Gives what it is told to, piece by piece, then hangs up.
+    struct Port(VecDeque<Result<&'static [u8], ErrorKind>>);
 
     impl Read for Port {
         fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-            self.reads += 1;
-            match self.reads {
-                ..12 if self.reads.is_multiple_of(3) => Err(ErrorKind::Interrupted.into()),
-                ..12 if self.reads % 3 == 1 => Err(ErrorKind::TimedOut.into()),
-                ..40 => {
-                    buffer[..10].fill(b'x');
-                    Ok(10)
-                }
-                _ => Err(ErrorKind::BrokenPipe.into()),
+            let Some(piece) = self.0.pop_front() else { return Err(ErrorKind::BrokenPipe.into()) };
+            let piece = piece?;
+            let length = piece.len().min(buffer.len());
+            buffer[..length].copy_from_slice(&piece[..length]);
+            if length < piece.len() {
+                self.0.push_front(Ok(&piece[length..]));
             }
+            Ok(length)
         }
     }
 
@@ -246,38 +265,73 @@ mod tests {
         (Reader { inputs: LossySender::new(sender), end: end_sender, clock: Clock::start(), stop }, inputs, end)
     }
 
-    /// Bytes handed on, and bytes told lost.
-    fn told(mut inputs: mpsc::Receiver<Input>) -> (usize, u64) {
-        let (mut bytes, mut lost) = (0, 0);
+    /// Bytes handed on, each time so many, and bytes told lost.
+    fn told(mut inputs: mpsc::Receiver<Input>) -> (Vec<usize>, u64) {
+        let (mut lengths, mut lost) = (Vec::new(), 0);
         while let Some(input) = inputs.blocking_recv() {
             match input {
-                Input::Chunk(chunk) => bytes += chunk.bytes.len(),
+                Input::Chunk(chunk) => lengths.push(chunk.bytes.len()),
                 Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
                 Input::Link(other) => panic!("{other:?}"),
             }
         }
-        (bytes, lost)
+        (lengths, lost)
     }
 
     #[test]
-    fn pauses_and_signals_do_not_end_it_and_a_hang_up_does() {
+    fn pieces_are_handed_on_when_a_line_ends_or_nothing_follows() {
         let (reader, inputs, mut end) = reader(100);
-        reader.run(Port { reads: 0 });
-        assert_eq!(told(inputs), (320, 0));
+        let pieces = [
+            Ok(&b"$VN"[..]),
+            Err(ErrorKind::Interrupted),
+            Ok(b"YMR\r\n"),
+            Err(ErrorKind::TimedOut),
+            // the end of a line and the beginning of the next
+            Ok(b"$VNYMR\r\n$VN"),
+            Ok(b"YMR"),
+            Err(ErrorKind::TimedOut),
+            Ok(b"\r\n"),
+            // no lines at all
+            Ok(&[0xf8; READ_BYTES + 7]),
+            Ok(b"$VN"),
+        ];
+        reader.run(Port(pieces.into()));
+        assert_eq!(told(inputs), (vec![8, 11, 3, 2, READ_BYTES, 10], 0));
         assert_eq!(end.try_recv().unwrap().kind(), ErrorKind::BrokenPipe);
+    }
+
+    #[test]
+    fn the_time_is_that_of_the_last_piece() {
+        struct Waiting(Port, Arc<Mutex<Vec<i64>>>, Clock);
+        impl Read for Waiting {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                self.1.lock().unwrap().push(self.2.now_ns());
+                self.0.read(buffer)
+            }
+        }
+        let (reader, mut inputs, _end) = reader(100);
+        let reads = Arc::new(Mutex::new(Vec::new()));
+        let port = Port([Ok(&b"$VN"[..]), Ok(b"YMR\n"), Ok(b"$VN"), Err(ErrorKind::TimedOut)].into());
+        let clock = reader.clock;
+        reader.run(Waiting(port, Arc::clone(&reads), clock));
+        let reads = reads.lock().unwrap();
+        for (read, next) in [(1, 2), (2, 3)] {
+            let Some(Input::Chunk(chunk)) = inputs.blocking_recv() else { panic!("no bytes") };
+            assert!((reads[read]..=reads[next]).contains(&chunk.at_ns.unwrap()));
+        }
     }
 
     #[test]
     fn what_does_not_fit_is_dropped_and_counted() {
         let (reader, mut inputs, _end) = reader(5);
         // it ends only when the news of the loss is taken, and drops the rest before
-        let thread = thread::spawn(move || reader.run(Port { reads: 0 }));
+        let thread = thread::spawn(move || reader.run(Port([Ok(&b"$VNYMR..\r\n"[..]); 32].into())));
         while inputs.len() < 5 {
             thread::yield_now();
         }
         assert!(matches!(inputs.blocking_recv(), Some(Input::Chunk(_))));
-        let (bytes, lost) = told(inputs);
-        assert_eq!(bytes as u64 + 10 + lost, 320);
+        let (lengths, lost) = told(inputs);
+        assert_eq!(lengths.iter().sum::<usize>() as u64 + 10 + lost, 320);
         thread.join().unwrap();
     }
 }
