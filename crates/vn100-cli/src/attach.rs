@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use tokio::{
-    runtime::Runtime,
+    runtime::Builder,
     sync::watch,
     task::{self, JoinHandle},
     time::{self, Instant},
@@ -47,7 +47,9 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
         );
     }
     let metadata = conditions::read(args.recording.meta.as_deref(), &args.measure.settings())?;
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
+    // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
+    let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
+    let runtime = runtime.context("cannot start the worker thread")?;
     let exit = runtime.block_on(attach_all(args, telling, metadata));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
@@ -220,7 +222,12 @@ async fn measure(
                 let second = snapshot.timing.duration_s() as u64;
                 if second > told_second {
                     told_second = second;
-                    tell_line(Document::new(origin, &snapshot, &assessments.of(&snapshot), false)).await?;
+                    // assessing takes milliseconds now and then: no more than writing shall it hold up the samples
+                    let origin = origin.clone();
+                    let telling = task::spawn_blocking(move || {
+                        print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false)).map(|()| assessments)
+                    });
+                    assessments = telling.await.context("the output stopped by a fault of this program")??;
                 }
             }
             _ = ticks.tick() => {
