@@ -1,0 +1,207 @@
+//! A thousand times unplugged and plugged in again, a link that is recorded leaves no thread, no open file and no memory behind. Alone in
+//! its process, to count them.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::Write,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use serialport::{SerialPort, TTYPort};
+use support::{LINE, Sensor};
+use tokio::{
+    runtime::{Builder, Runtime},
+    sync::{mpsc, watch},
+    task::{JoinHandle, JoinSet},
+    time::interval,
+};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    Chunk, Clock, Event, LinkEventKind, LinkHandle, LinkOptions, LinkState, Recorder, SerialPorts, open_link,
+};
+
+const PORTS: usize = 50;
+/// The first of them bring everything to its usual size.
+const WARM_UP_ROUNDS: usize = 10;
+const ROUNDS: usize = 20;
+const ROUNDS_IN_MEMORY: usize = 10_000;
+
+fn count(folder: &str) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}
+
+/// Anonymous memory of this process in bytes.
+fn memory() -> usize {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let kib = status.lines().find_map(|line| line.strip_prefix("RssAnon:")).unwrap();
+    kib.trim().trim_end_matches(" kB").parse::<usize>().unwrap() * 1024
+}
+
+#[test]
+fn nothing_is_left_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    // one thread that opens ports, and it stays
+    let runtime = |builder: &mut Builder| -> Runtime {
+        let builder = builder.enable_all().max_blocking_threads(1).thread_keep_alive(Duration::from_secs(3600));
+        builder.build().unwrap()
+    };
+    // before the ports, which leave free memory behind that would hide growth
+    runtime(Builder::new_current_thread().start_paused(true)).block_on(unplug_in_memory(folder.path()));
+    let live = runtime(&mut Builder::new_current_thread());
+    live.block_on(async { tokio::task::spawn_blocking(|| ()).await }).unwrap();
+    live.block_on(unplug_ports(folder.path()));
+}
+
+async fn unplug_in_memory(folder: &Path) {
+    let threads = count("/proc/self/task");
+    let recorder = Recorder::create(folder.join("memory.mcap"), &BTreeMap::new()).unwrap();
+    let sensor = Sensor::new(115_200, 200);
+    let mut link = sensor.link(LinkOptions { recording: Some(recorder.inputs()), ..LinkOptions::default() });
+    let mut used = 0;
+    for round in 0..ROUNDS_IN_MEMORY {
+        link.until_up().await;
+        link.run(Duration::from_millis(100)).await;
+        sensor.world().cut_at = Some(round % LINE.len());
+        link.until_down().await;
+        sensor.world().plugged = true;
+        // what the test keeps grows as well
+        sensor.world().written.clear();
+        sensor.world().opened.clear();
+        link.told.link.clear();
+        link.told.registers.clear();
+        if round == ROUNDS_IN_MEMORY / 10 {
+            used = memory();
+        }
+    }
+    let grown = memory().saturating_sub(used);
+    // the queue of the recorder may be empty the first time and full the second
+    assert!(grown < ROUNDS_IN_MEMORY * 64, "{grown} bytes more");
+    assert_eq!(link.stop().await.counts.connects, ROUNDS_IN_MEMORY as u64);
+    recorder.finish("stopped").await;
+    settle(threads).await;
+}
+
+async fn unplug_ports(folder: &Path) {
+    let (files_before, threads_before) = (count("/proc/self/fd"), count("/proc/self/task"));
+    let mut ports: Vec<_> =
+        JoinSet::from_iter((0..PORTS).map(|number| Port::new(folder.into(), number))).join_all().await;
+    let (mut files, mut threads, mut used) = (0, 0, 0);
+    for round in 0..=ROUNDS {
+        ports = JoinSet::from_iter(ports.into_iter().map(Port::bring_up)).join_all().await;
+        if round == 0 {
+            (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
+            // the thread that reads and the one that records
+            assert_eq!(threads, threads_before + 2 * PORTS);
+        }
+        assert_eq!(count("/proc/self/fd"), files, "round {round}");
+        settle(threads).await;
+        if round == WARM_UP_ROUNDS {
+            used = memory();
+        }
+        if round < ROUNDS {
+            ports = JoinSet::from_iter(ports.into_iter().map(Port::unplug)).join_all().await;
+        }
+    }
+    let grown = memory().saturating_sub(used);
+    let unplugs = (ROUNDS - WARM_UP_ROUNDS) * PORTS;
+    assert!(grown < unplugs * 640, "{grown} bytes more after {unplugs} unplugs");
+    for port in ports {
+        assert_eq!(port.close().await, 1 + ROUNDS, "it was brought up at first and after each unplug");
+    }
+    assert_eq!(count("/proc/self/fd"), files_before);
+    settle(threads_before).await;
+}
+
+/// A thread is done with everything before the system takes it off its list.
+async fn settle(threads: usize) {
+    while count("/proc/self/task") > threads {
+        tokio::task::yield_now().await;
+    }
+}
+
+/// A port that can be unplugged, with a recorded link on it.
+struct Port {
+    name: PathBuf,
+    sensor: TTYPort,
+    state: watch::Receiver<LinkState>,
+    stop: CancellationToken,
+    recorder: Recorder,
+    /// How often the link came up.
+    ups: JoinHandle<usize>,
+}
+
+impl Port {
+    async fn new(folder: PathBuf, number: usize) -> Self {
+        let name = folder.join(format!("imu-{number}"));
+        let sensor = plug_in(&name);
+        let recorder = Recorder::create(folder.join(format!("{number}.mcap")), &BTreeMap::new()).unwrap();
+        // its buffers take their full size with the first 64 KiB
+        for _ in 0..100 {
+            recorder.inputs().send(Chunk { bytes: vec![b'x'; 1024].into(), at_ns: Some(0) }.into()).await.unwrap();
+        }
+        let options = LinkOptions { baud: Some(115_200), recording: Some(recorder.inputs()), ..LinkOptions::default() };
+        let stop = CancellationToken::new();
+        let ports = SerialPorts::new(name.to_str().unwrap(), Clock::start());
+        let (handle, events) = open_link(ports, options, stop.clone());
+        Self { name, sensor, state: handle.state(), stop, recorder, ups: tokio::spawn(count_ups(events, handle)) }
+    }
+
+    /// Sends lines until the link is up.
+    async fn bring_up(mut self) -> Self {
+        let mut lines = interval(Duration::from_millis(10));
+        loop {
+            tokio::select! {
+                up = self.state.wait_for(|state| matches!(state, LinkState::Up(_))) => {
+                    up.unwrap();
+                    break;
+                }
+                // until the port is opened there is nobody to write to
+                _ = lines.tick() => drop(self.sensor.write_all(LINE.as_bytes())),
+            }
+        }
+        // the back-off begins anew with a good line
+        self.sensor.write_all(LINE.as_bytes()).unwrap();
+        self
+    }
+
+    /// Takes the port away and puts another of its name in its place, which the link then looks for.
+    async fn unplug(mut self) -> Self {
+        self.sensor = plug_in(&self.name);
+        self.state.wait_for(|state| matches!(state, LinkState::Down { .. })).await.unwrap();
+        self
+    }
+
+    async fn close(self) -> usize {
+        let Self { mut state, stop, recorder, ups, .. } = self;
+        stop.cancel();
+        // a link that is gone has no state any more
+        let _ = state.wait_for(|state| *state == LinkState::Closed).await;
+        let ended = recorder.finish("stopped").await;
+        assert!(ended.error.is_none(), "{ended:?}");
+        ups.await.unwrap()
+    }
+}
+
+/// The sensor's end of a new port.
+fn plug_in(name: &Path) -> TTYPort {
+    let (sensor, ours) = TTYPort::pair().unwrap();
+    let fresh = name.with_extension("new");
+    symlink(ours.name().unwrap(), &fresh).unwrap();
+    fs::rename(fresh, name).unwrap();
+    sensor
+}
+
+async fn count_ups(mut events: mpsc::Receiver<Event>, _link: LinkHandle) -> usize {
+    let mut ups = 0;
+    while let Some(event) = events.recv().await {
+        ups += usize::from(matches!(event, Event::Link(event) if matches!(event.kind, LinkEventKind::Up { .. })));
+    }
+    ups
+}
