@@ -1,0 +1,152 @@
+//! CPU time, wake-ups and memory of `vn100 attach` on emulated sensors behind USB adapters with a latency timer of 1 ms.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::{BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_vn100");
+const PORTS: usize = 16;
+
+/// Until everything is identified and the rate is known.
+const SETTLING: Duration = Duration::from_secs(3);
+const MEASURING: Duration = Duration::from_secs(6);
+
+pub(crate) fn measure() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensors: Vec<Sensor> = (1..=PORTS).map(|number| Sensor::start(folder.path(), number)).collect();
+    println!("{:<34}{:>8}{:>16}{:>10}{:>9}", "vn100 attach", "CPU %", "switches per s", "peak MiB", "missing");
+    for (ports, rate_hz, baud) in
+        [(1, 1, 115_200), (1, 40, 115_200), (1, 40, 921_600), (1, 200, 921_600), (16, 40, 921_600), (16, 200, 921_600)]
+    {
+        let sensors = &sensors[..ports];
+        configure(sensors, rate_hz, baud);
+        let Cost { cpu, switches_hz, peak_mib, missing } = attach(sensors);
+        let name = format!("{ports} at {rate_hz} Hz, {baud} baud");
+        println!("{name:<34}{:>8.2}{switches_hz:>16.0}{peak_mib:>10.1}{missing:>9}", 100.0 * cpu);
+    }
+}
+
+struct Sensor {
+    process: Child,
+    port: PathBuf,
+}
+
+impl Sensor {
+    fn start(folder: &Path, number: usize) -> Self {
+        let port = folder.join(format!("imu-{number}"));
+        let mut command = Command::new(PROGRAM);
+        command.args(["sim", "--usb", "1ms", "--seed", &number.to_string(), "--link"]).arg(&port);
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        // it says its name when it is there
+        BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();
+        Self { process, port }
+    }
+}
+
+impl Drop for Sensor {
+    fn drop(&mut self) {
+        self.process.kill().unwrap();
+        self.process.wait().unwrap();
+    }
+}
+
+fn configure(sensors: &[Sensor], rate_hz: u32, baud: u32) {
+    let setting = |sensor: &Sensor| {
+        let mut command = Command::new(PROGRAM);
+        command.args(["configure", "--set-rate", &rate_hz.to_string(), "--set-baud", &baud.to_string()]);
+        command.arg(&sensor.port).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    for mut child in sensors.iter().map(setting).collect::<Vec<_>>() {
+        assert!(child.wait().unwrap().success());
+    }
+}
+
+struct Cost {
+    /// Of one core.
+    cpu: f64,
+    /// How often a thread went to sleep.
+    switches_hz: f64,
+    peak_mib: f64,
+    missing: u64,
+}
+
+fn attach(sensors: &[Sensor]) -> Cost {
+    let duration = format!("{}s", (SETTLING + MEASURING).as_secs() + 1);
+    let mut command = Command::new(PROGRAM);
+    command.args(["attach", "--json", "--duration", &duration]).args(sensors.iter().map(|sensor| &sensor.port));
+    let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let told = BufReader::new(process.stderr.take().unwrap()).lines();
+    let connected = told.map(Result::unwrap).filter(|line| line.contains("connected to")).take(sensors.len());
+    assert_eq!(connected.count(), sensors.len());
+    sleep(SETTLING);
+    let (before, started) = (Usage::of(process.id()), Instant::now());
+    sleep(MEASURING);
+    let (after, seconds) = (Usage::of(process.id()), started.elapsed().as_secs_f64());
+    let status = fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
+    let peak_mib = number(&status, "VmHWM:") as f64 / 1024.0;
+    let mut document = String::new();
+    process.stdout.take().unwrap().read_to_string(&mut document).unwrap();
+    assert!(process.wait().unwrap().success());
+    let used = after.since(&before);
+    Cost {
+        cpu: used.cpu_s / seconds,
+        switches_hz: used.switches as f64 / seconds,
+        peak_mib,
+        missing: missing(&document),
+    }
+}
+
+/// Samples of all sources that the documents miss.
+fn missing(documents: &str) -> u64 {
+    let documents: serde_json::Value = serde_json::from_str(documents).unwrap();
+    let documents = documents.as_array().cloned().unwrap_or_else(|| vec![documents.clone()]);
+    documents.iter().map(|document| document["timing"]["missing"].as_u64().unwrap()).sum()
+}
+
+/// What the threads of a process have used, by their numbers.
+struct Usage(BTreeMap<String, (f64, u64)>);
+
+struct Used {
+    cpu_s: f64,
+    switches: u64,
+}
+
+impl Usage {
+    fn of(process: u32) -> Self {
+        let threads = fs::read_dir(format!("/proc/{process}/task")).unwrap().map(|thread| thread.unwrap());
+        Self(
+            threads
+                .filter_map(|thread| Some((thread.file_name().into_string().unwrap(), of_thread(&thread.path())?)))
+                .collect(),
+        )
+    }
+
+    /// Of the threads that are there at both times: steady running begins and ends few.
+    fn since(&self, before: &Self) -> Used {
+        let both = self.0.iter().filter_map(|(thread, used)| Some((used, before.0.get(thread)?)));
+        both.fold(Used { cpu_s: 0.0, switches: 0 }, |sum, (after, before)| Used {
+            cpu_s: sum.cpu_s + after.0 - before.0,
+            switches: sum.switches + after.1 - before.1,
+        })
+    }
+}
+
+/// CPU seconds of a thread, and how often it went to sleep; `None` when it has just ended.
+fn of_thread(thread: &Path) -> Option<(f64, u64)> {
+    let schedstat = fs::read_to_string(thread.join("schedstat")).ok()?;
+    let status = fs::read_to_string(thread.join("status")).ok()?;
+    let cpu_ns: u64 = schedstat.split_whitespace().next().unwrap().parse().unwrap();
+    Some((cpu_ns as f64 / 1e9, number(&status, "voluntary_ctxt_switches:")))
+}
+
+/// The number behind `name` in a table of the kernel.
+fn number(table: &str, name: &str) -> u64 {
+    let line = table.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+    line.split_whitespace().next().unwrap().parse().unwrap()
+}
