@@ -13,8 +13,8 @@ pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 /// Statistics of the times between consecutive lines, in microseconds as the host stamped them.
 #[derive(Clone, Debug)]
 pub(super) struct Intervals {
-    /// Three digits; always there, as the bounds are valid.
-    histogram: Option<Histogram<u64>>,
+    /// Three digits; always there, as the bounds are valid. Counts of 32 bits halve the memory, and 248 days at 200 Hz fit into one.
+    histogram: Option<Histogram<u32>>,
     least_us: u64,
     most_us: u64,
 }
