@@ -6,10 +6,14 @@ use crate::{
     stationarity::{self, Watch},
 };
 
+/// Absolute index that no gap reaches beyond, whatever it claims: behind it is room for all samples there will ever be.
+const FARTHEST: u64 = 1 << 62;
+
 /// Spectrum, block statistics and watch for disturbances of one channel.
 ///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit by bit. Holds less than 10 KiB
-/// usually (blocks 4.5 KiB, spectrum 3.3 KiB, watch about 1 KiB), of any length of record.
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit by bit. Holds 10 KiB of a
+/// sensor at rest (blocks 4.5 KiB, spectrum 3.3 KiB, watch the rest), for any length of record; below 13 KiB whatever the
+/// counts.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -53,7 +57,7 @@ impl ChannelSignal {
 
     /// Adds the next samples, in time order.
     pub fn push(&mut self, mut counts: &[i32]) {
-        self.spectrum.push(self.next, counts);
+        self.spectrum.push(counts);
         while !counts.is_empty() {
             let room = WINDOW - (self.next % WINDOW as u64) as usize;
             let (head, tail) = counts.split_at(room.min(counts.len()));
@@ -65,7 +69,7 @@ impl ChannelSignal {
                     self.end_window();
                 }
             }
-            self.next = self.next.saturating_add(head.len() as u64);
+            self.next += head.len() as u64;
             counts = tail;
         }
     }
@@ -76,7 +80,8 @@ impl ChannelSignal {
         self.spectrum.gap();
         self.end_window();
         self.watch.gap();
-        self.next = self.next.saturating_add(missing.unwrap_or(0));
+        let beyond = self.next.saturating_add(missing.unwrap_or(0));
+        self.next = self.next.max(beyond.min(FARTHEST));
     }
 
     /// The power spectral density and its lines.

@@ -1,22 +1,17 @@
-//! Quantiles of the distributions that decide what is seen as significant.
+//! Thresholds that clean records of twelve channels exceed with a stated probability.
+
+use crate::chi_squared;
 
 /// Channels that make up a record: a probability of false alarm is shared among them.
 pub(crate) const CHANNELS: f64 = 12.0;
 
-/// The standard normal deviate that is exceeded with probability `p`, from 1e-300 to 0.5, within 4.5e-4.
-///
-/// Abramowitz and Stegun (1964), 26.2.23.
+/// The standard normal deviate that is exceeded with probability `p`.
 pub(crate) fn normal_deviate(p: f64) -> f64 {
-    let t = (-2.0 * p.ln()).sqrt();
-    let numerator = 2.515_517 + t * (0.802_853 + t * 0.010_328);
-    let denominator = 1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308));
-    t - numerator / denominator
+    -chi_squared::normal_quantile(p)
 }
 
-/// The multiple of its mean that a chi-squared variable of `freedom` degrees exceeds with probability `p`.
-///
-/// Wilson and Hilferty (1931): the cube root is nearly normal.
-pub(crate) fn chi_squared_ratio(freedom: f64, p: f64) -> f64 {
-    let variance = 2.0 / (9.0 * freedom);
-    (1.0 - variance + normal_deviate(p) * variance.sqrt()).powi(3)
+/// The multiple of its mean that a chi-squared variable of `freedom` degrees exceeds with probability `p`; `None`
+/// unless 0 < p < 1 and freedom > 0.
+pub(crate) fn chi_squared_ratio(freedom: f64, p: f64) -> Option<f64> {
+    chi_squared::quantile(1.0 - p, freedom).map(|quantile| quantile / freedom)
 }

@@ -63,11 +63,12 @@ impl Spectrum {
     /// segment: so far the window takes at most 35 % of them. `None` before four segments are full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
         let Powers { segment_samples, powers, .. } = self.powers().filter(|powers| powers.segments >= 4)?;
+        let step = std::f64::consts::TAU / segment_samples as f64;
+        let cosines: Vec<_> = (0..segment_samples).map(|i| (step * i as f64).cos()).collect();
         let covariance = |lag: usize| {
-            let step = std::f64::consts::TAU * lag as f64 / segment_samples as f64;
             let both_sides = powers.iter().enumerate().skip(1).map(|(k, power)| {
                 let sides = if 2 * k == segment_samples { 1.0 } else { 2.0 };
-                sides * power * (step * k as f64).cos()
+                sides * power * cosines[lag * k % segment_samples]
             });
             both_sides.sum::<f64>() / segment_samples as f64
         };

@@ -76,7 +76,9 @@ struct Peak {
 fn peaks(spectrum: &Powers) -> Vec<Peak> {
     let last = spectrum.segment_samples / 2;
     let candidates = (last - LOWEST + 1) as f64 * significance::CHANNELS;
-    let threshold = significance::chi_squared_ratio(2.0 * spectrum.averages, FALSE_ALARM / candidates);
+    let Some(threshold) = significance::chi_squared_ratio(2.0 * spectrum.averages, FALSE_ALARM / candidates) else {
+        return Vec::new();
+    };
     let mut peaks: Vec<Peak> = Vec::new();
     for k in LOWEST..=last {
         let power = spectrum.power(k);

@@ -85,12 +85,12 @@ impl<const N: usize> PowerSums<N> {
         for (value, &count) in input.iter_mut().zip(segment) {
             *value *= (f64::from(count) - mean) as f32;
         }
-        let weight = stands_for as f32;
+        let weight = stands_for as f64;
         let squares = &mut self.squares;
-        transform.squares(input, |k, square| squares[k] += weight * square);
+        transform.squares(input, |k, square| squares[k] += weight as f32 * square);
         self.segments += 1;
-        self.weight += stands_for as f64;
-        self.weight_squares += (stands_for * stands_for) as f64;
+        self.weight += weight;
+        self.weight_squares += weight * weight;
     }
 
     pub(super) const fn segments(&self) -> u64 {

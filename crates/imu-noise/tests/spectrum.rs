@@ -1,0 +1,178 @@
+//! The spectrum against SciPy's, and what gaps, length and late lines do to it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod oracle;
+
+use std::f64::consts::TAU;
+
+use imu_noise::{ChannelSignal, Line, Sides, SpectrumPlan};
+
+const INTERVAL_S: f64 = 0.025;
+
+#[test]
+fn densities_equal_those_of_scipy() {
+    let rows = oracle::table("welch.csv");
+    let field = |row: &[(String, String)], name| oracle::field(row, name).unwrap().to_string();
+    for (series, decimals, samples, sides, segments) in [
+        ("imu_a_acc_white", 3, 10_000, Sides::One, 38),
+        ("imu_b_gyro_white_flicker_rrw", 6, 10_000, Sides::Two, 38),
+        ("imu_c_mag_white_flicker_ramp", 4, 2000, Sides::One, 30),
+    ] {
+        let counts = oracle::series(&format!("{series}.txt"));
+        let density = signal(&counts[..samples]).spectrum().density(sides, INTERVAL_S, decimals).unwrap();
+        let expected: Vec<_> = rows.iter().filter(|row| field(row, "series") == series).collect();
+        assert_eq!(density.points.len(), expected.len(), "{series}");
+        assert_eq!((density.segments, density.segment_samples), (segments, 2 * expected.len()), "{series}");
+        for (point, row) in density.points.iter().zip(expected) {
+            let number = |name| field(row, name).parse::<f64>().unwrap();
+            assert_eq!(point.frequency_hz, number("frequency_hz"));
+            let error = point.density_unit2_hz / number("density") - 1.0;
+            assert!(error.abs() < 2e-6, "{series} at {} Hz: {error:e}", point.frequency_hz);
+        }
+    }
+}
+
+#[test]
+fn without_a_full_segment_or_an_interval_there_is_no_density() {
+    let nothing = signal(&white(127));
+    assert!(nothing.spectrum().density(Sides::One, INTERVAL_S, 0).is_none());
+    assert!(nothing.spectrum().lines(INTERVAL_S, 0).is_empty());
+    let short = signal(&white(128));
+    assert_eq!(short.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap().segments, 1);
+    for interval_s in [0.0, -1.0, f64::NAN] {
+        assert!(short.spectrum().density(Sides::One, interval_s, 0).is_none());
+        assert!(short.spectrum().lines(interval_s, 0).is_empty());
+    }
+}
+
+#[test]
+fn a_constant_has_no_line_and_no_noise() {
+    let constant = signal(&[-9813; 5000]);
+    let density = constant.spectrum().density(Sides::One, INTERVAL_S, 3).unwrap();
+    assert!(density.points.iter().all(|point| point.density_unit2_hz == 0.0));
+    assert!(constant.spectrum().lines(INTERVAL_S, 3).is_empty());
+}
+
+#[test]
+fn a_line_has_its_frequency_amplitude_and_share() {
+    // standard deviation 100, of a sine with the amplitude 50 too
+    for (frequency_hz, interval_s) in [(7.3, 0.025), (18.4, 0.025), (0.21, 1.0), (61.7, 0.005)] {
+        let found = only(&signal(&with_sine(&white(100_000), 50.0, frequency_hz * interval_s)), interval_s);
+        assert!((found.frequency_hz / frequency_hz - 1.0).abs() < 1e-3, "{found:?} at {frequency_hz} Hz");
+        assert!((found.amplitude / 50.0 - 1.0).abs() < 0.05, "{found:?}");
+        assert!((found.share_of_variance / (1250.0 / 11_250.0) - 1.0).abs() < 0.1, "{found:?}");
+    }
+}
+
+#[test]
+fn a_line_is_at_one_of_its_aliases() {
+    // sampled at 40 Hz, 51.6 Hz is at 11.6
+    let found = only(&signal(&with_sine(&white(50_000), 50.0, 51.6 * INTERVAL_S)), INTERVAL_S);
+    let aliases: Vec<_> = found.aliases_hz(INTERVAL_S, 100.0).collect();
+    for (alias, expected) in aliases.iter().zip([11.6, 28.4, 51.6, 68.4, 91.6]) {
+        assert!((alias - expected).abs() < 0.01, "{aliases:?}");
+    }
+    assert_eq!(aliases.len(), 5);
+}
+
+#[test]
+fn a_line_that_comes_late_in_a_long_record_is_found() {
+    let mut counts = white(720_000);
+    let late = 600_000;
+    let shaken = with_sine(&counts[late..], 50.0, 7.3 * INTERVAL_S);
+    counts.splice(late.., shaken);
+    assert!((only(&signal(&counts), INTERVAL_S).frequency_hz - 7.3).abs() < 0.02);
+}
+
+#[test]
+fn long_records_take_few_segments_which_average_as_well() {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    let part = white(32_768);
+    let (mut least, mut before) = (f64::INFINITY, 0);
+    for parts in 1..=256_u64 {
+        signal.push(&part);
+        let density = signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap();
+        least = least.min(density.averages);
+        if parts.is_power_of_two() {
+            assert!(density.segments - before <= 128, "{} more in {parts} parts", density.segments - before);
+            before = density.segments;
+        }
+    }
+    assert!(least > 118.0, "{least}");
+}
+
+#[test]
+fn a_gap_restarts_the_segment() {
+    let counts = white(4000);
+    let segments = |missing: Option<u64>| {
+        let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+        for part in counts.chunks(500) {
+            signal.push(part);
+            signal.gap(missing);
+        }
+        signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap()
+    };
+    // no long segment fits, and in each part six short ones, each half a segment behind the one before
+    for missing in [Some(0), Some(77), None] {
+        let density = segments(missing);
+        assert_eq!((density.segment_samples, density.segments), (128, 48));
+    }
+}
+
+#[test]
+fn gaps_without_end_leave_densities_as_they_are() {
+    // a line lost after each 300, for as long as 40 hours at 40 Hz
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    let counts = white(300);
+    for _ in 0..20_000 {
+        signal.push(&counts);
+        signal.gap(Some(1));
+    }
+    let density = signal.spectrum().density(Sides::One, 1.0, 0).unwrap();
+    assert!(density.segments < 6000, "{}", density.segments);
+    let once = self::signal(&counts).spectrum().density(Sides::One, 1.0, 0).unwrap();
+    let sum = |density: &imu_noise::Density| density.points.iter().map(|point| point.density_unit2_hz).sum::<f64>();
+    assert!((sum(&density) / sum(&once) - 1.0).abs() < 0.02, "{} {}", sum(&density), sum(&once));
+}
+
+#[test]
+fn what_comes_behind_a_long_gap_weighs_no_more() {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    signal.push(&white(20_000));
+    signal.gap(Some(100_000_000));
+    signal.push(&with_sine(&white(10_000), 50.0, 7.3 * INTERVAL_S));
+    let density = signal.spectrum().density(Sides::One, INTERVAL_S, 0).unwrap();
+    assert_eq!(density.segments, 77 + 38);
+    // a third of the power of the line
+    let found = only(&signal, INTERVAL_S);
+    assert!((found.amplitude / (50.0 / 3_f64.sqrt()) - 1.0).abs() < 0.05, "{found:?}");
+}
+
+fn only(signal: &ChannelSignal, interval_s: f64) -> Line {
+    let lines = signal.spectrum().lines(interval_s, 0);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    lines[0]
+}
+
+fn signal(counts: &[i32]) -> ChannelSignal {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    signal.push(counts);
+    signal
+}
+
+fn with_sine(counts: &[i32], amplitude: f64, cycles_per_sample: f64) -> Vec<i32> {
+    let sine = |i: usize| (amplitude * (TAU * cycles_per_sample * i as f64).sin()).round() as i32;
+    counts.iter().enumerate().map(|(i, count)| count + sine(i)).collect()
+}
+
+/// Nearly normal counts with the standard deviation 100: sums of twelve uniform numbers.
+fn white(samples: usize) -> Vec<i32> {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut uniform = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    (0..samples).map(|_| (100.0 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)).round() as i32).collect()
+}
