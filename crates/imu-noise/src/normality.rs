@@ -28,7 +28,7 @@ pub struct Normality {
     pub excess_kurtosis: f64,
     /// Standard error of the excess kurtosis if the values are normal.
     pub excess_kurtosis_error: f64,
-    /// Independent samples that have the same error of the skewness.
+    /// Independent samples whose skewness has the same error, but for that of undoing the rounding.
     pub effective_samples: f64,
 }
 
@@ -65,7 +65,8 @@ impl Normality {
     /// From the moments of a record and the spectrum of the same samples.
     ///
     /// Standard errors: sqrt(6 Σρ³/n) and sqrt(24 Σρ⁴/n) over all lags of the autocorrelation ρ (Lomnicki, 1961). Rounding adds
-    /// 1/12 to the variance and takes 1/120 from the fourth cumulant, in counts (Sheppard, 1898); both are undone.
+    /// 1/12 to the variance and takes 1/120 from the fourth cumulant, in counts (Sheppard, 1898); both are undone, and the errors grow
+    /// accordingly.
     ///
     /// # Errors
     /// Why it cannot be judged.
@@ -98,12 +99,14 @@ impl Normality {
             return Err(too_short(effective_samples));
         }
         let before_rounding = variance - 1.0 / 12.0;
+        // What undoes the rounding of an estimate magnifies its error too.
+        let magnified = variance / before_rounding;
         let fourth_cumulant = excess_kurtosis * variance * variance + 1.0 / 120.0;
         Ok(Self {
-            skewness: skewness * (variance / before_rounding).powf(1.5),
-            skewness_error: (6.0 / effective_samples).sqrt(),
+            skewness: skewness * magnified.powf(1.5),
+            skewness_error: (6.0 / effective_samples).sqrt() * magnified.powf(1.5),
             excess_kurtosis: fourth_cumulant / (before_rounding * before_rounding),
-            excess_kurtosis_error: (24.0 * sum_of_powers(4).max(1.0) / n).sqrt(),
+            excess_kurtosis_error: (24.0 * sum_of_powers(4).max(1.0) / n).sqrt() * magnified.powi(2),
             effective_samples,
         })
     }

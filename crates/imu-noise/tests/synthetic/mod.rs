@@ -85,10 +85,11 @@ fn cumulative(values: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 /// SplitMix64 (Steele, Lea and Flood, 2014) and the polar method for normal numbers.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn uniform(&mut self) -> f64 {
+    /// From 0 to 1.
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
