@@ -6,7 +6,7 @@
 use std::hint::black_box;
 
 use allan::{Allan, DataType, Style};
-use imu_noise::{ChannelAccumulator, Deviation, Estimator, Histogram, Moments, Octaves};
+use imu_noise::{ChannelAccumulator, ChannelSignal, Deviation, Estimator, Histogram, Moments, Octaves, SpectrumPlan};
 use rustix::time::{ClockId, clock_gettime};
 
 const CHANNELS: usize = 12;
@@ -18,7 +18,7 @@ const REFERENCE_ROUNDS: usize = 5;
 
 type Kernel = (&'static str, usize, fn(&[Vec<i32>]));
 
-const KERNELS: [Kernel; 7] = [
+const KERNELS: [Kernel; 8] = [
     ("octaves, strided", ROUNDS, |columns| {
         each_channel(columns, || Octaves::new(Estimator::Strided, Deviation::Allan), Octaves::push);
     }),
@@ -33,6 +33,10 @@ const KERNELS: [Kernel; 7] = [
     ("channel accumulator", ROUNDS, |columns| {
         let new = || ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
         each_channel(columns, new, ChannelAccumulator::push);
+    }),
+    ("channel signal: spectrum, blocks, watch", ROUNDS, |columns| {
+        let plan = SpectrumPlan::new();
+        each_channel(columns, || ChannelSignal::new(&plan), ChannelSignal::push);
     }),
     ("allan crate, streaming", REFERENCE_ROUNDS, |columns| {
         let longest = 1 << (columns[0].len() / 2).ilog2();

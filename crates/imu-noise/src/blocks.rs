@@ -121,26 +121,26 @@ impl Sums {
     const EMPTY: Self = Self { squares: 0, sum: 0, count: 0, min: i32::MAX, max: i32::MIN };
 
     /// The sums of at most [`WINDOW`] samples, and n Σd² - (Σd)² = n (n - 1) variance.
+    #[inline]
     pub(crate) fn of(window: &[i32]) -> (Self, f64) {
         let Some(&pivot) = window.first() else { return (Self::EMPTY, 0.0) };
         let deviation = |count: i32| f64::from(count) - f64::from(pivot);
         let first = lanes::sum([window], |[count]| deviation(count));
         let second = lanes::sum([window], |[count]| deviation(count) * deviation(count));
-        let spread = second * window.len() as f64 - first * first;
-        let (p, n, s1) = (i128::from(pivot), window.len() as i128, first as i128);
-        let s2 = if second < lanes::EXACT_BELOW { second as i128 } else { squares_about(window, pivot) };
-        let mut sums = Self {
+        // No more than 32 times 2^32: exact.
+        let first_exact = first as i64;
+        let second_exact =
+            if second < lanes::EXACT_BELOW { i128::from(second as i64) } else { squares_about(window, pivot) };
+        let (p, n) = (i64::from(pivot), window.len() as i64);
+        let sums = Self {
             // Not negative: a sum of squares.
-            squares: (s2 + p * (2 * s1 + n * p)) as u128,
-            sum: (s1 + n * p) as i64,
+            squares: (second_exact + i128::from(p) * i128::from(2 * first_exact + n * p)) as u128,
+            sum: first_exact + n * p,
             count: window.len() as u64,
-            ..Self::EMPTY
+            min: window.iter().fold(pivot, |min, &count| min.min(count)),
+            max: window.iter().fold(pivot, |max, &count| max.max(count)),
         };
-        for &count in window {
-            sums.min = sums.min.min(count);
-            sums.max = sums.max.max(count);
-        }
-        (sums, spread)
+        (sums, second * window.len() as f64 - first * first)
     }
 
     /// Σ c.

@@ -1,28 +1,22 @@
-//! A real static recording with a vibration line: white noise is found beside it, and nothing is invented.
+//! Real recordings. One at rest with a vibration line: white noise is found beside it, and nothing is invented. One shaken by
+//! hand: said to be so.
 //!
 //! Reads the folder named by `VN100_CAPTURES`; skipped where there is none.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]
 
 use std::{env, fs, path::Path};
 
 use imu_noise::{
-    ChannelAccumulator, Deviation, Estimator, FitQuality, NoiseModel, RecordShape, Status, Term, Terms, counts_to_unit,
+    ChannelAccumulator, ChannelSignal, Deviation, Estimator, FitQuality, NoiseModel, RecordShape, SpectrumPlan, Status,
+    Term, Terms, counts_to_unit,
 };
 
 #[test]
 fn white_noise_is_read_beside_a_vibration_line() {
-    let folder = env::var_os("VN100_CAPTURES").filter(|folder| Path::new(folder).is_dir());
-    let Some(folder) = folder else {
-        println!("skipped: no captures, VN100_CAPTURES names no folder of them");
-        return;
-    };
-    let text = fs::read_to_string(Path::new(&folder).join("vn100-static-kiran-330s.vnymr")).unwrap();
+    let Some(text) = recording("vn100-static-kiran-330s.vnymr") else { return };
     // (field of the line, decimals, N of the octaves that do not show the line, shortest averaging time at most)
     for (field, decimals, white, tau_min_s) in [(11, 6, 1.26e-4, 0.2), (8, 3, 2.0e-3, 0.8)] {
-        let counts: Vec<i32> = text
-            .lines()
-            .filter_map(|line| line.split('*').next()?.split(',').nth(field)?.replace('.', "").parse().ok())
-            .collect();
+        let counts = counts(&text, field);
         assert!(counts.len() > 13_000, "{} samples", counts.len());
         let mut channel = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
         channel.push(&counts);
@@ -43,4 +37,52 @@ fn white_noise_is_read_beside_a_vibration_line() {
         assert!((found.value.unwrap() / white - 1.0).abs() < 0.1, "{found:?}");
         assert!(quality.tau_min_s > 0.025 && quality.tau_min_s <= tau_min_s, "{quality:?}");
     }
+}
+
+/// First field of acceleration and of angular rate, three each.
+const INERTIAL: std::ops::RangeInclusive<usize> = 7..=12;
+
+#[test]
+fn the_vibration_line_is_found_and_nothing_else_is_said_of_a_record_at_rest() {
+    let Some(text) = recording("vn100-static-kiran-330s.vnymr") else { return };
+    for field in INERTIAL {
+        let signal = signal(&counts(&text, field));
+        assert_eq!(signal.disturbances(0.025), [], "field {field}");
+        assert_eq!(signal.level_change(0.025, 0), None, "field {field}");
+    }
+    let lines = signal(&counts(&text, 11)).spectrum().lines(0.025, 6);
+    let strongest = lines.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).unwrap();
+    assert!((strongest.frequency_hz - 18.4).abs() < 0.3, "{lines:?}");
+    // half a standard deviation is 0.00055 rad/s
+    assert!((5e-4..1e-3).contains(&strongest.amplitude), "{lines:?}");
+}
+
+#[test]
+fn a_record_shaken_by_hand_is_not_of_one_piece() {
+    let Some(text) = recording("vn100-shake-iwale-153s.vnymr") else { return };
+    let disturbed = INERTIAL.filter(|&field| {
+        let signal = signal(&counts(&text, field));
+        !signal.disturbances(0.025).is_empty() || signal.level_change(0.025, 0).is_some()
+    });
+    assert!(disturbed.count() >= 2);
+}
+
+fn recording(file: &str) -> Option<String> {
+    let folder = env::var_os("VN100_CAPTURES").filter(|folder| Path::new(folder).is_dir());
+    let Some(folder) = folder else {
+        println!("skipped: no captures, VN100_CAPTURES names no folder of them");
+        return None;
+    };
+    Some(fs::read_to_string(Path::new(&folder).join(file)).unwrap())
+}
+
+fn counts(text: &str, field: usize) -> Vec<i32> {
+    let lines = text.lines();
+    lines.filter_map(|line| line.split('*').next()?.split(',').nth(field)?.replace('.', "").parse().ok()).collect()
+}
+
+fn signal(counts: &[i32]) -> ChannelSignal {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    signal.push(counts);
+    signal
 }

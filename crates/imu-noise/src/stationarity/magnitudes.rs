@@ -8,7 +8,7 @@ const KEPT: usize = 8;
 
 /// Frequencies of positive numbers in bins of an eighth of an octave, and the stretches where they peaked.
 ///
-/// At most 8 KiB; usually the numbers of a record span fewer than 16 octaves: below 1 KiB.
+/// At most 2.4 KiB for numbers below 2^75; those of a record usually span fewer than 16 octaves: half a KiB.
 #[derive(Clone, Debug)]
 pub(super) struct Magnitudes {
     /// Bin number of the first place.
@@ -18,6 +18,8 @@ pub(super) struct Magnitudes {
     current: Option<Stretch>,
     /// Rising peaks.
     highest: Vec<Stretch>,
+    /// Half of the lowest peak kept once there are as many as are kept: no smaller number is part of a higher one.
+    least: f64,
 }
 
 /// Windows in a row whose numbers are at least half of the highest.
@@ -30,27 +32,39 @@ pub(super) struct Stretch {
 
 impl Magnitudes {
     pub(super) const fn new() -> Self {
-        Self { first: 0, frequencies: Vec::new(), total: 0, current: None, highest: Vec::new() }
+        Self { first: 0, frequencies: Vec::new(), total: 0, current: None, highest: Vec::new(), least: 0.0 }
     }
 
     /// Adds the number of one window: not negative, and finite.
     pub(super) fn push(&mut self, window: u64, number: f64) {
         self.count(number);
-        match &mut self.current {
-            Some(stretch) if stretch.last_window + 1 == window && number >= stretch.peak / 2.0 => {
-                if stretch.peak < number / 2.0 {
-                    stretch.first_window = window;
+        // Most numbers are part of no stretch that would be kept.
+        if number >= self.least || self.current.is_some() {
+            self.stretch(window, number);
+        }
+    }
+
+    fn stretch(&mut self, window: u64, number: f64) {
+        if let Some(current) = &mut self.current {
+            let follows = current.last_window + 1 == window;
+            if follows && number >= current.peak / 2.0 {
+                if current.peak < number / 2.0 {
+                    current.first_window = window;
                 }
-                stretch.last_window = window;
-                stretch.peak = stretch.peak.max(number);
+                current.last_window = window;
+                current.peak = current.peak.max(number);
+                return;
             }
-            current => {
-                if let Some(ended) =
-                    current.replace(Stretch { first_window: window, last_window: window, peak: number })
-                {
-                    self.keep(ended);
-                }
+            let ended = *current;
+            self.keep(ended);
+            self.current = None;
+            if follows {
+                // The tail of a high stretch, which is not to take the place of another.
+                return;
             }
+        }
+        if number >= self.least {
+            self.current = Some(Stretch { first_window: window, last_window: window, peak: number });
         }
     }
 
@@ -95,7 +109,6 @@ impl Magnitudes {
         self.total = self.total.saturating_add(1);
     }
 
-    #[inline]
     fn keep(&mut self, stretch: Stretch) {
         if self.highest.len() == KEPT {
             if stretch.peak <= self.highest[0].peak {
@@ -105,6 +118,9 @@ impl Magnitudes {
         }
         let place = self.highest.partition_point(|kept| kept.peak < stretch.peak);
         self.highest.insert(place, stretch);
+        if self.highest.len() == KEPT {
+            self.least = self.highest[0].peak / 2.0;
+        }
     }
 }
 
@@ -117,4 +133,68 @@ fn bin_of(number: f64) -> u16 {
 fn lowest_of(bin: u16) -> f64 {
     let lowest = f64::from_bits(u64::from(bin) << (f64::MANTISSA_DIGITS - 1 - FRACTION_BITS));
     if lowest < 1.0 { 0.0 } else { lowest }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+
+    fn of(numbers: &[f64]) -> Magnitudes {
+        let mut magnitudes = Magnitudes::new();
+        (0..).zip(numbers).for_each(|(window, &number)| magnitudes.push(window, number));
+        magnitudes
+    }
+
+    proptest! {
+        #[test]
+        fn quantiles_lie_in_the_bin_of_the_number_at_that_place(
+            numbers in vec((0.0..40_f64).prop_map(f64::exp2), 1..300),
+            p in 0.01..0.99_f64,
+        ) {
+            let mut sorted = numbers.clone();
+            sorted.sort_by(f64::total_cmp);
+            let exact = sorted[((p * numbers.len() as f64).ceil() as usize).max(1) - 1];
+            let quantile = of(&numbers).quantile(p).unwrap();
+            prop_assert!((quantile / exact).ln().abs() <= 1.125_f64.ln() + 1e-12, "{} {}", quantile, exact);
+        }
+
+        #[test]
+        fn the_highest_numbers_are_the_peaks_of_the_highest_stretches(
+            numbers in vec((0.0..6_f64).prop_map(f64::exp2), 1..400),
+        ) {
+            // All stretches: each ends with the number below half of its peak, which is part of none.
+            let mut stretches: Vec<f64> = Vec::new();
+            let mut peak = 0.0_f64;
+            for &number in &numbers {
+                if peak > 0.0 && number < peak / 2.0 {
+                    stretches.push(peak);
+                    peak = 0.0;
+                } else {
+                    peak = peak.max(number);
+                }
+            }
+            stretches.extend((peak > 0.0).then_some(peak));
+            stretches.sort_by(|a, b| b.total_cmp(a));
+            let mut kept: Vec<_> = of(&numbers).highest().map(|stretch| stretch.peak).collect();
+            kept.sort_by(|a, b| b.total_cmp(a));
+            let places = stretches.len().min(KEPT);
+            prop_assert_eq!(&kept[..places], &stretches[..places]);
+        }
+    }
+
+    #[test]
+    fn a_stretch_begins_and_ends_at_half_of_its_peak() {
+        let mut numbers = vec![1.0; 100];
+        numbers[40..46].copy_from_slice(&[3.0, 4.0, 9.0, 20.0, 11.0, 9.0]);
+        let magnitudes = of(&numbers);
+        let highest = magnitudes.highest().max_by(|a, b| a.peak.total_cmp(&b.peak)).unwrap();
+        assert_eq!(*highest, Stretch { first_window: 43, last_window: 44, peak: 20.0 });
+    }
+
+    #[test]
+    fn without_numbers_there_is_no_quantile() {
+        assert_eq!(Magnitudes::new().quantile(0.5), None);
+    }
 }

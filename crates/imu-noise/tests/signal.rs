@@ -1,0 +1,114 @@
+//! A channel's blocks are exact, and nothing depends on the division of its samples over calls.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use imu_noise::{ChannelSignal, MAX_BLOCKS, Moments, Sides, SpectrumPlan};
+use proptest::{collection::vec, prelude::*};
+
+/// Stretches of samples, each with what is missing behind it.
+type Stretches = Vec<(Vec<i32>, Option<u64>)>;
+
+fn stretches(count: impl Strategy<Value = i32> + Clone) -> impl Strategy<Value = Stretches> {
+    let missing = prop_oneof![Just(None), (0_u64..200).prop_map(Some), Just(Some(10_000))];
+    vec((vec(count, 0..1500), missing), 1..6)
+}
+
+fn divided(stretches: &Stretches, part: usize) -> ChannelSignal {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    for (counts, missing) in stretches {
+        counts.chunks(part).for_each(|part| signal.push(part));
+        signal.gap(*missing);
+    }
+    signal
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn any_division_gives_the_same_bits(stretches in stretches(-9000..9000), part in 1_usize..700) {
+        let (whole, parts) = (divided(&stretches, usize::MAX), divided(&stretches, part));
+        let mut moments = Moments::new();
+        stretches.iter().for_each(|(counts, _)| moments.push(counts));
+        for sides in [Sides::One, Sides::Two] {
+            prop_assert_eq!(whole.spectrum().density(sides, 0.025, 3), parts.spectrum().density(sides, 0.025, 3));
+        }
+        prop_assert_eq!(whole.spectrum().lines(0.025, 3), parts.spectrum().lines(0.025, 3));
+        prop_assert_eq!(whole.blocks(), parts.blocks());
+        prop_assert_eq!(whole.disturbances(0.025), parts.disturbances(0.025));
+        prop_assert_eq!(whole.level_change(0.025, 3), parts.level_change(0.025, 3));
+        prop_assert_eq!(whole.normality(&moments), parts.normality(&moments));
+    }
+
+    #[test]
+    fn blocks_are_what_their_samples_say(stretches in stretches(any::<i32>())) {
+        let signal = divided(&stretches, 97);
+        let mut samples = Vec::new();
+        let mut next = 0_u64;
+        for (counts, missing) in &stretches {
+            samples.extend((next..).zip(counts.iter().copied()));
+            next += counts.len() as u64 + missing.unwrap_or(0);
+        }
+        let blocks = signal.blocks();
+        prop_assert!(blocks.len() <= MAX_BLOCKS);
+        prop_assert_eq!(blocks.iter().map(|block| block.count()).sum::<u64>(), samples.len() as u64);
+        for block in &blocks {
+            prop_assert!(block.length.is_power_of_two() && block.first_sample % block.length == 0);
+            let places = block.first_sample..block.first_sample + block.length;
+            let inside: Vec<i32> = samples.iter().filter(|(i, _)| places.contains(i)).map(|(_, count)| *count).collect();
+            prop_assert_eq!(block.count(), inside.len() as u64);
+            prop_assert_eq!(Some(&block.min_counts()), inside.iter().min());
+            prop_assert_eq!(Some(&block.max_counts()), inside.iter().max());
+            let mut moments = Moments::new();
+            moments.push(&inside);
+            let mean = moments.mean_counts().unwrap();
+            prop_assert!((block.mean_counts() - mean).abs() <= 1e-12 * mean.abs());
+            let std = moments.variance_counts2().map(f64::sqrt);
+            prop_assert_eq!(block.std_counts().is_some(), std.is_some());
+            for (block, std) in block.std_counts().iter().zip(std) {
+                prop_assert!((block - std).abs() <= 1e-12 * std, "{} {}", block, std);
+            }
+        }
+    }
+
+    #[test]
+    fn no_counts_and_no_gap_are_too_large(stretches in stretches(prop_oneof![Just(i32::MIN), Just(i32::MAX)])) {
+        let mut signal = divided(&stretches, 512);
+        signal.gap(Some(u64::MAX));
+        signal.push(&[i32::MIN; 1000]);
+        signal.gap(Some(u64::MAX));
+        signal.push(&[i32::MAX; 1000]);
+        let _ = (signal.blocks(), signal.disturbances(1.0), signal.level_change(1.0, 0), signal.spectrum().lines(1.0, 0));
+    }
+}
+
+#[test]
+fn a_block_of_one_sample_has_no_deviation() {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    assert_eq!(signal.blocks(), []);
+    signal.push(&[7]);
+    let blocks = signal.blocks();
+    assert_eq!((blocks.len(), blocks[0].count(), blocks[0].std_counts()), (1, 1, None));
+    signal.push(&[7]);
+    assert_eq!(signal.blocks()[0].std_counts(), Some(0.0));
+}
+
+#[test]
+fn blocks_double_as_the_record_grows() {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    signal.push(&vec![0; 32 * MAX_BLOCKS]);
+    assert_eq!((signal.blocks().len(), signal.blocks()[1].length), (MAX_BLOCKS, 32));
+    signal.push(&[0]);
+    assert_eq!((signal.blocks().len(), signal.blocks()[1].length), (MAX_BLOCKS / 2 + 1, 64));
+}
+
+#[test]
+fn nothing_is_said_of_nothing() {
+    let signal = ChannelSignal::new(&SpectrumPlan::new());
+    assert!(signal.disturbances(0.025).is_empty());
+    assert_eq!(signal.level_change(0.025, 3), None);
+    assert!(signal.normality(&Moments::new()).is_err());
+    let mut constant = ChannelSignal::new(&SpectrumPlan::new());
+    constant.push(&[-9813; 10_000]);
+    assert!(constant.disturbances(0.025).is_empty());
+    assert_eq!(constant.level_change(0.025, 3), None);
+}
