@@ -15,6 +15,8 @@ pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, 
 pub(crate) use measure::MeasureArgs;
 use measure::confidence;
 
+use crate::pace::Speed;
+
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
 #[command(
@@ -39,7 +41,7 @@ pub(crate) enum Command {
     /// Change what a sensor sends: checked before, read back after
     Configure(ConfigureArgs),
     /// Run recorded captures through the pipeline, as fast as the machine can
-    Replay(FileArgs),
+    Replay(ReplayArgs),
     /// Compare captures: which is the quietest, which is disturbed, and whether they differ beyond chance
     Compare(CompareArgs),
     /// Plan a measurement: message, rate, window, line speed, and how long for what
@@ -172,6 +174,16 @@ pub(crate) struct FileArgs {
     /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ReplayArgs {
+    #[command(flatten)]
+    pub(crate) files: FileArgs,
+
+    /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or "max" for as fast as the machine can
+    #[arg(long, value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
+    pub(crate) speed: Option<Speed>,
 }
 
 /// At least two files; one alone is a wrong command line.

@@ -18,12 +18,13 @@ use crate::{
     conditions::{self, conditions},
     configure::describe,
     document::{Document, Origin},
-    exit::{Exit, report},
+    exit::Exit,
     interrupt::stop_on_interrupt,
     judging::Judging,
     live_source::{LiveSource, Opened, closed},
-    measured::{Measured, Teller, Telling, print_line},
+    measured::{Measured, Teller, Telling, all_of, print_line},
     status::Status,
+    view::{self, Live, Notices, Stand, View, feed, obey},
 };
 
 /// A sensor that is heard and sends no measurement in this time will send none: it is set to something else.
@@ -59,21 +60,40 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
 async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<String, String>) -> Result<Exit> {
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
     let judging = Arc::new(Judging::new(&args.measure)?);
-    let job =
-        Arc::new(Job { settings: args.measure.settings(), judging, telling, metadata, status: Status::new(), args });
+    let notices = (telling == Telling::Text && view::is_there()).then(Notices::default);
+    let settings = Settings { recent: notices.is_some(), ..args.measure.settings() };
+    let status = Status::new(notices.clone());
+    let job = Arc::new(Job { settings, judging, telling, metadata, status, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
+    let mut feeds = Vec::new();
+    let mut unrecorded = Vec::new();
     let sources: Vec<JoinHandle<Result<Measured>>> = (job.args.sources.iter().zip(recordings))
         .map(|(source, recording)| {
-            task::spawn(attach_one(source.clone(), recording, Arc::clone(&job), stop.child_token()))
+            let (stand, feed) = feed(&source.to_string(), Some(source.kind()));
+            feeds.push(feed);
+            let stop = stop.child_token();
+            if recording.is_none() {
+                unrecorded.push(stop.clone());
+            }
+            task::spawn(attach_one(source.clone(), recording, Arc::clone(&job), stand, stop))
         })
         .collect();
     let mut teller = Teller::new(job.telling);
-    for source in sources {
-        let measured = source.await.context("the measurement stopped by a fault of this program")??;
-        job.status.suspend(|| teller.tell(&measured))?;
+    if let Some(notices) = notices {
+        let view = View::show(feeds, job.settings.confidence, notices, stop)?;
+        // without a terminal only what is kept is worth going on for
+        let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
+        all.iter().try_for_each(|measured| teller.tell(measured))?;
+    } else {
+        for source in sources {
+            let measured = source.await.context(FAULT)??;
+            job.status.suspend(|| teller.tell(&measured))?;
+        }
     }
     teller.finish()
 }
+
+const FAULT: &str = "the measurement stopped by a fault of this program";
 
 /// What all sources of one command share.
 struct Job {
@@ -90,6 +110,22 @@ async fn attach_one(
     source: SourceName,
     recording: Option<PathBuf>,
     job: Arc<Job>,
+    stand: Stand,
+    stop: CancellationToken,
+) -> Result<Measured> {
+    let measured = measure_one(source, recording, &job, &stand, stop).await;
+    stand.ended(match &measured {
+        Ok(measured) => measured.origin.error.clone(),
+        Err(error) => Some(format!("{error:#}")),
+    });
+    measured
+}
+
+async fn measure_one(
+    source: SourceName,
+    recording: Option<PathBuf>,
+    job: &Job,
+    stand: &Stand,
     stop: CancellationToken,
 ) -> Result<Measured> {
     let mut origin = Origin { name: source.to_string(), ..Origin::default() };
@@ -102,7 +138,7 @@ async fn attach_one(
     };
     origin.kind = Some(live.kind());
     origin.meta = conditions(&job.metadata);
-    let prepared = match prepare(&live, recording, &job, &stop, &origin.name).await {
+    let prepared = match prepare(&live, recording, job, &stop, &origin.name).await {
         Ok(prepared) => prepared,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
@@ -110,13 +146,13 @@ async fn attach_one(
         }
     };
     let Prepared { changes, recorder } = prepared;
-    let measured = measure_and_record(&live, recorder, origin, &job, &stop).await?;
+    let measured = measure_and_record(&live, recorder, origin, job, stand, &stop).await?;
     if !changes.is_empty() {
         // a second signal ends the program
         let back = live.ask(&CancellationToken::new(), async |link| Ok(restore(&link, &changes).await?)).await;
-        job.status.suspend(|| match back {
-            Ok(()) => report(&format!("{}: put back as it was", measured.origin.name)),
-            Err(error) => report(&format!("{}: could not be put back as it was: {error:#}", measured.origin.name)),
+        job.status.report(&match back {
+            Ok(()) => format!("{}: put back as it was", measured.origin.name),
+            Err(error) => format!("{}: could not be put back as it was: {error:#}", measured.origin.name),
         });
     }
     if job.telling == Telling::Ndjson {
@@ -151,7 +187,7 @@ async fn prepare(
     let changes = match job.args.change.settings() {
         Some(settings) => {
             let configured = live.ask(stop, async |link| Ok(configure(&link, &settings).await?)).await?;
-            job.status.suspend(|| report(&format!("{name}: {}", describe(&configured))));
+            job.status.report(&format!("{name}: {}", describe(&configured)));
             configured.changes
         }
         None => Vec::new(),
@@ -164,6 +200,7 @@ async fn measure_and_record(
     recorder: Option<Recorder>,
     mut origin: Origin,
     job: &Job,
+    stand: &Stand,
     stop: &CancellationToken,
 ) -> Result<Measured> {
     let inputs = recorder.as_ref().map(Recorder::inputs);
@@ -176,7 +213,7 @@ async fn measure_and_record(
     };
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);
-    let outcome = measure(opened, recording, &origin, job, stop).await?;
+    let outcome = measure(opened, recording, &origin, job, stand, stop).await?;
     if let Some(link) = &link {
         closed(link).await;
     }
@@ -201,11 +238,21 @@ async fn measure(
     recording: Option<watch::Receiver<RecordingState>>,
     origin: &Origin,
     job: &Job,
+    stand: &Stand,
     stop: &CancellationToken,
 ) -> Result<Outcome> {
     let state = opened.link.as_ref().map(|link| link.state());
     let measurement = start(opened.events, job.settings.clone(), None);
     let mut latest = measurement.latest.clone();
+    let (wishes, mut wished) = view::controls();
+    stand.measuring(Live {
+        latest: latest.clone(),
+        link: state.clone(),
+        recording: recording.clone(),
+        playback: None,
+        controls: wishes,
+    });
+    let controls = measurement.controls.clone();
     let outcome = measurement.outcome();
     tokio::pin!(outcome);
     let mut line = job.status.line(&origin.name);
@@ -228,6 +275,11 @@ async fn measure(
                         print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false)).map(|()| assessments)
                     });
                     assessments = telling.await.context("the output stopped by a fault of this program")??;
+                }
+            }
+            Some(wish) = wished.recv() => {
+                if let Some(told) = obey(wish, &controls).await {
+                    job.status.report(&format!("{}: {told}", origin.name));
                 }
             }
             _ = ticks.tick() => {

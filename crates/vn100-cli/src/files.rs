@@ -90,34 +90,16 @@ struct Job {
 
 async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     let _turn = job.turns.acquire().await?;
-    let mut origin = Origin { name: name(&path), ..Origin::default() };
-    let columns = job.columns.clone();
-    let capture = tokio::select! {
+    let opened = tokio::select! {
         // checked first: after an interrupt no file more is begun
         biased;
-        () = job.stop.cancelled() => Err(format!("{}: not read, interrupted", origin.name)),
-        capture = task::spawn_blocking(move || open(&path, columns.as_ref())) => {
-            capture.context("the capture could not be opened")?.map_err(|error| error.to_string())
-        }
+        () = job.stop.cancelled() => Err(format!("{}: not read, interrupted", name(&path))),
+        opened = open(&path, job.columns.clone(), &job.settings) => opened?,
     };
-    let capture = match capture {
-        Ok(capture) => capture,
-        Err(error) => {
-            origin.error = Some(error);
-            return Ok(Measured::nothing(origin, &job.settings));
-        }
+    let Opened { capture, origin, settings } = match opened {
+        Ok(opened) => opened,
+        Err(error) => return Ok(unreadable(&path, error, &job.settings)),
     };
-    origin.kind = Some(kind(&capture, &origin.name));
-    origin.recorded = capture.recorded.clone();
-    let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
-    origin.meta = metadata.and_then(conditions);
-    let mut settings = job.settings.clone();
-    if let Some(metadata) = metadata {
-        settings.duration = settings.duration.or_else(|| measured_duration(metadata));
-        if settings.until.is_empty() {
-            settings.until = measured_until(metadata);
-        }
-    }
     let line_by_line = job.read.line_by_line || settings.duration.is_some() || !settings.until.is_empty();
     let read = ReadOptions { line_by_line, ..job.read };
 
@@ -125,10 +107,8 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     let measured = Measured::of(origin, outcome, &settings);
     let judging = Arc::clone(&job.judging);
     let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
-    // a result cut short says so, though Ctrl-C ends like the end of the data
     if job.stop.is_cancelled() {
-        let origin = &mut measured.origin;
-        origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
+        measured.note_interrupted();
     }
     if job.ndjson {
         print_line(&measured.document())?;
@@ -172,7 +152,51 @@ async fn measure(
     }
 }
 
-fn open(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
+/// A capture ready to be read, and what is asked of it.
+pub(crate) struct Opened {
+    pub(crate) capture: Capture,
+    pub(crate) origin: Origin,
+    pub(crate) settings: Settings,
+}
+
+/// Opens a capture; where it cannot be, the inner error says why.
+pub(crate) async fn open(
+    path: &Path,
+    columns: Option<ColumnMap>,
+    settings: &Settings,
+) -> Result<Result<Opened, String>> {
+    let from = path.to_owned();
+    let opening = move || open_capture(&from, columns.as_ref());
+    let capture = match task::spawn_blocking(opening).await.context("the capture could not be opened")? {
+        Ok(capture) => capture,
+        Err(error) => return Ok(Err(error.to_string())),
+    };
+    let name = name(path);
+    let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
+    let mut settings = settings.clone();
+    if let Some(metadata) = metadata {
+        settings.duration = settings.duration.or_else(|| measured_duration(metadata));
+        if settings.until.is_empty() {
+            settings.until = measured_until(metadata);
+        }
+    }
+    let origin = Origin {
+        kind: Some(kind(&capture, &name)),
+        recorded: capture.recorded.clone(),
+        meta: metadata.and_then(conditions),
+        name,
+        ..Origin::default()
+    };
+    Ok(Ok(Opened { capture, origin, settings }))
+}
+
+/// The result of a capture that could not be opened.
+pub(crate) fn unreadable(path: &Path, error: String, settings: &Settings) -> Measured {
+    Measured::nothing(Origin { name: name(path), error: Some(error), ..Origin::default() }, settings)
+}
+
+/// Opens a file, or standard input by the name of `-`.
+pub(crate) fn open_capture(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
     if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
 }
 
@@ -182,7 +206,7 @@ fn stored_bytes(path: &Path) -> Option<u64> {
 }
 
 /// The file's name without its folder: a document says the same wherever its capture lies.
-fn name(path: &Path) -> String {
+pub(crate) fn name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

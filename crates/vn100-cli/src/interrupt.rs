@@ -4,6 +4,8 @@ use std::io;
 
 use tokio_util::sync::CancellationToken;
 
+use crate::view::give_back;
+
 /// The code of a process that Ctrl-C has ended.
 const KILLED_BY_INTERRUPT: i32 = 130;
 
@@ -22,6 +24,7 @@ pub(crate) fn stop_on_interrupt() -> io::Result<CancellationToken> {
         signals.next().await;
         token.cancel();
         signals.next().await;
+        give_back();
         std::process::exit(KILLED_BY_INTERRUPT);
     });
     Ok(stop)

@@ -4,12 +4,7 @@ use anyhow::Result;
 use imu_noise::Verdict;
 use vn100_pipeline::{Datasheet, Figure, FigureVerdict, FilterModels, not_passed};
 
-use crate::{
-    args::MeasureArgs,
-    datasheet,
-    exit::{Exit, report},
-    measured::Measured,
-};
+use crate::{args::MeasureArgs, datasheet, exit::Exit, measured::Measured};
 
 /// What the user asked for.
 pub(crate) struct Judging {
@@ -64,7 +59,7 @@ impl Judging {
             let reasons = not_passed(figure, &measured.snapshot, channels);
             if !reasons.is_empty() {
                 let told: Vec<_> = reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect();
-                report(&format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(", ")));
+                measured.unmet.push(format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(", ")));
                 measured.exit = measured.exit.max(Exit::NotMet);
             }
         }

@@ -66,12 +66,7 @@ impl LiveSource {
 
     /// Its form, as documents name it.
     pub(crate) fn kind(&self) -> &'static str {
-        match self.name {
-            SourceName::Port(_) => "serial",
-            SourceName::Sim => "sim",
-            SourceName::Tcp(_) => "tcp",
-            SourceName::Stdin => "stdin",
-        }
+        self.name.kind()
     }
 
     /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too.

@@ -16,6 +16,7 @@ mod judging;
 mod live_source;
 mod measured;
 mod noise_document;
+mod pace;
 mod plan;
 mod plan_document;
 mod ports;
@@ -28,6 +29,7 @@ mod status;
 mod text;
 mod units;
 mod verdict_document;
+mod view;
 
 use std::process::ExitCode;
 

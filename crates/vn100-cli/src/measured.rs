@@ -2,8 +2,9 @@
 
 use std::{io, sync::Arc};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use indicatif::HumanBytes;
+use tokio::task::JoinHandle;
 use vn100_driver::RecordingState;
 use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind};
 
@@ -23,6 +24,8 @@ pub(crate) struct Measured {
     pub(crate) filter_models: Vec<Option<FilterModels>>,
     /// `None` without a data sheet for the sensor.
     pub(crate) verdicts: Option<Verdicts>,
+    /// Goals that were not reached, and figures that did not pass, in words.
+    pub(crate) unmet: Vec<String>,
     pub(crate) exit: Exit,
 }
 
@@ -31,7 +34,15 @@ impl Measured {
     pub(crate) fn nothing(origin: Origin, settings: &Settings) -> Self {
         let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
         let assessment = Assessment::new(&snapshot, settings.confidence);
-        Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, exit: Exit::NoData }
+        Self {
+            origin,
+            snapshot,
+            assessment,
+            filter_models: Vec::new(),
+            verdicts: None,
+            unmet: Vec::new(),
+            exit: Exit::NoData,
+        }
     }
 
     /// The result of a source that ended.
@@ -54,11 +65,12 @@ impl Measured {
             exit = Exit::NoData;
         }
         let assessment = Assessment::new(&snapshot, settings.confidence);
-        for goal in settings.until.iter().filter(|goal| !goal.is_met(&snapshot, &assessment)) {
-            report(&not_met(&origin.name, goal, &snapshot, &assessment));
+        let unmet = settings.until.iter().filter(|goal| !goal.is_met(&snapshot, &assessment));
+        let unmet: Vec<String> = unmet.map(|goal| not_met(&origin.name, goal, &snapshot, &assessment)).collect();
+        if !unmet.is_empty() {
             exit = exit.max(Exit::NotMet);
         }
-        Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, exit }
+        Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, unmet, exit }
     }
 
     /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
@@ -79,9 +91,24 @@ impl Measured {
         self.exit = self.exit.max(Exit::Failed);
     }
 
+    /// A result cut short says so, though an interrupt ends like the end of the data.
+    pub(crate) fn note_interrupted(&mut self) {
+        let origin = &mut self.origin;
+        origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
+    }
+
     pub(crate) fn document(&self) -> Document {
         Document::of(self)
     }
+}
+
+/// The results of all sources of a command, in their order.
+pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
+    let mut all = Vec::new();
+    for source in sources {
+        all.push(source.await.context("the measurement stopped by a fault of this program")??);
+    }
+    Ok(all)
 }
 
 /// How well the figure is known instead.
@@ -133,9 +160,7 @@ impl Teller {
     /// Takes the next one.
     pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
         self.exit = self.exit.max(measured.exit);
-        if let Some(error) = &measured.origin.error {
-            report(error);
-        }
+        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.telling {
             Telling::Json => self.documents.push(measured.document()),
             Telling::Text if measured.origin.kind.is_some() => {

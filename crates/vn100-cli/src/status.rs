@@ -1,4 +1,4 @@
-//! One line on stderr for each live source, while it is measured without a view.
+//! What is told of live sources while they are measured: a line on stderr for each, or words for the view where there is one.
 
 use std::{borrow::Cow, time::Duration};
 
@@ -6,19 +6,34 @@ use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, Prog
 use vn100_driver::{LinkState, RecordingState, Up};
 use vn100_pipeline::Snapshot;
 
-use crate::exit::{printable, report};
+use crate::{
+    exit::{printable, report},
+    view::Notices,
+};
 
 /// The lines of all sources. Where stderr is no terminal, only what befalls a link is written.
 pub(crate) struct Status {
     lines: MultiProgress,
+    /// Where words go while a view has the terminal.
+    view: Option<Notices>,
 }
 
 impl Status {
     /// How often a line is worth writing anew.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    pub(crate) fn new() -> Self {
-        Self { lines: MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(4)) }
+    /// Lines on stderr, or none where a view takes what is to be told.
+    pub(crate) fn new(view: Option<Notices>) -> Self {
+        let target = if view.is_some() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
+        Self { lines: MultiProgress::with_draw_target(target), view }
+    }
+
+    /// Tells something for good.
+    pub(crate) fn report(&self, text: &str) {
+        match &self.view {
+            Some(view) => view.tell(text.to_owned()),
+            None => self.suspend(|| report(text)),
+        }
     }
 
     /// A line for the source of that name.
@@ -28,7 +43,7 @@ impl Status {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
             bar.set_style(style);
         }
-        StatusLine { bar, name: printable(name), told: None, failure_told: false }
+        StatusLine { bar, view: self.view.clone(), name: printable(name), told: None, failure_told: false }
     }
 
     /// Takes the lines away while `print` writes to the terminal.
@@ -40,6 +55,7 @@ impl Status {
 /// The line of one source.
 pub(crate) struct StatusLine {
     bar: ProgressBar,
+    view: Option<Notices>,
     name: String,
     /// What of the link was last told for good.
     told: Option<LinkState>,
@@ -53,7 +69,7 @@ impl StatusLine {
             && self.told.as_ref() != Some(state)
         {
             if let Some(event) = event(state) {
-                self.bar.suspend(|| report(&format!("{}: {event}", self.name)));
+                self.report(&format!("{}: {event}", self.name));
             }
             self.told = Some(state.clone());
         }
@@ -63,7 +79,7 @@ impl StatusLine {
             self.failure_told = true;
             let failure =
                 format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
-            self.bar.suspend(|| report(&failure));
+            self.report(&failure);
         }
         let state = link.map_or("reading".into(), short_state);
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
@@ -72,6 +88,13 @@ impl StatusLine {
         });
         self.bar.set_message(format!("{}  {state}  {recorded}{}", self.name, counts(snapshot)));
         self.bar.tick();
+    }
+
+    fn report(&self, text: &str) {
+        match &self.view {
+            Some(view) => view.tell(text.to_owned()),
+            None => self.bar.suspend(|| report(text)),
+        }
     }
 }
 

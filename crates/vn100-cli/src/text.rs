@@ -173,7 +173,8 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
     Ok(())
 }
 
-fn bad_lines(tally: &Tally) -> String {
+/// How many, and of which kinds.
+pub(crate) fn bad_lines(tally: &Tally) -> String {
     let bad = &tally.bad;
     let kinds = [
         ("checksum", bad.checksum),

@@ -13,6 +13,7 @@ use crate::{
     norms::Norm,
     polled::Polled,
     rates::rates_hz,
+    recent::Recent,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
     snapshot::{MissingFrom, RateChange, RateFrom, Snapshot, Timing},
@@ -26,10 +27,14 @@ const TELLING_CHANNELS: usize = 9;
 #[derive(Debug)]
 pub struct Analysis {
     settings: Settings,
+    /// Takes the place of the time to be skipped, once somebody has said that the warm-up is over.
+    warm_up: Option<Duration>,
     timing: Timing,
     layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
     norms: Vec<Norm>,
+    /// Only where asked for.
+    recent: Option<Recent>,
     column: Vec<i32>,
     repeats: Repeats,
     registers: BTreeMap<u8, String>,
@@ -57,6 +62,7 @@ impl Analysis {
         let rate_from = if settings.rate_hz.is_some() { RateFrom::Option } else { RateFrom::Assumed };
         Self {
             settings,
+            warm_up: None,
             timing: Timing {
                 rate_hz,
                 rate_from,
@@ -70,6 +76,7 @@ impl Analysis {
             layout: None,
             channels: Vec::new(),
             norms: Vec::new(),
+            recent: None,
             column: Vec::new(),
             repeats: Repeats::new(),
             registers: BTreeMap::new(),
@@ -133,6 +140,25 @@ impl Analysis {
         }
     }
 
+    /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the results are those of a measurement
+    /// whose [`skip`](Settings::skip) was that time from the start.
+    pub fn end_warm_up(&mut self) -> Duration {
+        let so_far = self.data_time();
+        self.warm_up = Some(so_far);
+        self.forget();
+        so_far
+    }
+
+    /// Begins anew: data time, and what was asked for in it, counts from here. What the link carried still counts, and the samples so far
+    /// are among those left out. Gives the data time that has passed.
+    pub fn start_over(&mut self) -> Duration {
+        let so_far = self.data_time();
+        self.forget();
+        (self.index, self.bad_lines_pending, self.rate_change) = (0, 0, None);
+        (self.warm_up, self.recent) = (None, None);
+        so_far
+    }
+
     /// What was asked for.
     #[must_use]
     pub const fn settings(&self) -> &Settings {
@@ -169,11 +195,12 @@ impl Analysis {
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             detrended: self.settings.detrend,
-            skipped: self.settings.skip,
+            skipped: self.skipped(),
             channels: Vec::new(),
             norms: self.norms.clone(),
             polled: self.polled.snapshot(),
             warnings: Vec::new(),
+            recent: self.recent.clone(),
         };
         let shape = snapshot.shape();
         snapshot.channels = (self.channels.iter().zip(layout_channels).enumerate())
@@ -193,6 +220,26 @@ impl Analysis {
             (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings, &plan)).collect();
         self.norms = Norm::all(&layout);
         self.layout = Some(layout);
+    }
+
+    /// The data time left out at the beginning.
+    fn skipped(&self) -> Duration {
+        self.warm_up.unwrap_or(self.settings.skip)
+    }
+
+    fn data_time(&self) -> Duration {
+        Duration::try_from_secs_f64(self.index as f64 / self.timing.rate_hz).unwrap_or(Duration::MAX)
+    }
+
+    /// The samples so far are left out.
+    fn forget(&mut self) {
+        let timing = &mut self.timing;
+        timing.left_out += timing.samples;
+        (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
+        self.repeats = Repeats::new();
+        if let Some(layout) = self.layout.take() {
+            self.begin(layout);
+        }
     }
 
     fn take_ready(&mut self, waiting: &mut Waiting) {
@@ -251,7 +298,7 @@ impl Analysis {
         self.take_gap(bad_lines);
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if self.rate_change.is_some() { 0 } else { rows_until(self.end_index()) };
-        let skipped = rows_until(self.samples_in(self.settings.skip)).min(end);
+        let skipped = rows_until(self.samples_in(self.skipped())).min(end);
         let used = end - skipped;
         self.timing.left_out += (rows - used) as u64;
         self.index += rows as u64;
@@ -262,6 +309,10 @@ impl Analysis {
             self.timing.segments = 1;
         }
         self.timing.samples += used as u64;
+        let first_index = self.index - (rows - skipped) as u64;
+        if self.settings.recent && self.recent.is_none() {
+            self.recent = Some(Recent::new(width, self.timing.rate_hz));
+        }
         let counts = &counts[skipped * width..end * width];
         // a few coarse channels repeat by chance
         if width >= TELLING_CHANNELS {
@@ -271,6 +322,9 @@ impl Analysis {
             self.column.clear();
             self.column.extend(counts.chunks_exact(width).map(|row| row[index]));
             channel.absorb(&mut self.column);
+            if let Some(recent) = &mut self.recent {
+                recent.push(index, first_index, &self.column);
+            }
         }
         for norm in &mut self.norms {
             norm.push(counts, width, &mut self.column);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! reading thread --2 chunks--> read_samples --4 batches--> analyse --latest--> watchers
-//!                                                                \--4 snapshots--> every second, if asked
+//!                                        controls --4 wishes--/   \--4 snapshots--> every second, if asked
 //! ```
 //!
 //! Every channel is bounded. A full one holds back the one before it, down to the source: a capture waits, and what a live source
@@ -11,7 +11,7 @@
 use std::{io, sync::Arc, time::Duration};
 
 use tokio::{
-    sync::{mpsc, watch},
+    sync::{mpsc, oneshot, watch},
     task::JoinHandle,
     time::{self, MissedTickBehavior},
 };
@@ -22,6 +22,9 @@ use crate::{analysis::Analysis, assessment::Assessment, settings::Settings, snap
 /// Snapshots of every second that may wait for whoever writes them down.
 const WAITING_SECONDS: usize = 4;
 
+/// Wishes that may wait to be taken; whoever has one then waits.
+const WAITING_WISHES: usize = 4;
+
 /// How often watchers get a new snapshot, if anything changed.
 const WATCH_PERIOD: Duration = Duration::from_millis(100);
 
@@ -30,7 +33,39 @@ const WATCH_PERIOD: Duration = Duration::from_millis(100);
 pub struct Measurement {
     /// The latest snapshot, at most ten a second.
     pub latest: watch::Receiver<Arc<Snapshot>>,
+    /// What may be asked of it meanwhile.
+    pub controls: Controls,
     analysis: JoinHandle<Outcome>,
+}
+
+/// What may be asked of a measurement under way.
+#[derive(Debug, Clone)]
+pub struct Controls {
+    wishes: mpsc::Sender<(Wish, oneshot::Sender<Duration>)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Wish {
+    EndWarmUp,
+    StartOver,
+}
+
+impl Controls {
+    /// See [`Analysis::end_warm_up`]; `None` when the measurement is over.
+    pub async fn end_warm_up(&self) -> Option<Duration> {
+        self.ask(Wish::EndWarmUp).await
+    }
+
+    /// See [`Analysis::start_over`]; `None` when the measurement is over.
+    pub async fn start_over(&self) -> Option<Duration> {
+        self.ask(Wish::StartOver).await
+    }
+
+    async fn ask(&self, wish: Wish) -> Option<Duration> {
+        let (answer, answered) = oneshot::channel();
+        self.wishes.send((wish, answer)).await.ok()?;
+        answered.await.ok()
+    }
 }
 
 /// How a measurement ended.
@@ -63,8 +98,9 @@ pub fn start(
 ) -> Measurement {
     let analysis = Analysis::new(settings);
     let (watchers, latest) = watch::channel(Arc::new(analysis.snapshot()));
-    let analysis = tokio::spawn(analyse(events, analysis, watchers, every_second));
-    Measurement { latest, analysis }
+    let (wishes, wished) = mpsc::channel(WAITING_WISHES);
+    let analysis = tokio::spawn(analyse(events, analysis, wished, watchers, every_second));
+    Measurement { latest, controls: Controls { wishes }, analysis }
 }
 
 /// A channel for the snapshots of every second of data time; see [`start`]. When it is full the measurement waits: only for
@@ -108,6 +144,7 @@ impl EndOfSearch {
 async fn analyse(
     mut events: mpsc::Receiver<Event>,
     mut analysis: Analysis,
+    mut wishes: mpsc::Receiver<(Wish, oneshot::Sender<Duration>)>,
     watchers: watch::Sender<Arc<Snapshot>>,
     every_second: Option<mpsc::Sender<Arc<Snapshot>>>,
 ) -> Outcome {
@@ -144,6 +181,17 @@ async fn analyse(
                     break End { error: Some(error), csv: None };
                 }
             },
+            // without anybody to wish, the other branches go on
+            Some((wish, answer)) = wishes.recv() => {
+                let so_far = match wish {
+                    Wish::EndWarmUp => analysis.end_warm_up(),
+                    Wish::StartOver => analysis.start_over(),
+                };
+                (seconds, end_of_search) = (analysis.seconds(), EndOfSearch::default());
+                // whoever asked may have left
+                let _ = answer.send(so_far);
+                changed = true;
+            }
             _ = ticks.tick(), if changed && watchers.receiver_count() > 0 => {
                 changed = false;
                 watchers.send_replace(Arc::new(analysis.snapshot()));

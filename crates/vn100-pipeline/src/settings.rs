@@ -31,6 +31,8 @@ pub struct Settings {
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
     pub confidence: f64,
+    /// Keep the last minutes of every channel, for a screen; no result depends on it.
+    pub recent: bool,
 }
 
 impl Default for Settings {
@@ -45,6 +47,7 @@ impl Default for Settings {
             detrend: false,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
+            recent: false,
         }
     }
 }

@@ -9,7 +9,7 @@ use imu_noise::{
 use vn100_driver::LinkCounts;
 use vn100_protocol::{Channel, Layout, Quantity};
 
-use crate::{norms::Norm, warning::Warning};
+use crate::{norms::Norm, recent::Recent, warning::Warning};
 
 /// Everything known of a measurement at one moment. Taking one does not disturb the measurement.
 #[derive(Debug, Clone)]
@@ -43,6 +43,8 @@ pub struct Snapshot {
     pub polled: Vec<PolledChannel>,
     /// What may spoil the result, the gravest first.
     pub warnings: Vec<Warning>,
+    /// The last minutes, where they were asked for.
+    pub recent: Option<Recent>,
 }
 
 impl Snapshot {

@@ -305,3 +305,51 @@ proptest! {
         }
     }
 }
+
+/// What a measurement came to, as far as two ways to the same samples must agree.
+fn result(snapshot: &Snapshot) -> String {
+    let channels: Vec<_> = snapshot.channels.iter().map(|c| (&c.moments, &c.histogram, &c.octaves)).collect();
+    format!("{:?} {channels:?} {:?}", snapshot.timing, snapshot.warnings)
+}
+
+proptest! {
+    #[test]
+    fn a_warm_up_that_ends_on_the_way_is_a_skip_from_the_start(
+        lines in prop::collection::vec(line(), 1..300),
+        at in 0_usize..300,
+        rows in 1_usize..50,
+    ) {
+        let at = at.min(lines.len());
+        let settings = Settings { rate_hz: Some(40.0), ..Settings::default() };
+        let mut analysis = Analysis::new(settings.clone());
+        let (before, after) = lines.split_at(at);
+        batches(before, rows).iter().for_each(|batch| analysis.absorb(batch));
+        let skip = analysis.end_warm_up();
+        batches(after, rows).iter().for_each(|batch| analysis.absorb(batch));
+        let mut skipped = Analysis::new(Settings { skip, ..settings });
+        batches(before, rows).iter().chain(&batches(after, rows)).for_each(|batch| skipped.absorb(batch));
+        prop_assert_eq!(result(&analysis.snapshot()), result(&skipped.snapshot()));
+    }
+
+    #[test]
+    fn starting_over_forgets_all_but_the_link(
+        before in prop::collection::vec(line().prop_filter("one format", |line| !matches!(line, Printed(_))), 1..100),
+        after in prop::collection::vec(line().prop_filter("one format", |line| !matches!(line, Printed(_))), 1..100),
+    ) {
+        let settings = Settings { rate_hz: Some(40.0), duration: Some(Duration::from_secs(1)), ..Settings::default() };
+        let mut analysis = Analysis::new(settings.clone());
+        batches(&before, 7).iter().for_each(|batch| analysis.absorb(batch));
+        let samples = analysis.snapshot().timing;
+        analysis.start_over();
+        let begun = analysis.snapshot().timing;
+        prop_assert_eq!((begun.samples, begun.left_out), (0, samples.samples + samples.left_out));
+        prop_assert_eq!(analysis.seconds(), 0);
+        batches(&after, 7).iter().for_each(|batch| analysis.absorb(batch));
+        let (again, fresh) = (analysis.snapshot(), analysed(&after, 7, settings));
+        prop_assert_eq!(again.timing.samples, fresh.timing.samples);
+        for (again, fresh) in again.channels.iter().zip(&fresh.channels) {
+            prop_assert_eq!(&again.moments, &fresh.moments);
+            prop_assert_eq!(&again.octaves, &fresh.octaves);
+        }
+    }
+}

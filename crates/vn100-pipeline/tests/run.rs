@@ -69,3 +69,23 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
     assert_eq!(outcome.snapshot.timing.samples, 5);
     assert!(outcome.source_error.is_some());
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_measurement_obeys_while_it_runs() {
+    let (events, inbox) = mpsc::channel(1);
+    let measurement = start(inbox, Settings { rate_hz: Some(10.0), ..Settings::default() }, None);
+    let controls = measurement.controls.clone();
+    let mut latest = measurement.latest.clone();
+    events.send(rows(50)).await.unwrap();
+    latest.wait_for(|snapshot| snapshot.timing.samples == 50).await.unwrap();
+    assert_eq!(controls.end_warm_up().await, Some(time::Duration::from_secs(5)));
+    events.send(rows(20)).await.unwrap();
+    latest.wait_for(|snapshot| snapshot.timing.samples == 20).await.unwrap();
+    assert_eq!(latest.borrow().timing.left_out, 50);
+    assert_eq!(controls.start_over().await, Some(time::Duration::from_secs(7)));
+    events.send(rows(8)).await.unwrap();
+    drop(events);
+    let timing = measurement.outcome().await.unwrap().snapshot.timing;
+    assert_eq!((timing.samples, timing.left_out), (8, 70));
+    assert_eq!(controls.start_over().await, None, "nobody measures any more");
+}

@@ -19,6 +19,18 @@ pub(crate) enum SourceName {
     Stdin,
 }
 
+impl SourceName {
+    /// Its form, as documents name it.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Port(_) => "serial",
+            Self::Sim => "sim",
+            Self::Tcp(_) => "tcp",
+            Self::Stdin => "stdin",
+        }
+    }
+}
+
 impl FromStr for SourceName {
     type Err = Infallible;
 

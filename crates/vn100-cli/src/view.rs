@@ -1,0 +1,168 @@
+//! The live view: what is measured, on the whole terminal, until somebody quits.
+//!
+//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]), and draws plain data ([`draw`]) by what was
+//! chosen ([`state`]). It waits for its terminal, and nobody waits for it.
+
+mod allan;
+mod curve;
+mod draw;
+mod feed;
+mod foot;
+mod format;
+mod head;
+mod help;
+mod mouse;
+mod overview;
+mod parameters;
+mod plot;
+mod save;
+mod signal;
+mod source;
+mod state;
+mod statistics;
+mod strip;
+mod svg;
+mod task;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod theme;
+mod units;
+mod waiting;
+mod warnings;
+
+use std::{
+    sync::{Arc, atomic::AtomicBool},
+    thread,
+    time::Duration,
+};
+
+use anyhow::{Context, Result, anyhow};
+use tokio::{sync::oneshot, time::timeout};
+use tokio_util::sync::CancellationToken;
+
+pub(crate) use feed::{Feed, Live, Notices, Stand, controls, feed, obey};
+pub(crate) use state::SourceRequest;
+pub(crate) use terminal::{give_back, is_there};
+
+use crate::exit::{print, report};
+use task::{Ended, Shared, cannot_show};
+
+/// A terminal that does not take the last words in this time is left.
+const LEAVE_AFTER: Duration = Duration::from_secs(2);
+
+/// The view, as long as it is shown. The terminal is given back when this is dropped.
+pub(crate) struct View {
+    close: CancellationToken,
+    ended: oneshot::Receiver<Ended>,
+    notices: Notices,
+}
+
+impl View {
+    /// Takes the terminal and shows the sources; `stop` is cancelled when somebody quits.
+    ///
+    /// # Errors
+    /// When the terminal does not obey.
+    pub(crate) fn show(feeds: Vec<Feed>, confidence: f64, notices: Notices, stop: CancellationToken) -> Result<Self> {
+        let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
+        let screen = terminal::Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
+        let close = CancellationToken::new();
+        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone() };
+        let (sender, ended) = oneshot::channel();
+        let theme = theme::Theme::of_terminal();
+        thread::Builder::new()
+            .name("vn100-view".into())
+            .spawn(move || {
+                let ended = task::run(screen, feeds, confidence, theme, &shared);
+                // the program may have left without waiting
+                let _ = sender.send(ended);
+            })
+            .context("cannot start the thread of the view")?;
+        Ok(Self { close, ended, notices })
+    }
+
+    /// Shows until `work` is done; then gives the terminal back, with the last screen where that was asked for, and tells what was to be
+    /// told meanwhile. If the terminal goes away before, `alone` is called, and the work goes on.
+    ///
+    /// # Errors
+    /// That of the work.
+    pub(crate) async fn until<T>(mut self, work: impl Future<Output = Result<T>>, alone: impl FnOnce()) -> Result<T> {
+        tokio::pin!(work);
+        let mut screen = None;
+        let done = tokio::select! {
+            done = &mut work => {
+                self.close.cancel();
+                if let Ok(Ok(Ended::Closed(last))) = timeout(LEAVE_AFTER, &mut self.ended).await {
+                    screen = last;
+                }
+                done
+            }
+            ended = &mut self.ended => {
+                match ended {
+                    Ok(Ended::TerminalGone) => alone(),
+                    // the panic was told
+                    Ok(Ended::Closed(_)) | Err(_) => report(FAULT),
+                }
+                work.await
+            }
+        };
+        give_back();
+        self.notices.take().iter().for_each(|notice| report(notice));
+        if let Some(screen) = screen {
+            print(&screen)?;
+        }
+        done
+    }
+}
+
+const FAULT: &str = "the view has ended by a fault of this program; the measurement goes on, Ctrl-C ends it";
+
+impl Drop for View {
+    fn drop(&mut self) {
+        self.close.cancel();
+        give_back();
+    }
+}
+
+/// What the system tells the program about its terminal.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Signals {
+    /// The terminal was hung up.
+    pub(crate) hung_up: CancellationToken,
+    /// The program was stopped, and goes on.
+    pub(crate) continued: Arc<AtomicBool>,
+}
+
+impl Signals {
+    /// Listens from now on. Once the terminal was hung up, that no longer ends the program.
+    ///
+    /// # Errors
+    /// When the signals cannot be listened to.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime.
+    #[cfg(unix)]
+    pub(crate) fn listen() -> std::io::Result<Self> {
+        use std::sync::atomic::Ordering;
+        use tokio::signal::unix::{SignalKind, signal};
+        let signals = Self::default();
+        let heard = signals.clone();
+        let mut hangup = signal(SignalKind::hangup())?;
+        let mut go_on = signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw()))?;
+        tokio::spawn(async move {
+            loop {
+                tokio::select! {
+                    _ = hangup.recv() => heard.hung_up.cancel(),
+                    _ = go_on.recv() => heard.continued.store(true, Ordering::Relaxed),
+                }
+            }
+        });
+        Ok(signals)
+    }
+
+    /// There are none here.
+    #[cfg(not(unix))]
+    pub(crate) fn listen() -> std::io::Result<Self> {
+        Ok(Self::default())
+    }
+}

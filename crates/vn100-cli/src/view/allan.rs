@@ -1,0 +1,288 @@
+//! The deviation over averaging time, both logarithmic: points with their confidence bars, the model, and a cursor that reads one out.
+
+use imu_noise::{Deviation, PowerLaw};
+use ratatui::{
+    Frame,
+    buffer::Buffer,
+    layout::{Constraint, Layout, Position, Rect},
+    style::Style,
+    symbols::Marker,
+    text::{Line, Span},
+    widgets::{
+        Paragraph,
+        canvas::{Canvas, Line as Stroke, Points},
+    },
+};
+
+use super::{
+    curve::{Curve, Plot, next_octave},
+    draw::{Regions, Scene, framed},
+    format::{digits, tau, time},
+    parameters,
+    plot::LogAxis,
+    source::{Source, short_name},
+    state::Panel,
+    theme::{SIGNS, Theme},
+};
+
+/// Columns left of the plot, for the labels of its grid.
+const LABELS: u16 = 7;
+
+/// Draws it; alone on the screen with a line of what is known of the noise.
+pub(crate) fn draw(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    scene: Scene<'_>,
+    source: &Source,
+    regions: &mut Regions,
+    alone: bool,
+) {
+    let Some(group) = scene.state.group(source) else { return };
+    let plot = Plot::new(scene.state, source, &group);
+    let deviation = match source.snapshot.deviation {
+        Deviation::Allan => "Allan deviation",
+        Deviation::Hadamard => "Hadamard deviation",
+    };
+    let title = format!("{deviation} σ(τ) of the {}, {}", short_name(group.quantity), plot.unit);
+    let block = framed(scene, Panel::Allan, title);
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let mut read_out = read_out(scene, &plot);
+    if alone {
+        read_out.extend(parameters::summary(scene, source, &group));
+    }
+    let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
+    let [legend, chart, below] = Layout::vertical(rows).areas(inner);
+    frame.render_widget(Paragraph::new(legend_line(scene.theme, source, &plot)), legend);
+    frame.render_widget(Paragraph::new(read_out), below);
+    draw_chart(frame, chart, scene, &plot, regions);
+}
+
+/// Which sign is which axis, and when the next point comes.
+fn legend_line(theme: Theme, source: &Source, plot: &Plot) -> Line<'static> {
+    let mut spans = Vec::new();
+    for curve in &plot.curves {
+        let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
+        spans.push(Span::styled(format!(" {sign} {} ", curve.name), theme.axis(curve.axis)));
+    }
+    if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
+        spans.push(Span::styled(" ┈ model and its parts ", theme.faint()));
+    }
+    if let Some((tau_s, wait_s)) = next_octave(source) {
+        spans.push(Span::styled(format!(" next point: τ {} s in {}", tau(tau_s), time(wait_s)), theme.faint()));
+    }
+    Line::from(spans)
+}
+
+/// The point under the cursor, of every curve shown.
+fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
+    let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
+    let Some(octave) = scene.state.octave(octaves) else { return Vec::new() };
+    let line = |curve: &Curve| {
+        let point = curve.points.get(octave)?;
+        let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
+        let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
+        let interval = match (point.lower, point.upper) {
+            (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
+            _ => "no interval yet".into(),
+        };
+        let edf = point.edf.map_or(String::new(), |edf| format!("  edf {}", digits(edf, 3)));
+        let kind = point.alpha.map_or(String::new(), |alpha| format!("  {}", noise_name(alpha)));
+        let text = format!(" {sign} τ {:<8} σ {value:<8} {interval}{edf}{kind}", format!("{} s", tau(point.tau_s)));
+        Some(Line::styled(text, scene.theme.axis(curve.axis)))
+    };
+    plot.curves.iter().filter_map(line).collect()
+}
+
+/// The kind of noise by the exponent of its spectrum.
+fn noise_name(alpha: i8) -> &'static str {
+    match PowerLaw::nearest(alpha) {
+        PowerLaw::WhitePhase => "quantisation or vibration",
+        PowerLaw::FlickerPhase => "falling fast",
+        PowerLaw::White => "white",
+        PowerLaw::Flicker => "flicker",
+        PowerLaw::RandomWalk => "random walk",
+    }
+}
+
+fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, regions: &mut Regions) {
+    let (state, theme) = (scene.state, scene.theme);
+    let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
+    let (Some(x), Some(octave)) = (LogAxis::over(plot.taus()), state.octave(octaves)) else {
+        frame.render_widget(Paragraph::new(" The first point needs two samples.").style(theme.faint()), area);
+        return;
+    };
+    let Some(cursor_tau) = plot.curves.iter().find_map(|curve| curve.points.get(octave)).map(|point| point.tau_s)
+    else {
+        return;
+    };
+    let x = x.zoomed(state.zoom, cursor_tau);
+    let seen =
+        |curve: &&Curve| -> Vec<_> { curve.points.iter().filter(|p| x.part(p.tau_s).is_some()).copied().collect() };
+    let shown = Plot {
+        unit: plot.unit.clone(),
+        curves: plot.curves.iter().map(|curve| Curve { points: seen(&curve), ..curve.clone() }).collect(),
+    };
+    let Some(y) = LogAxis::over(shown.deviations()) else {
+        let text = " No deviation yet: the values have not changed.";
+        frame.render_widget(Paragraph::new(text).style(theme.faint()), area);
+        return;
+    };
+    let [body, bottom] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+    let [_, chart] = Layout::horizontal([Constraint::Length(LABELS), Constraint::Fill(1)]).areas(body);
+    if chart.width < 10 || chart.height < 4 {
+        return;
+    }
+    let axes = Axes { x, y, chart };
+    regions.chart = chart;
+    let first = plot.curves.first().map_or(&[][..], |curve| &curve.points);
+    regions.octaves =
+        first.iter().enumerate().filter_map(|(place, point)| Some((axes.column(point.tau_s)?, place))).collect();
+    draw_grid(frame.buffer_mut(), axes, bottom.y, theme, cursor_tau);
+    let canvas = Canvas::default().marker(Marker::Braille).x_bounds([x.low, x.high]).y_bounds([y.low, y.high]);
+    frame.render_widget(
+        canvas.paint(|context| {
+            for line in shown.curves.iter().flat_map(|curve| &curve.model) {
+                let points: Vec<_> = dense(&line.points).into_iter().filter(|p| axes.within(*p)).collect();
+                context.draw(&Points { coords: &points, color: Theme::colour_of(theme.faint()) });
+            }
+            context.layer();
+            for curve in &shown.curves {
+                draw_curve(context, axes, curve, Theme::colour_of(theme.axis(curve.axis)));
+                context.layer();
+            }
+        }),
+        chart,
+    );
+    for curve in &shown.curves {
+        draw_points(frame.buffer_mut(), axes, curve, theme, cursor_tau);
+    }
+    draw_letters(frame.buffer_mut(), axes, &shown, theme);
+}
+
+/// Both axes and where they are on the screen.
+#[derive(Clone, Copy)]
+struct Axes {
+    x: LogAxis,
+    y: LogAxis,
+    chart: Rect,
+}
+
+impl Axes {
+    fn column(self, tau_s: f64) -> Option<u16> {
+        let part = self.x.part(tau_s)?;
+        Some(self.chart.x + (part * f64::from(self.chart.width - 1)).round() as u16)
+    }
+
+    fn row(self, deviation: f64) -> Option<u16> {
+        let part = self.y.part(deviation)?;
+        Some(self.chart.bottom() - 1 - (part * f64::from(self.chart.height - 1)).round() as u16)
+    }
+
+    /// Whether a point, in logarithms, is in the chart.
+    fn within(self, (x, y): (f64, f64)) -> bool {
+        (self.x.low..=self.x.high).contains(&x) && (self.y.low..=self.y.high).contains(&y)
+    }
+}
+
+fn put(buffer: &mut Buffer, x: u16, y: u16, text: &str, style: Style) {
+    for (x, sign) in (x..).zip(text.chars()) {
+        if let Some(cell) = buffer.cell_mut(Position::new(x, y)) {
+            cell.set_char(sign).set_style(style);
+        }
+    }
+}
+
+/// Decades and what stands at them, and the cursor.
+fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, cursor_tau: f64) {
+    let chart = axes.chart;
+    let columns = axes.x.ticks(usize::from(chart.width / 9));
+    let rows = axes.y.ticks(usize::from(chart.height / 2));
+    for tick in &rows {
+        let Some(row) = axes.row(10_f64.powf(tick.at)) else { continue };
+        put(buffer, chart.x, row, &"┈".repeat(chart.width.into()), theme.faint());
+        let width = tick.label.len() as u16;
+        put(buffer, chart.x.saturating_sub(width + 1), row, &tick.label, Style::new());
+    }
+    for tick in &columns {
+        let Some(column) = axes.column(10_f64.powf(tick.at)) else { continue };
+        for row in chart.top()..chart.bottom() {
+            put(buffer, column, row, "┊", theme.faint());
+        }
+        let width = tick.label.len() as u16;
+        let label = column.saturating_sub(width / 2).min(chart.right().saturating_sub(width));
+        put(buffer, label, label_row, &tick.label, Style::new());
+    }
+    put(buffer, chart.x.saturating_sub(LABELS), label_row, "τ (s)", theme.faint());
+    if let Some(column) = axes.column(cursor_tau) {
+        for row in chart.top()..chart.bottom() {
+            put(buffer, column, row, "│", Style::new());
+        }
+    }
+}
+
+fn draw_curve(
+    context: &mut ratatui::widgets::canvas::Context<'_>,
+    axes: Axes,
+    curve: &Curve,
+    color: ratatui::style::Color,
+) {
+    let logs: Vec<(f64, f64)> = (curve.points.iter())
+        .filter_map(|point| Some((point.tau_s.log10(), point.deviation.filter(|d| *d > 0.0)?.log10())))
+        .collect();
+    for pair in logs.windows(2) {
+        context.draw(&Stroke { x1: pair[0].0, y1: pair[0].1, x2: pair[1].0, y2: pair[1].1, color });
+    }
+    for point in &curve.points {
+        if let (Some(lower), Some(upper)) = (point.lower.filter(|lower| *lower > 0.0), point.upper) {
+            let (x, [low, high]) =
+                (point.tau_s.log10(), [lower, upper].map(|bound| bound.log10().clamp(axes.y.low, axes.y.high)));
+            context.draw(&Stroke { x1: x, y1: low, x2: x, y2: high, color });
+        }
+    }
+}
+
+/// The signs of the points, and arrows where a bar runs out of the chart.
+fn draw_points(buffer: &mut Buffer, axes: Axes, curve: &Curve, theme: Theme, cursor_tau: f64) {
+    let style = theme.axis(curve.axis);
+    for point in &curve.points {
+        let Some(column) = axes.column(point.tau_s) else { continue };
+        let here = if point.tau_s == cursor_tau { style.patch(theme.chosen()) } else { style };
+        if let Some(row) = point.deviation.and_then(|deviation| axes.row(deviation)) {
+            put(buffer, column, row, SIGNS.get(curve.axis).unwrap_or(&"●"), here);
+        }
+        if point.upper.is_some_and(|upper| upper.log10() > axes.y.high) {
+            put(buffer, column, axes.chart.top(), "↑", style);
+        }
+        if point.lower.is_some_and(|lower| lower.log10() < axes.y.low) {
+            put(buffer, column, axes.chart.bottom() - 1, "↓", style);
+        }
+    }
+}
+
+/// The letter of each part of the model, at its end.
+fn draw_letters(buffer: &mut Buffer, axes: Axes, plot: &Plot, theme: Theme) {
+    for line in plot.curves.iter().flat_map(|curve| &curve.model) {
+        let Some(letter) = line.term else { continue };
+        // N is looked for at its left end, the others at their right
+        let mut inside = line.points.iter().filter_map(|(t, d)| Some((axes.column(*t)?, axes.row(*d)?)));
+        let end = if letter == "N" { inside.next_back() } else { inside.next() };
+        if let Some((column, row)) = end {
+            put(buffer, column, row, letter, theme.chosen());
+        }
+    }
+}
+
+/// Points between the given ones, close enough for a line of dots; in logarithms.
+fn dense(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    const BETWEEN: u32 = 8;
+    let logs: Vec<_> = points.iter().map(|(x, y)| (x.log10(), y.log10())).collect();
+    logs.windows(2)
+        .flat_map(|pair| {
+            (0..BETWEEN).map(|step| {
+                let part = f64::from(step) / f64::from(BETWEEN);
+                (pair[0].0 + part * (pair[1].0 - pair[0].0), pair[0].1 + part * (pair[1].1 - pair[0].1))
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,139 @@
+//! What the deviation plot shows, in the unit chosen: points, bars, and the model through them. For the screen and for pictures.
+
+use imu_noise::{Deviation, Sensor, Term};
+use vn100_protocol::Quantity;
+
+use super::{
+    source::{Group, Source},
+    state::{Axes, State},
+    units::{convention, written},
+};
+use crate::units::{ChannelValues, Point};
+
+/// Intervals with fewer degrees of freedom span more than a factor of ten: they may run out of the plot, which then says so.
+const LEAST_EDF: f64 = 2.0;
+
+/// Places along an octave where the model is drawn.
+const MODEL_STEPS: u32 = 4;
+
+/// Curves of one sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Plot {
+    pub(crate) unit: String,
+    pub(crate) curves: Vec<Curve>,
+}
+
+/// The curve of one axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Curve {
+    pub(crate) name: String,
+    /// Place among the axes of the sensor.
+    pub(crate) axis: usize,
+    pub(crate) points: Vec<Point>,
+    /// The model and its parts; only for an axis that is drawn alone.
+    pub(crate) model: Vec<ModelLine>,
+}
+
+/// One line of the model.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ModelLine {
+    /// Its letter; `None` for the sum.
+    pub(crate) term: Option<&'static str>,
+    /// Averaging time in seconds and deviation.
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+/// What a sensor measures, where noise parameters have units for it.
+pub(crate) fn sensor(quantity: Quantity) -> Option<Sensor> {
+    match quantity {
+        Quantity::AngularRate => Some(Sensor::Gyroscope),
+        Quantity::Acceleration => Some(Sensor::Accelerometer),
+        Quantity::MagneticField => Some(Sensor::Magnetometer),
+        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => None,
+    }
+}
+
+impl Plot {
+    /// The curves of the sensor chosen.
+    pub(crate) fn new(state: &State, source: &Source, group: &Group) -> Self {
+        let unit = sensor(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units));
+        let factor = unit.map_or(1.0, |unit| unit.factor);
+        let axes = group.channels.iter().enumerate();
+        let curves = axes.filter(|(axis, _)| state.axes == Axes::All || state.axes == Axes::One(*axis));
+        let curves = curves.map(|(axis, place)| {
+            let channel = &source.values[*place];
+            let points = channel.deviations.iter().map(|point| scaled(*point, factor)).collect();
+            let alone = state.axes != Axes::All;
+            let model = if alone { model(source, channel, factor) } else { Vec::new() };
+            Curve { name: channel.name.clone(), axis, points, model }
+        });
+        let own = || source.values[group.channels[0]].unit.clone();
+        Self { unit: unit.map_or_else(own, written), curves: curves.collect() }
+    }
+
+    /// Every deviation that must be seen, with the bounds of those that are known well enough.
+    pub(crate) fn deviations(&self) -> impl Iterator<Item = f64> {
+        let known = |point: &Point| point.edf.is_some_and(|edf| edf >= LEAST_EDF);
+        self.curves.iter().flat_map(|curve| &curve.points).flat_map(move |point| {
+            let bounds = if known(point) { [point.lower, point.upper] } else { [None, None] };
+            [point.deviation].into_iter().chain(bounds).flatten()
+        })
+    }
+
+    /// Averaging times of all points.
+    pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {
+        self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.tau_s)
+    }
+}
+
+fn scaled(point: Point, factor: f64) -> Point {
+    let times = |value: Option<f64>| value.map(|value| value * factor);
+    Point { deviation: times(point.deviation), lower: times(point.lower), upper: times(point.upper), ..point }
+}
+
+/// The parts of the noise that were estimated, over the averaging times they were fitted to, and their sum.
+fn model(source: &Source, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
+    let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
+        return Vec::new();
+    };
+    let shape = source.snapshot.shape();
+    let (first, last) = (quality.tau_min_s / shape.interval_s, quality.tau_max_s / shape.interval_s);
+    let steps = ((last / first).log2() * f64::from(MODEL_STEPS)).round().max(0.0) as u32;
+    let along = |step: u32| (first * (f64::from(step) / f64::from(MODEL_STEPS)).exp2()).round() as u64;
+    let mut factors: Vec<u64> = (0..=steps).map(along).collect();
+    factors.dedup();
+    let terms = [("N", Term::White), ("B", Term::BiasInstability), ("K", Term::RateRandomWalk), ("R", Term::RateRamp)];
+    let mut sum = vec![0.0; factors.len()];
+    let mut lines = Vec::new();
+    for (letter, term) in terms {
+        // what the fit holds of the stream, whether it is the sensor's or not
+        let Some(amplitude) = noise.fit.parameter(term).and_then(|parameter| parameter.value) else { continue };
+        let variances: Vec<f64> = factors.iter().map(|m| term.variance(amplitude, *m, &shape)).collect();
+        sum.iter_mut().zip(&variances).for_each(|(sum, variance)| *sum += variance);
+        lines.push(ModelLine { term: Some(letter), points: line(&factors, &variances, shape.interval_s, factor) });
+    }
+    if lines.len() > 1 {
+        lines.push(ModelLine { term: None, points: line(&factors, &sum, shape.interval_s, factor) });
+    }
+    lines
+}
+
+fn line(factors: &[u64], variances: &[f64], interval_s: f64, factor: f64) -> Vec<(f64, f64)> {
+    let point = |(m, variance): (&u64, &f64)| (*m as f64 * interval_s, variance.sqrt() * factor);
+    factors.iter().zip(variances).map(point).collect()
+}
+
+/// The averaging time of the octave that will be observable next, and the data time until then, in seconds.
+pub(crate) fn next_octave(source: &Source) -> Option<(f64, f64)> {
+    let snapshot = &source.snapshot;
+    let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
+    let m = longest.map_or(1, |m| 2 * m);
+    let windows = match snapshot.deviation {
+        Deviation::Allan => 2,
+        Deviation::Hadamard => 3,
+    };
+    let shape = snapshot.shape();
+    // a gap may have broken the windows that would be there by now
+    let lacking = (m * windows).checked_sub(shape.samples)?;
+    (source.snapshot.timing.samples > 0).then_some((m as f64 * shape.interval_s, lacking as f64 * shape.interval_s))
+}

@@ -1,0 +1,178 @@
+//! The screen from what is known: which panels it has at its size, and where. Draws plain data; asks nobody, waits for nothing.
+
+use ratatui::{
+    Frame,
+    layout::{Constraint, Layout, Rect},
+    style::Modifier,
+    text::{Line, Span},
+    widgets::{Block, Borders, Paragraph},
+};
+
+use super::{
+    allan, foot, head, help, overview, parameters, signal,
+    source::Source,
+    state::{Panel, State},
+    statistics,
+    theme::Theme,
+    waiting, warnings,
+};
+
+/// The least that shows anything.
+pub(crate) const LEAST: (u16, u16) = (60, 16);
+
+/// From here on, all panels stand side by side.
+const ALL_PANELS: (u16, u16) = (110, 34);
+
+/// Where on the screen what a mouse may point at is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Regions {
+    pub(crate) panels: Vec<(Rect, Panel)>,
+    pub(crate) tabs: Vec<(Rect, Panel)>,
+    /// Columns of the octaves of the curve, and the rows they stand in.
+    pub(crate) octaves: Vec<(u16, usize)>,
+    pub(crate) chart: Rect,
+    /// Rows of the channels, by their places.
+    pub(crate) channels: Vec<(u16, usize)>,
+    /// The bar that tells how much of a capture was replayed.
+    pub(crate) progress: Rect,
+}
+
+/// What everything is drawn from.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) state: &'a State,
+    pub(crate) sources: &'a [Source],
+    pub(crate) theme: Theme,
+}
+
+impl<'a> Scene<'a> {
+    /// The source shown.
+    pub(crate) fn source(self) -> Option<&'a Source> {
+        self.sources.get(self.state.source)
+    }
+}
+
+/// Draws everything; tells what is where.
+pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
+    let area = frame.area();
+    let mut regions = Regions::default();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        too_small(frame, area, scene);
+    } else if scene.state.help {
+        help::draw(frame, area, scene);
+    } else if scene.state.overview {
+        let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+        overview::draw(frame, body, scene);
+        foot::draw(frame, keys, scene);
+    } else if let Some(source) = scene.source() {
+        one_source(frame, area, scene, source, &mut regions);
+    }
+    scene.theme.finish(frame.buffer_mut());
+    regions
+}
+
+fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, regions: &mut Regions) {
+    let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
+    let count = source.warnings.len().max(usize::from(source.recording_error().is_some()));
+    let warning_rows = if all { count.clamp(1, 4) as u16 } else { 1 };
+    let head_rows = if source.playback.is_some() { 4 } else { 3 };
+    let [top, warned, tabs, body, keys] = Layout::vertical([
+        Constraint::Length(head_rows),
+        Constraint::Length(warning_rows),
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    regions.progress = head::draw(frame, top, scene, source);
+    warnings::draw_lines(frame, warned, scene, source);
+    foot::draw(frame, keys, scene);
+    if source.snapshot.timing.samples == 0 {
+        waiting::draw(frame, tabs.union(body), scene, source);
+        return;
+    }
+    draw_tabs(frame, tabs, scene, source, all && !scene.state.expanded, regions);
+    if !all || scene.state.expanded {
+        panel(frame, body, scene, source, scene.state.panel, regions, true);
+        return;
+    }
+    let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
+    let lower_rows = (source.values.len() as u16 + 3).max(lower.height).min(body.height / 2);
+    let [upper, lower] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(lower_rows)]).areas(upper.union(lower));
+    let right = (area.width * 2 / 5).clamp(parameters::WIDTH, 70);
+    let columns = [Constraint::Fill(1), Constraint::Length(right)];
+    let [allan, noise] = Layout::horizontal(columns).areas(upper);
+    let [statistics, signal] = Layout::horizontal(columns).areas(lower);
+    let warned = scene.state.panel == Panel::Warnings;
+    panel(frame, allan, scene, source, Panel::Allan, regions, false);
+    panel(frame, noise, scene, source, Panel::Parameters, regions, false);
+    panel(frame, statistics, scene, source, Panel::Statistics, regions, false);
+    // a warning is read where the signal is otherwise
+    panel(frame, signal, scene, source, if warned { Panel::Warnings } else { Panel::Signal }, regions, false);
+}
+
+fn panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    scene: Scene<'_>,
+    source: &Source,
+    panel: Panel,
+    regions: &mut Regions,
+    alone: bool,
+) {
+    regions.panels.push((area, panel));
+    match panel {
+        Panel::Allan => allan::draw(frame, area, scene, source, regions, alone),
+        Panel::Parameters => parameters::draw(frame, area, scene, source),
+        Panel::Statistics => statistics::draw(frame, area, scene, source, regions),
+        Panel::Signal => signal::draw(frame, area, scene, source),
+        Panel::Warnings => warnings::draw_panel(frame, area, scene, source),
+    }
+}
+
+/// A frame with a title, that of the panel chosen brighter.
+pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'static> {
+    let chosen = scene.state.panel == panel;
+    let title = format!(" {title} ");
+    let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
+    let border = if chosen { ratatui::style::Style::new() } else { scene.theme.faint() };
+    Block::new().borders(Borders::ALL).border_style(border).title(title)
+}
+
+/// The sensors by their numbers, and the panels unless all of them are there.
+fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, all: bool, regions: &mut Regions) {
+    let (state, theme) = (scene.state, scene.theme);
+    let mut spans = vec![Span::raw(" ")];
+    let mut x = area.x + 1;
+    if !all {
+        for panel in Panel::ALL {
+            let text = format!(" {} ", panel.name());
+            let width = text.chars().count() as u16;
+            regions.tabs.push((Rect::new(x, area.y, width, 1), panel));
+            x += width;
+            spans.push(if panel == state.panel { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
+        }
+        spans.push(Span::raw(" │ ").style(theme.faint()));
+    }
+    for (place, group) in source.groups().iter().enumerate() {
+        let name = super::source::short_name(group.quantity);
+        let text = format!(" {} {name} ", place + 1);
+        spans.push(if place == state.sensor { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
+    }
+    frame.render_widget(Paragraph::new(Line::from(spans)), area);
+}
+
+/// What fits still tells how the measurement is.
+fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let mut lines = vec![
+        Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),
+        Line::raw(format!("the view needs {}x{}", LEAST.0, LEAST.1)),
+        Line::raw("the measurement goes on"),
+    ];
+    if let Some(source) = scene.source() {
+        lines.push(Line::raw(format!("{} samples", super::format::grouped(source.snapshot.timing.samples))));
+    }
+    lines.push(Line::raw("q quits"));
+    frame.render_widget(Paragraph::new(lines), area);
+}

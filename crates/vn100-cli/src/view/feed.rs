@@ -1,0 +1,144 @@
+//! What whoever measures lets the view see of a source, and how the view is heard.
+
+use std::{
+    collections::VecDeque,
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use tokio::sync::{mpsc, watch};
+use vn100_driver::{LinkState, RecordingState};
+use vn100_pipeline::{Analysis, Assessment, Controls, Settings, Snapshot};
+
+use super::{source::Source, state::SourceRequest};
+use crate::{exit::printable, pace::Position};
+
+/// Wishes of the view that may wait; more are refused, and told so.
+const WAITING_REQUESTS: usize = 8;
+
+/// Messages that are kept until the end; the oldest go first.
+const MOST_NOTICES: usize = 100;
+
+/// How far a source has come.
+#[derive(Debug, Clone)]
+pub(crate) enum SourceStage {
+    Preparing,
+    Measuring(Live),
+    /// With what ended it, unless it was asked for, and what was measured.
+    Ended(Option<String>, Option<Live>),
+}
+
+/// A measurement under way. The view looks at the latest of everything and delays nobody.
+#[derive(Debug, Clone)]
+pub(crate) struct Live {
+    pub(crate) latest: watch::Receiver<Arc<Snapshot>>,
+    pub(crate) link: Option<watch::Receiver<LinkState>>,
+    pub(crate) recording: Option<watch::Receiver<RecordingState>>,
+    /// Where a replay is, and how many samples its capture has.
+    pub(crate) playback: Option<(watch::Receiver<Position>, watch::Receiver<Option<u64>>)>,
+    pub(crate) controls: mpsc::Sender<SourceRequest>,
+}
+
+/// A source as the view sees it.
+#[derive(Debug)]
+pub(crate) struct Feed {
+    pub(crate) name: String,
+    pub(crate) kind: Option<&'static str>,
+    pub(crate) stage: watch::Receiver<SourceStage>,
+}
+
+impl Feed {
+    /// The source before anything is known of it.
+    pub(crate) fn nothing(&self, confidence: f64) -> Source {
+        let snapshot = Analysis::new(Settings::default()).snapshot();
+        let assessment = Assessment::new(&snapshot, confidence);
+        Source::new(self.name.clone(), self.kind, Arc::new(snapshot), Arc::new(assessment))
+    }
+}
+
+/// Where whoever measures a source shows how it stands.
+#[derive(Debug)]
+pub(crate) struct Stand {
+    stage: watch::Sender<SourceStage>,
+}
+
+/// A source that nobody measures yet, for both sides.
+pub(crate) fn feed(name: &str, kind: Option<&'static str>) -> (Stand, Feed) {
+    let (sender, stage) = watch::channel(SourceStage::Preparing);
+    (Stand { stage: sender }, Feed { name: printable(name), kind, stage })
+}
+
+/// Wishes of the view, for both sides.
+pub(crate) fn controls() -> (mpsc::Sender<SourceRequest>, mpsc::Receiver<SourceRequest>) {
+    mpsc::channel(WAITING_REQUESTS)
+}
+
+impl Stand {
+    /// It is being measured.
+    pub(crate) fn measuring(&self, live: Live) {
+        self.stage.send_replace(SourceStage::Measuring(live));
+    }
+
+    /// Nothing more comes.
+    pub(crate) fn ended(&self, reason: Option<String>) {
+        self.stage.send_modify(|stage| {
+            let live = match stage {
+                SourceStage::Preparing => None,
+                SourceStage::Measuring(live) => Some(live.clone()),
+                SourceStage::Ended(_, live) => live.clone(),
+            };
+            *stage = SourceStage::Ended(reason.as_deref().map(printable), live);
+        });
+    }
+}
+
+/// What would be written to the terminal if it were free: shown in the view, and written when it is over.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Notices {
+    inner: Arc<Mutex<NoticesInner>>,
+}
+
+#[derive(Debug, Default)]
+struct NoticesInner {
+    all: VecDeque<String>,
+    seen: bool,
+}
+
+impl Notices {
+    /// Adds one.
+    pub(crate) fn tell(&self, notice: String) {
+        let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        if inner.all.len() == MOST_NOTICES {
+            inner.all.pop_front();
+        }
+        inner.all.push_back(notice);
+        inner.seen = false;
+    }
+
+    /// The latest, if it was not asked for before.
+    pub(crate) fn news(&self) -> Option<String> {
+        let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        if std::mem::replace(&mut inner.seen, true) { None } else { inner.all.back().map(|notice| printable(notice)) }
+    }
+
+    /// All, to be written down.
+    pub(crate) fn take(&self) -> Vec<String> {
+        let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        inner.all.drain(..).collect()
+    }
+}
+
+/// Passes a wish on to the measurement; what to tell of it. Wishes for a capture are not its business.
+pub(crate) async fn obey(wish: SourceRequest, controls: &Controls) -> Option<String> {
+    let time = |time: Duration| super::format::time(time.as_secs_f64());
+    match wish {
+        SourceRequest::EndWarmUp => controls
+            .end_warm_up()
+            .await
+            .map(|skip| format!("the first {} are left out, as by --skip {:.3}s", time(skip), skip.as_secs_f64())),
+        SourceRequest::StartOver => {
+            controls.start_over().await.map(|past| format!("started over after {}", time(past)))
+        }
+        _ => None,
+    }
+}

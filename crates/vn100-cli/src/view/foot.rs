@@ -1,0 +1,66 @@
+//! The last line: a question that waits for its answer, what was done last, or the keys.
+
+use ratatui::{
+    Frame,
+    layout::Rect,
+    text::{Line, Span},
+    widgets::Paragraph,
+};
+
+use super::{
+    draw::Scene,
+    state::{Panel, Question},
+};
+
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let (state, theme) = (scene.state, scene.theme);
+    let question = state.question.as_ref().map(|question| match question {
+        Question::StartOver => " Forget everything measured so far and start over? y / n".to_owned(),
+        Question::EndWarmUp => " Leave everything so far out as warm-up, and measure from here on? y / n".to_owned(),
+        Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
+    });
+    if let Some(text) = question {
+        frame.render_widget(Paragraph::new(text).style(theme.chosen()), area);
+        return;
+    }
+    if let Some(message) = &state.message {
+        let text = super::warnings::shortened(&format!(" {message}"), usize::from(area.width));
+        frame.render_widget(Paragraph::new(text).style(theme.warning()), area);
+        return;
+    }
+    let mut spans = Vec::new();
+    let mut room = usize::from(area.width);
+    for (key, does) in keys(scene) {
+        let width = key.chars().count() + does.chars().count() + 3;
+        if width > room {
+            break;
+        }
+        room -= width;
+        spans.push(Span::raw(format!(" {key}")).style(ratatui::style::Modifier::BOLD));
+        spans.push(Span::styled(format!(" {does} "), theme.faint()));
+    }
+    frame.render_widget(Paragraph::new(Line::from(spans)), area);
+}
+
+/// The keys that do something now, those looked for first at the front.
+fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
+    let state = scene.state;
+    if state.overview {
+        return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
+    }
+    let mut keys = vec![("q", "quit"), ("?", "help"), ("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")];
+    if scene.source().is_some_and(|source| source.playback.is_some()) {
+        keys.extend([("space", "pause"), ("<>", "speed"), ("[]", "seek"), ("g", "go to %")]);
+    }
+    if scene.sources.len() > 1 {
+        keys.extend([("o", "overview"), ("n p", "source")]);
+    }
+    match state.panel {
+        Panel::Warnings => keys.push(("↑↓", "choose")),
+        Panel::Allan => keys.push(("←→", "cursor")),
+        Panel::Parameters | Panel::Statistics | Panel::Signal => {}
+    }
+    keys.extend([("u", "unit"), ("e", "expand"), ("f", "freeze"), ("s", "save"), ("-=", "zoom")]);
+    keys.extend([("w", "warm-up over"), ("r", "start over")]);
+    keys
+}

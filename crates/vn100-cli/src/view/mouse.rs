@@ -1,0 +1,56 @@
+//! What the mouse does: it points at what keys choose.
+
+use ratatui::{
+    crossterm::event::{MouseButton, MouseEvent, MouseEventKind},
+    layout::Position,
+};
+
+use super::{
+    draw::Regions,
+    source::Source,
+    state::{Panel, Request, SourceRequest, State},
+};
+
+/// Does what a click or a turn of the wheel asks.
+pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sources: &[Source]) -> Option<Request> {
+    let at = Position::new(event.column, event.row);
+    let source = sources.get(state.source)?;
+    if state.help || state.question.is_some() {
+        return None;
+    }
+    match event.kind {
+        MouseEventKind::Down(MouseButton::Left) => {
+            if regions.progress.contains(at) {
+                let part = f64::from(at.x - regions.progress.x) / f64::from(regions.progress.width.max(1));
+                return source.progress().map(|_| Request::Control(SourceRequest::GoTo(part)));
+            }
+            let panels = regions.tabs.iter().chain(&regions.panels);
+            if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {
+                state.panel = *panel;
+            }
+            let statistics = regions.panels.iter().find(|(_, panel)| *panel == Panel::Statistics);
+            if let Some((_, channel)) = regions.channels.iter().find(|(row, _)| *row == at.y)
+                && statistics.is_some_and(|(area, _)| area.contains(at))
+            {
+                state.choose_channel(*channel, source);
+            }
+            if regions.chart.contains(at) {
+                let nearest = regions.octaves.iter().min_by_key(|(column, _)| column.abs_diff(at.x));
+                state.cursor = nearest.map(|(_, octave)| *octave);
+            }
+        }
+        MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
+            let down = event.kind == MouseEventKind::ScrollDown;
+            if state.panel == Panel::Warnings {
+                let last = source.warnings.len().saturating_sub(1);
+                state.warning = if down { (state.warning + 1).min(last) } else { state.warning.saturating_sub(1) };
+            } else {
+                let last = regions.octaves.len().saturating_sub(1);
+                let octave = state.octave(regions.octaves.len()).unwrap_or(0);
+                state.cursor = Some(if down { (octave + 1).min(last) } else { octave.saturating_sub(1) });
+            }
+        }
+        _ => {}
+    }
+    None
+}

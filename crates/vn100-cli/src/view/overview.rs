@@ -1,0 +1,83 @@
+//! All sources side by side: how each of them is, in three lines.
+
+use imu_noise::Term;
+use ratatui::{
+    Frame,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+    widgets::{Block, Borders, Paragraph},
+};
+use vn100_protocol::Quantity;
+
+use super::{
+    curve::sensor,
+    draw::Scene,
+    format::{digits, grouped, time},
+    head::link_word,
+    source::{Source, short_name},
+    units::{convention, written},
+    warnings::shortened,
+};
+
+/// Lines of a source, with one below.
+const LINES: usize = 4;
+
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let frozen = if scene.state.frozen { ", FROZEN, measuring goes on" } else { "" };
+    let block = Block::new().borders(Borders::ALL).title(format!(" {} sources{frozen} ", scene.sources.len()));
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let room = usize::from(inner.height) / LINES;
+    let first = (scene.state.source + 1).saturating_sub(room.max(1));
+    let lines: Vec<Line<'_>> = (scene.sources.iter().enumerate().skip(first).take(room.max(1)))
+        .flat_map(|(place, source)| one(scene, place, source, usize::from(inner.width)))
+        .collect();
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Line<'static>> {
+    let theme = scene.theme;
+    let (word, style) = link_word(source, theme);
+    let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
+    let name = format!(" {} {} ", place + 1, source.name);
+    let chosen = if place == scene.state.source { theme.chosen() } else { Style::new().bold() };
+    let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
+    let lost = snapshot.link.tally.bad.total() + timing.missing;
+    let head = Line::from(vec![
+        Span::styled(name, chosen),
+        Span::raw(" "),
+        Span::styled(word, style),
+        Span::raw(format!("  {} samples in {}", grouped(timing.samples), time(timing.duration_s()))),
+        Span::raw(measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz"))),
+        Span::styled(
+            format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.bad.total()), grouped(timing.missing)),
+            if lost > 0 { theme.warning() } else { Style::new() },
+        ),
+    ]);
+    let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
+    let warned = source.recording_error().map(|error| format!("RECORDING FAILED: {error}"));
+    let warned = warned.or_else(|| source.warnings.first().map(ToString::to_string));
+    let more = source.warnings.len().saturating_sub(1);
+    let more = if more > 0 { format!(" +{more} more") } else { String::new() };
+    let warned = warned.map_or(String::new(), |text| {
+        format!("{}{more}", shortened(&format!("   ! {text}"), width.saturating_sub(more.len())))
+    });
+    vec![head, Line::raw(format!("   {}", noise.join("   "))), Line::styled(warned, theme.warning()), Line::raw("")]
+}
+
+/// N of all axes, with its unit.
+fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String {
+    let Some(unit) = sensor(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
+        return String::new();
+    };
+    let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
+    let values: Vec<String> = axes
+        .filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White))
+        .map(|white| white.value.map_or("-".into(), |value| digits(value * unit.factor, 2)))
+        .collect();
+    if values.is_empty() {
+        return String::new();
+    }
+    format!("{} N {} {}", short_name(quantity), values.join(" "), written(unit))
+}

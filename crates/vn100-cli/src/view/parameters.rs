@@ -1,0 +1,192 @@
+//! The noise parameters of a sensor: value and interval by axis, or why there is none yet.
+
+use imu_noise::{Parameter, Status, Term};
+use ratatui::{
+    Frame,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+    widgets::{Paragraph, Wrap},
+};
+use vn100_pipeline::{LongTaus, Onboard, WalkSeenLater, WarningKind};
+
+use super::{
+    curve::sensor,
+    draw::{Scene, framed},
+    format::{digits, spread, tau, time},
+    source::{Group, Source, short_name},
+    state::{Axes, Panel},
+    theme::SIGNS,
+    units::{convention, written},
+};
+use crate::units::ChannelValues;
+
+/// Columns of the label and of three axes, with the frame.
+pub(crate) const WIDTH: u16 = 9 + 3 * 14 + 2;
+
+const TERMS: [(Term, &str, &str); 3] = [
+    (Term::White, "N", "white noise"),
+    (Term::BiasInstability, "B", "bias instability"),
+    (Term::RateRandomWalk, "K", "rate random walk"),
+];
+
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+    let Some(group) = scene.state.group(source) else { return };
+    let level = 100.0 * source.assessment.confidence;
+    let title = format!("Noise of the {}, {level:.0} % intervals", short_name(group.quantity));
+    let block = framed(scene, Panel::Parameters, title);
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let lines = lines(scene, source, &group);
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }), inner);
+}
+
+/// N of all axes in a line, for a screen that has no room for the panel.
+pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Option<Line<'static>> {
+    let unit = convention(sensor(group.quantity)?, Term::White, scene.state.units);
+    let mut spans = vec![Span::styled(" N", Style::new().bold())];
+    for (axis, place) in group.channels.iter().enumerate() {
+        let white = source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
+        let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
+            (Some(value), Some(lower), Some(upper)) => {
+                format!("{} {}", digits(value * unit.factor, 3), spread(value, lower, upper))
+            }
+            _ => status(white.status).into(),
+        });
+        let sign = SIGNS.get(axis).unwrap_or(&"●");
+        spans.push(Span::styled(format!("  {sign} {text}"), scene.theme.axis(axis)));
+    }
+    spans.push(Span::raw(format!("  {}", written(unit))));
+    Some(Line::from(spans))
+}
+
+fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>> {
+    let theme = scene.theme;
+    let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
+    let Some(sensor) = sensor(group.quantity) else {
+        return vec![
+            Line::raw(" Noise parameters belong to a sensor's axes; this"),
+            Line::raw(" is computed from several. Its deviation stands"),
+            Line::raw(" beside, its statistics below."),
+        ];
+    };
+    let column_style = |axis: usize| match scene.state.axes {
+        Axes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
+        _ => theme.axis(axis),
+    };
+    let row = |label: &str, cells: Vec<String>| {
+        let mut spans = vec![Span::raw(format!(" {label:<8}"))];
+        spans.extend(
+            cells.into_iter().enumerate().map(|(axis, cell)| Span::styled(format!("{cell:>14}"), column_style(axis))),
+        );
+        Line::from(spans)
+    };
+    let mut lines = vec![row("", axes.iter().map(|axis| axis.name.clone()).collect())];
+    for (term, letter, name) in TERMS {
+        let parameters: Vec<Option<Parameter>> =
+            axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();
+        if parameters.iter().all(Option::is_none) {
+            continue;
+        }
+        let unit = convention(sensor, term, scene.state.units);
+        let value = |parameter: &Option<Parameter>| {
+            parameter.map_or("-".into(), |parameter| match (parameter.value, parameter.upper) {
+                (Some(value), _) => digits(value * unit.factor, 3),
+                (None, Some(upper)) => format!("≤ {}", digits(upper * unit.factor, 3)),
+                (None, None) => status(parameter.status).into(),
+            })
+        };
+        let interval = |parameter: &Option<Parameter>| {
+            parameter
+                .and_then(|parameter| Some(spread(parameter.value?, parameter.lower?, parameter.upper?)))
+                .unwrap_or_default()
+        };
+        lines.push(Line::from(vec![
+            Span::styled(format!(" {letter}"), Style::new().bold()),
+            Span::raw(format!(" {name}, {}", written(unit))),
+        ]));
+        lines.push(row("", parameters.iter().map(value).collect()));
+        if parameters.iter().flatten().any(|parameter| parameter.value.is_some()) {
+            lines.push(row("", parameters.iter().map(interval).collect()));
+        }
+        if term == Term::White {
+            let own = |place: &usize| own_white(source, *place).map(|(value, _)| digits(value * unit.factor, 2));
+            let own: Vec<Option<String>> = group.channels.iter().map(own).collect();
+            if own.iter().any(Option::is_some) {
+                lines.push(row("sensor", own.into_iter().map(Option::unwrap_or_default).collect()));
+                let factor = group.channels.iter().find_map(|place| own_white(source, *place)).map_or(1.0, |(_, f)| f);
+                let within = 100.0 * Onboard::UNCERTAINTY;
+                let text = format!(" the sensor's own: N ÷ {factor:.2} ±{within:.0} %, folded on board");
+                lines.push(Line::styled(text, theme.faint()));
+            }
+        }
+        if term == Term::RateRandomWalk {
+            lines.extend(seen_later(&axes, unit.factor).map(|text| Line::styled(format!(" {text}"), theme.faint())));
+        }
+    }
+    lines.push(Line::raw(""));
+    let quality = |of: fn(&imu_noise::FitQuality) -> String| {
+        let cell = |axis: &&ChannelValues| {
+            let quality = axis.noise.as_ref().and_then(|noise| noise.fit.quality);
+            quality.map_or("-".into(), |quality| of(&quality))
+        };
+        axes.iter().map(cell).collect::<Vec<_>>()
+    };
+    lines.push(row("τ (s)", quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s)))));
+    lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
+    lines.extend(doubts(source, &axes).into_iter().map(|text| Line::styled(format!(" {text}"), theme.warning())));
+    lines
+}
+
+/// N of the sensor itself in SI units, and how many times as high it reads in the stream; `None` where that is the same, or not known.
+fn own_white(source: &Source, place: usize) -> Option<(f64, f64)> {
+    let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
+    let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
+    (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
+}
+
+/// How small a walk a longer record would show.
+fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
+    let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.walk_seen_later);
+    let least = later.map(|later| later.at_least).reduce(f64::max)?;
+    Some(format!("K ≥ {} would be seen after {} more", digits(least * factor, 2), time(WalkSeenLater::MORE_S)))
+}
+
+/// Why the numbers are not, or not quite, those of the sensor.
+fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
+    match long_taus {
+        Some(LongTaus::Compensated) => {
+            doubts.push(
+                "! B and K are not in this message: its filter takes the bias out; VNIMU carries them".to_owned(),
+            );
+        }
+        Some(LongTaus::LooksCompensated) => {
+            doubts.push("! B and K are not given: something takes the bias out".to_owned());
+        }
+        Some(LongTaus::Surroundings) => {
+            doubts.push("! at long τ the field around shows, not the sensor: N alone is given".to_owned());
+        }
+        Some(LongTaus::Sensor) | None => {}
+    }
+    // what concerns these axes, or all; told in full among the warnings
+    let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));
+    let kinds: Vec<&str> = (source.warnings.iter())
+        .filter(|warning| concerns(&warning.channels) && warning.kind != WarningKind::CompensatedStream)
+        .map(|warning| warning.kind.name())
+        .collect();
+    if !kinds.is_empty() {
+        doubts.push(format!("! read with the warnings: {}", kinds.join(", ")));
+    }
+    doubts
+}
+
+fn status(status: Status) -> &'static str {
+    match status {
+        Status::Estimated | Status::Bounded => "-",
+        Status::NotObservable => "not yet seen",
+        Status::NotMeasurable => "not in stream",
+        Status::ModelRejected => "no model fits",
+    }
+}

@@ -1,0 +1,152 @@
+//! What is shown of one source, as plain data.
+
+use std::{sync::Arc, time::Duration};
+
+use vn100_driver::{LinkState, RecordingState};
+use vn100_pipeline::{Assessment, Snapshot, Warning};
+use vn100_protocol::Quantity;
+
+use crate::exit::printable;
+use crate::pace::Position;
+use crate::units::{ChannelValues, channel_values};
+
+/// One source at one moment.
+#[derive(Debug, Clone)]
+pub(crate) struct Source {
+    /// Without anything that steers a terminal.
+    pub(crate) name: String,
+    /// Its form, as documents name it.
+    pub(crate) kind: Option<&'static str>,
+    pub(crate) stage: Stage,
+    /// `None` for what is no link.
+    pub(crate) link: Option<LinkState>,
+    pub(crate) recording: Option<RecordingState>,
+    pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) assessment: Arc<Assessment>,
+    /// Of the snapshot and the assessment.
+    pub(crate) values: Vec<ChannelValues>,
+    /// Of both, the newest first; of those that came together the gravest.
+    pub(crate) warnings: Vec<Warning>,
+    /// Since the command began.
+    pub(crate) elapsed: Duration,
+    /// `None` for live sources.
+    pub(crate) playback: Option<Playback>,
+}
+
+/// Where in a capture its replay is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Playback {
+    pub(crate) position: Position,
+    /// Samples in the capture; `None` until they are counted, and for what cannot be read twice.
+    pub(crate) total: Option<u64>,
+}
+
+/// How far a source has come.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// Before it is measured.
+    Preparing,
+    Measuring,
+    /// Nothing more will come; the reason, unless it was asked for.
+    Ended(Option<String>),
+}
+
+/// The axes of one sensor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Group {
+    pub(crate) quantity: Quantity,
+    /// Places among the channels.
+    pub(crate) channels: Vec<usize>,
+}
+
+/// Those that one looks for first come first.
+const ORDER: [Quantity; 6] = [
+    Quantity::AngularRate,
+    Quantity::Acceleration,
+    Quantity::MagneticField,
+    Quantity::Angle,
+    Quantity::Temperature,
+    Quantity::Pressure,
+];
+
+impl Source {
+    /// A source of which nothing is known.
+    pub(crate) fn new(
+        name: String,
+        kind: Option<&'static str>,
+        snapshot: Arc<Snapshot>,
+        assessment: Arc<Assessment>,
+    ) -> Self {
+        Self {
+            name,
+            kind,
+            stage: Stage::Preparing,
+            link: None,
+            recording: None,
+            snapshot,
+            assessment,
+            values: Vec::new(),
+            warnings: Vec::new(),
+            elapsed: Duration::ZERO,
+            playback: None,
+        }
+    }
+
+    /// Takes newer results.
+    pub(crate) fn show(&mut self, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) {
+        self.values = channel_values(&snapshot, &assessment);
+        let age = |warning: &Warning| self.warnings.iter().rposition(|old| old.kind == warning.kind);
+        let now: Vec<&Warning> = snapshot.warnings.iter().chain(&assessment.warnings).collect();
+        let (new, mut known): (Vec<_>, Vec<_>) = now.into_iter().partition(|warning| age(warning).is_none());
+        known.sort_by_key(|warning| age(warning));
+        self.warnings = new.into_iter().chain(known).cloned().collect();
+        (self.snapshot, self.assessment) = (snapshot, assessment);
+    }
+
+    /// Why the recording is not whole, if it is not.
+    pub(crate) fn recording_error(&self) -> Option<String> {
+        let error = self.recording.as_ref()?.error.as_ref()?;
+        Some(printable(&error.to_string()))
+    }
+
+    /// The sensors of the stream.
+    pub(crate) fn groups(&self) -> Vec<Group> {
+        // what was asked for between the lines stands behind the stream's own
+        let streamed = &self.values[..self.snapshot.channels.len().min(self.values.len())];
+        let of = |quantity| {
+            let channels = streamed.iter().enumerate().filter(|(_, channel)| channel.quantity == quantity);
+            Group { quantity, channels: channels.map(|(place, _)| place).collect() }
+        };
+        ORDER.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
+    }
+
+    /// The part of the capture that was replayed, 0 to 1.
+    pub(crate) fn progress(&self) -> Option<f64> {
+        let Playback { position, total } = self.playback?;
+        Some(position.rows as f64 / total? as f64).filter(|part| part.is_finite())
+    }
+
+    /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line has no speed, or nothing has come.
+    pub(crate) fn line_load(&self) -> Option<f64> {
+        let baud = match self.link.as_ref()? {
+            LinkState::Up(up) | LinkState::Silent(up) => up.baud?,
+            _ => return None,
+        };
+        let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
+        let lines = timing.samples + timing.left_out + timing.missing;
+        let bytes_per_line = tally.bytes() as f64 / lines as f64;
+        (lines > 0).then(|| bytes_per_line * timing.rate_hz * 10.0 / f64::from(baud))
+    }
+}
+
+/// The shortest word for a sensor.
+pub(crate) fn short_name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::AngularRate => "gyro",
+        Quantity::Acceleration => "accel",
+        Quantity::MagneticField => "mag",
+        Quantity::Angle => "angle",
+        Quantity::Temperature => "temp",
+        Quantity::Pressure => "baro",
+    }
+}

@@ -1,0 +1,318 @@
+//! What is shown and chosen, and what each key does to it. Pure: keys in, requests out.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::source::{Group, Source};
+
+/// A part of the screen that may have it to itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Panel {
+    Allan,
+    Parameters,
+    Statistics,
+    Signal,
+    Warnings,
+}
+
+impl Panel {
+    pub(crate) const ALL: [Self; 5] = [Self::Allan, Self::Parameters, Self::Statistics, Self::Signal, Self::Warnings];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Allan => "Allan",
+            Self::Parameters => "Noise",
+            Self::Statistics => "Stats",
+            Self::Signal => "Signal",
+            Self::Warnings => "Warnings",
+        }
+    }
+}
+
+/// Which axes of the sensor are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Axes {
+    All,
+    One(usize),
+}
+
+/// Something that is asked before it is done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Question {
+    /// Forget everything measured so far?
+    StartOver,
+    /// Leave everything so far out, as warm-up?
+    EndWarmUp,
+    /// Where to go in a capture, in percent, as typed so far.
+    GoTo(String),
+}
+
+/// What the view asks of the program.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Request {
+    /// End the measurement; with the last screen left on the terminal.
+    Quit { keep_screen: bool },
+    /// Give the terminal back to the shell for a while.
+    Suspend,
+    /// Write what is shown to files.
+    Save,
+    /// Do something to the source shown.
+    Control(SourceRequest),
+}
+
+/// What the view asks of one source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum SourceRequest {
+    EndWarmUp,
+    StartOver,
+    PauseOrGoOn,
+    /// A second of data more.
+    Step,
+    Faster,
+    Slower,
+    /// To this part of the capture, 0 to 1.
+    GoTo(f64),
+}
+
+/// What is shown and chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct State {
+    /// All sources side by side, instead of one.
+    pub(crate) overview: bool,
+    /// The source shown, or chosen among all.
+    pub(crate) source: usize,
+    pub(crate) panel: Panel,
+    /// The panel has the screen to itself.
+    pub(crate) expanded: bool,
+    /// Place among the sensors of the source.
+    pub(crate) sensor: usize,
+    pub(crate) axes: Axes,
+    /// The octave that is read out; `None` for the last one.
+    pub(crate) cursor: Option<usize>,
+    /// How often `u` was pressed.
+    pub(crate) units: usize,
+    /// How often each of the curve and the strip was halved.
+    pub(crate) zoom: u8,
+    pub(crate) strip_zoom: u8,
+    pub(crate) frozen: bool,
+    pub(crate) help: bool,
+    pub(crate) question: Option<Question>,
+    pub(crate) warning: usize,
+    /// What was done last, until the next key.
+    pub(crate) message: Option<String>,
+}
+
+/// Halvings of an axis that still show something.
+const MOST_ZOOM: u8 = 4;
+
+impl State {
+    /// The first screen for so many sources.
+    pub(crate) fn new(sources: usize) -> Self {
+        Self {
+            overview: sources > 1,
+            source: 0,
+            panel: Panel::Allan,
+            expanded: false,
+            sensor: 0,
+            axes: Axes::All,
+            cursor: None,
+            units: 0,
+            zoom: 0,
+            strip_zoom: 0,
+            frozen: false,
+            help: false,
+            question: None,
+            warning: 0,
+            message: None,
+        }
+    }
+
+    /// The sensor shown, of those the source has.
+    pub(crate) fn group(&self, source: &Source) -> Option<Group> {
+        let mut groups = source.groups();
+        (!groups.is_empty()).then(|| groups.swap_remove(self.sensor.min(groups.len() - 1)))
+    }
+
+    /// The place of the one channel that is shown alone: the first where all axes are.
+    pub(crate) fn channel(&self, source: &Source) -> Option<usize> {
+        let group = self.group(source)?;
+        let axis = match self.axes {
+            Axes::All => 0,
+            Axes::One(axis) => axis.min(group.channels.len() - 1),
+        };
+        group.channels.get(axis).copied()
+    }
+
+    /// The octave that is read out, of so many.
+    pub(crate) fn octave(&self, octaves: usize) -> Option<usize> {
+        let last = octaves.checked_sub(1)?;
+        Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
+    }
+
+    /// Chooses a channel by its place.
+    pub(crate) fn choose_channel(&mut self, channel: usize, source: &Source) {
+        for (sensor, group) in source.groups().iter().enumerate() {
+            if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
+                (self.sensor, self.axes) = (sensor, Axes::One(axis));
+            }
+        }
+    }
+
+    /// What a key does.
+    pub(crate) fn key(&mut self, key: KeyEvent, sources: &[Source]) -> Option<Request> {
+        self.message = None;
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        match key.code {
+            KeyCode::Char('c') if control => return Some(Request::Quit { keep_screen: false }),
+            KeyCode::Char('z') if control => return Some(Request::Suspend),
+            _ if control => return None,
+            _ => {}
+        }
+        if let Some(question) = self.question.take() {
+            return self.answer(question, key.code);
+        }
+        if self.help {
+            self.help = false;
+            // any key closes it; those that end the program also do that
+            if !matches!(key.code, KeyCode::Char('q' | 'Q')) {
+                return None;
+            }
+        }
+        match key.code {
+            KeyCode::Char('q') => return Some(Request::Quit { keep_screen: false }),
+            KeyCode::Char('Q') => return Some(Request::Quit { keep_screen: true }),
+            KeyCode::Char('?') | KeyCode::F(1) => self.help = true,
+            KeyCode::Char('f') => self.frozen = !self.frozen,
+            KeyCode::Char('s') => return Some(Request::Save),
+            KeyCode::Char('o') if sources.len() > 1 => self.overview = !self.overview,
+            KeyCode::Char('n') => self.source = (self.source + 1) % sources.len().max(1),
+            KeyCode::Char('p') => self.source = (self.source + sources.len().max(1) - 1) % sources.len().max(1),
+            KeyCode::Char('w') => self.question = Some(Question::EndWarmUp),
+            KeyCode::Char('r') => self.question = Some(Question::StartOver),
+            _ if self.overview => self.key_of_overview(key.code, sources.len()),
+            code => return self.key_of_source(code, sources.get(self.source)?),
+        }
+        None
+    }
+
+    fn key_of_overview(&mut self, code: KeyCode, sources: usize) {
+        match code {
+            KeyCode::Enter | KeyCode::Char('e') => self.overview = false,
+            KeyCode::Up | KeyCode::Char('k') => self.source = self.source.saturating_sub(1),
+            KeyCode::Down | KeyCode::Char('j') => self.source = (self.source + 1).min(sources.saturating_sub(1)),
+            KeyCode::Char(digit @ '1'..='9') => {
+                let source = digit as usize - '1' as usize;
+                if source < sources {
+                    (self.source, self.overview) = (source, false);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn key_of_source(&mut self, code: KeyCode, source: &Source) -> Option<Request> {
+        let replays = source.playback.is_some();
+        let of_capture = |request| replays.then_some(Request::Control(request));
+        match code {
+            KeyCode::Tab => self.next_panel(1),
+            KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
+            KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
+            KeyCode::Esc => self.expanded = false,
+            KeyCode::Char('u') => self.units += 1,
+            KeyCode::Char('a') => self.axes = Axes::All,
+            KeyCode::Char(axis @ 'x'..='z') => self.axes = Axes::One(axis as usize - 'x' as usize),
+            KeyCode::Char(digit @ '1'..='9') => self.choose_sensor(digit as usize - '1' as usize, source),
+            KeyCode::Char('=' | '+') => *self.zoom_of_panel() = (*self.zoom_of_panel() + 1).min(MOST_ZOOM),
+            KeyCode::Char('-') => *self.zoom_of_panel() = self.zoom_of_panel().saturating_sub(1),
+            KeyCode::Up | KeyCode::Char('k') => self.step_down(false, source),
+            KeyCode::Down | KeyCode::Char('j') => self.step_down(true, source),
+            KeyCode::Left | KeyCode::Char('h') => self.step_right(false, source),
+            KeyCode::Right | KeyCode::Char('l') => self.step_right(true, source),
+            KeyCode::Home => self.cursor = Some(0),
+            KeyCode::End => self.cursor = None,
+            KeyCode::Char(' ') => return of_capture(SourceRequest::PauseOrGoOn),
+            KeyCode::Char('.') => return of_capture(SourceRequest::Step),
+            KeyCode::Char('>') => return of_capture(SourceRequest::Faster),
+            KeyCode::Char('<') => return of_capture(SourceRequest::Slower),
+            KeyCode::Char('g' | '%') if replays => self.question = Some(Question::GoTo(String::new())),
+            KeyCode::Char(']') => return of_capture(SourceRequest::GoTo(source.progress()? + 0.1)),
+            KeyCode::Char('[') => return of_capture(SourceRequest::GoTo(source.progress()? - 0.1)),
+            _ => {}
+        }
+        None
+    }
+
+    fn answer(&mut self, question: Question, code: KeyCode) -> Option<Request> {
+        let yes = matches!(code, KeyCode::Char('y' | 'Y') | KeyCode::Enter);
+        match question {
+            Question::StartOver => yes.then_some(Request::Control(SourceRequest::StartOver)),
+            Question::EndWarmUp => yes.then_some(Request::Control(SourceRequest::EndWarmUp)),
+            Question::GoTo(mut typed) => {
+                match code {
+                    KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
+                    KeyCode::Backspace => drop(typed.pop()),
+                    KeyCode::Enter => {
+                        let percent: f64 = typed.parse().ok()?;
+                        return Some(Request::Control(SourceRequest::GoTo(percent / 100.0)));
+                    }
+                    KeyCode::Esc => return None,
+                    _ => {}
+                }
+                self.question = Some(Question::GoTo(typed));
+                None
+            }
+        }
+    }
+
+    fn next_panel(&mut self, steps: usize) {
+        let place = Panel::ALL.iter().position(|panel| *panel == self.panel).unwrap_or(0);
+        self.panel = Panel::ALL[(place + steps) % Panel::ALL.len()];
+    }
+
+    fn choose_sensor(&mut self, sensor: usize, source: &Source) {
+        if sensor < source.groups().len() {
+            self.sensor = sensor;
+        }
+    }
+
+    fn zoom_of_panel(&mut self) -> &mut u8 {
+        if self.panel == Panel::Signal { &mut self.strip_zoom } else { &mut self.zoom }
+    }
+
+    /// To the next channel, sensor by sensor, or the next warning.
+    fn step_down(&mut self, down: bool, source: &Source) {
+        if self.panel == Panel::Warnings {
+            let warnings = source.warnings.len();
+            self.warning = step(self.warning, down, warnings);
+            return;
+        }
+        let groups = source.groups();
+        let axes: Vec<(usize, usize)> = (groups.iter().enumerate())
+            .flat_map(|(sensor, group)| (0..group.channels.len()).map(move |axis| (sensor, axis)))
+            .collect();
+        let here = match self.axes {
+            // all axes of a sensor stand before its first
+            Axes::All => axes.iter().position(|place| *place == (self.sensor, 0)),
+            Axes::One(axis) => axes.iter().position(|place| *place == (self.sensor, axis)),
+        };
+        let next = match (here, self.axes) {
+            (Some(here), Axes::All) if down => here,
+            (Some(here), _) => step(here, down, axes.len()),
+            (None, _) => 0,
+        };
+        if let Some((sensor, axis)) = axes.get(next) {
+            (self.sensor, self.axes) = (*sensor, Axes::One(*axis));
+        }
+    }
+
+    fn step_right(&mut self, right: bool, source: &Source) {
+        let octaves = self.channel(source).map_or(0, |channel| source.values[channel].deviations.len());
+        if let Some(octave) = self.octave(octaves) {
+            self.cursor = Some(step(octave, right, octaves));
+        }
+    }
+}
+
+/// The next of `count` places, or the one before; no further than the ends.
+fn step(place: usize, forward: bool, count: usize) -> usize {
+    if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
+}

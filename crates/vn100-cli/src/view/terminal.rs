@@ -1,0 +1,175 @@
+//! The terminal while the view has it: taken, given back whatever happens, and listened to.
+
+use std::{
+    io::{self, IsTerminal, Stdout, Write},
+    panic,
+    sync::mpsc,
+    thread,
+    time::Duration,
+};
+
+use ratatui::{
+    Terminal,
+    backend::CrosstermBackend,
+    buffer::Buffer,
+    crossterm::{
+        cursor, event, execute,
+        terminal::{
+            BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen,
+            disable_raw_mode, enable_raw_mode, is_raw_mode_enabled,
+        },
+    },
+};
+
+/// A terminal that takes no output in this time will not be waited for.
+const STALLED_AFTER: Duration = Duration::from_millis(500);
+
+/// The terminal, as long as the view has it.
+pub(crate) struct Screen {
+    terminal: Terminal<CrosstermBackend<Stdout>>,
+}
+
+/// Whether somebody sits before it: both what is typed and what is printed pass through a terminal that can be drawn on.
+pub(crate) fn is_there() -> bool {
+    let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+    io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb
+}
+
+impl Screen {
+    /// Takes the terminal. It is given back when this is dropped, and before a panic is told.
+    ///
+    /// # Errors
+    /// When the terminal does not obey.
+    pub(crate) fn take() -> io::Result<Self> {
+        let told = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            give_back();
+            told(panic);
+        }));
+        enter().inspect_err(|_| give_back())?;
+        let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| give_back())?;
+        Ok(Self { terminal })
+    }
+
+    /// Whether nobody has given the terminal back meanwhile: a panic, or a signal that ends the program.
+    pub(crate) fn is_ours(&self) -> bool {
+        is_raw_mode_enabled().unwrap_or(false)
+    }
+
+    /// Shows one screen, at once or not at all.
+    pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<Buffer> {
+        execute!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
+        let drawn = self.terminal.draw(draw).map(|drawn| drawn.buffer.clone());
+        execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)?;
+        drawn
+    }
+
+    /// Draws everything anew the next time.
+    pub(crate) fn forget(&mut self) -> io::Result<()> {
+        self.terminal.clear()
+    }
+
+    /// Leaves the terminal to the shell until this program is continued.
+    #[cfg(unix)]
+    pub(crate) fn suspend(&mut self) -> io::Result<()> {
+        give_back();
+        rustix::process::kill_current_process_group(rustix::process::Signal::TSTP)?;
+        // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
+        thread::sleep(Duration::from_millis(100));
+        enter()?;
+        self.forget()
+    }
+
+    /// There is nothing to give the terminal to.
+    #[cfg(not(unix))]
+    pub(crate) fn suspend(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Takes the terminal once more, after somebody else had it.
+    pub(crate) fn take_again(&mut self) -> io::Result<()> {
+        give_back();
+        enter()?;
+        self.forget()
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        give_back();
+        // the one before tells of panics again
+        if !thread::panicking() {
+            drop(panic::take_hook());
+        }
+    }
+}
+
+fn enter() -> io::Result<()> {
+    enable_raw_mode()?;
+    execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
+}
+
+/// Gives the terminal back as it was, if the view has it. What it does not take soon, as when nobody reads it, is left out: the modes of
+/// its line are put back in any case.
+pub(crate) fn give_back() {
+    if !is_raw_mode_enabled().unwrap_or(false) {
+        return;
+    }
+    let (done, finished) = mpsc::sync_channel(1);
+    let restore = move || {
+        let mut out = io::stdout();
+        let _ = execute!(out, EndSynchronizedUpdate, event::DisableMouseCapture, LeaveAlternateScreen, cursor::Show);
+        let _ = out.flush();
+        let _ = done.send(());
+    };
+    if thread::Builder::new().name("vn100-restore".into()).spawn(restore).is_ok() {
+        let _ = finished.recv_timeout(STALLED_AFTER);
+    }
+    let _ = disable_raw_mode();
+}
+
+/// Waits for a key, the mouse or another size. `None` when nothing came in time.
+///
+/// # Errors
+/// When the terminal is gone.
+pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
+    if event::poll(Duration::ZERO)? {
+        return event::read().map(Some);
+    }
+    if !something_came(wait)? {
+        return Ok(None);
+    }
+    match event::poll(Duration::ZERO)? {
+        true => event::read().map(Some),
+        false => {
+            // half of a key: what is still missing is on its way
+            thread::sleep(Duration::from_millis(10));
+            Ok(None)
+        }
+    }
+}
+
+/// A terminal that was hung up gives end after end to whoever reads it: it must not be read.
+#[cfg(unix)]
+fn something_came(wait: Duration) -> io::Result<bool> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let stdin = io::stdin();
+    let mut terminal = [PollFd::new(&stdin, PollFlags::IN)];
+    let wait = Timespec { tv_sec: wait.as_secs() as i64, tv_nsec: i64::from(wait.subsec_nanos()) };
+    match poll(&mut terminal, Some(&wait)) {
+        Ok(_) => {}
+        // another size, or continued
+        Err(rustix::io::Errno::INTR) => return Ok(false),
+        Err(error) => return Err(error.into()),
+    }
+    let came = terminal[0].revents();
+    if came.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+        return Err(io::Error::new(io::ErrorKind::NotConnected, "the terminal is gone"));
+    }
+    Ok(came.contains(PollFlags::IN))
+}
+
+#[cfg(not(unix))]
+fn something_came(wait: Duration) -> io::Result<bool> {
+    event::poll(wait)
+}

@@ -1,0 +1,193 @@
+//! Every panel and state of the view at three sizes, from fixed data, held against the screens in `tests/screens`. Those are written
+//! anew, to be read before they are kept, with `VN100_WRITE_SCREENS=1`.
+
+mod colours;
+mod fixture;
+mod keys;
+mod restored;
+
+use std::{env, fmt::Write, fs, path::Path};
+
+use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use vn100_driver::LinkState;
+
+use super::{
+    draw::{Regions, Scene, draw},
+    source::{Playback, Source, Stage},
+    state::{Axes, Panel, Question, State},
+    theme::{Colours, Theme},
+};
+use crate::pace::{Position, Speed};
+use fixture::{damaged, measured, nothing, up};
+
+const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
+
+const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
+
+fn drawn(state: &State, sources: &[Source], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    let mut regions = Regions::default();
+    let scene = Scene { state, sources, theme };
+    terminal.draw(|frame| regions = draw(frame, scene)).unwrap();
+    (terminal.backend().buffer().clone(), regions)
+}
+
+/// The screen as text, without spaces behind.
+fn text(buffer: &Buffer) -> String {
+    let mut out = String::new();
+    for row in buffer.content.chunks(usize::from(buffer.area.width)) {
+        let line: String = row.iter().map(ratatui::buffer::Cell::symbol).collect();
+        writeln!(out, "{}", line.trim_end()).unwrap();
+    }
+    out
+}
+
+/// Compares the screens of a state at all sizes with those kept.
+fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme) {
+    let mut screens = String::new();
+    for size in SIZES {
+        writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
+        screens += &text(&drawn(state, sources, theme, size).0);
+    }
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/tests/screens").join(format!("{name}.txt"));
+    if env::var_os("VN100_WRITE_SCREENS").is_some() {
+        fs::write(&file, &screens).unwrap();
+    }
+    let kept = fs::read_to_string(&file).unwrap_or_default();
+    let line = screens.lines().zip(kept.lines()).position(|(now, kept)| now != kept);
+    assert!(screens == kept, "{name}: line {line:?} differs; now:\n{screens}");
+}
+
+fn check(name: &str, state: &State, sources: &[Source]) {
+    check_with(name, state, sources, PLAIN);
+}
+
+fn one() -> State {
+    State::new(1)
+}
+
+#[test]
+fn a_healthy_sensor() {
+    check("healthy", &one(), &[measured()]);
+}
+
+#[test]
+fn each_panel_alone() {
+    for panel in Panel::ALL {
+        let state = State { panel, expanded: true, ..one() };
+        check(&format!("panel-{}", panel.name().to_lowercase()), &state, &[measured()]);
+    }
+}
+
+#[test]
+fn each_sensor_and_one_axis_with_its_model() {
+    for (sensor, name) in [(1, "accel"), (2, "mag"), (3, "angle")] {
+        check(&format!("sensor-{name}"), &State { sensor, ..one() }, &[measured()]);
+    }
+    let state = State { axes: Axes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
+    check("gyro-y-zoomed", &state, &[measured()]);
+}
+
+#[test]
+fn a_damaged_stream_says_what_it_suffers_from() {
+    check("damaged", &State { panel: Panel::Warnings, warning: 1, ..one() }, &[damaged()]);
+}
+
+#[test]
+fn waiting_says_for_what_and_why_it_may_fail() {
+    let port = || "/dev/ttyUSB0".to_owned();
+    for (name, link) in [
+        ("opening", LinkState::Opening),
+        ("probing", LinkState::Probing { port: port(), baud: Some(57_600) }),
+        ("heard", up()),
+    ] {
+        let source = Source { stage: Stage::Measuring, link: Some(link), ..nothing() };
+        check(&format!("waiting-{name}"), &one(), &[source]);
+    }
+    check("waiting-preparing", &one(), &[nothing()]);
+    let error = "/dev/ttyUSB0: No such file or directory".to_owned();
+    check("waiting-failed", &one(), &[Source { stage: Stage::Ended(Some(error)), ..nothing() }]);
+}
+
+#[test]
+fn a_link_that_is_lost_or_silent() {
+    let cause = "the port is gone: unplugged".to_owned();
+    let down = LinkState::Down { cause, retry_in: std::time::Duration::from_millis(1000) };
+    check("unplugged", &one(), &[Source { link: Some(down), ..measured() }]);
+    let LinkState::Up(up) = up() else { panic!("not up") };
+    check("silent", &one(), &[Source { link: Some(LinkState::Silent(up)), ..measured() }]);
+}
+
+#[test]
+fn frozen_asked_told_and_helped() {
+    check("frozen", &State { frozen: true, ..one() }, &[measured()]);
+    check("question", &State { question: Some(Question::StartOver), ..one() }, &[measured()]);
+    check("message", &State { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
+    check("help", &State { help: true, ..one() }, &[measured()]);
+}
+
+#[test]
+fn a_replay_shows_how_far_it_is() {
+    let position = Position { rows: 5000, speed: Speed::Times(10.0), paused: false, at_end: false };
+    let playback = Some(Playback { position, total: Some(20_000) });
+    let state = State { question: Some(Question::GoTo("4".into())), ..one() };
+    check("replay", &state, &[Source { playback, link: None, ..measured() }]);
+}
+
+#[test]
+fn several_sources_have_an_overview() {
+    let sources = [measured(), damaged(), nothing()];
+    check("overview", &State { source: 1, ..State::new(3) }, &sources);
+    check("second-of-three", &State { source: 1, overview: false, ..State::new(3) }, &sources);
+}
+
+#[test]
+fn nothing_but_ascii_where_nothing_else_is_shown() {
+    let theme = Theme { colours: Colours::None, ascii: true };
+    check_with("ascii", &one(), &[damaged()], theme);
+    for state in [one(), State { help: true, ..one() }, State { axes: Axes::One(0), ..one() }] {
+        let (buffer, _) = drawn(&state, &[damaged()], theme, (200, 60));
+        assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
+        assert!(!text(&buffer).contains('?') || state.help || text(&buffer).matches('?').count() == 1, "unknown signs");
+    }
+}
+
+#[test]
+fn too_small_still_tells_that_it_measures() {
+    let (buffer, _) = drawn(&one(), &[measured()], PLAIN, (40, 10));
+    let text = text(&buffer);
+    assert!(text.contains("40x10 is too small") && text.contains("60x16") && text.contains("20 000 samples"), "{text}");
+}
+
+#[test]
+fn any_size_and_state_is_drawn() {
+    let sources = [measured(), damaged(), nothing()];
+    for width in (1..220).step_by(13) {
+        for height in (1..70).step_by(7) {
+            for panel in Panel::ALL {
+                let state = State { panel, overview: false, axes: Axes::One(2), ..State::new(3) };
+                for source in 0..3 {
+                    drawn(&State { source, ..state.clone() }, &sources, PLAIN, (width, height));
+                }
+            }
+            drawn(&State::new(3), &sources, PLAIN, (width, height));
+        }
+    }
+}
+
+#[test]
+fn a_picture_has_all_that_the_screen_has() {
+    let state = State { axes: Axes::One(1), ..one() };
+    let source = measured();
+    let group = state.group(&source).unwrap();
+    let plot = super::curve::Plot::new(&state, &source, &group);
+    let svg = super::svg::plot(&plot, &source);
+    let points = plot.curves[0].points.len();
+    assert_eq!(svg.matches("<circle").count(), points + 1, "the points, and one in the legend");
+    assert!(svg.contains(">N</text>") && svg.contains("gyro_y") && svg.contains("deg/s"));
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    let name = Source { name: "<a&b>".into(), ..source };
+    assert!(super::svg::plot(&plot, &name).contains("&lt;a&amp;b&gt;"));
+    let nothing = super::svg::plot(&super::curve::Plot { unit: String::new(), curves: Vec::new() }, &name);
+    assert!(nothing.contains("no deviation yet"));
+}

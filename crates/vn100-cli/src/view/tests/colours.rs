@@ -1,0 +1,84 @@
+//! What colours mean, and that nothing is lost without them.
+
+use ratatui::{
+    buffer::Buffer,
+    style::{Color, Modifier},
+};
+use vn100_driver::LinkState;
+
+use super::{damaged, drawn, measured, one};
+use crate::view::{
+    source::Source,
+    state::{Axes, Panel, State},
+    theme::{Colours, Theme},
+};
+
+const SIZE: (u16, u16) = (120, 40);
+
+fn theme(colours: Colours) -> Theme {
+    Theme { colours, ascii: false }
+}
+
+/// Colour and modifiers of the first cell of a text.
+fn style_of(buffer: &Buffer, text: &str) -> (Color, Modifier) {
+    let width = usize::from(buffer.area.width);
+    for row in buffer.content.chunks(width) {
+        let signs: Vec<&str> = row.iter().map(ratatui::buffer::Cell::symbol).collect();
+        let place = (0..width).find(|place| signs[*place..].concat().starts_with(text));
+        if let Some(place) = place {
+            return (row[place].fg, row[place].modifier);
+        }
+    }
+    panic!("no {text:?} on the screen");
+}
+
+#[test]
+fn good_is_green_and_broken_vermillion() {
+    let state = one();
+    let show = |source: Source| drawn(&state, &[source], theme(Colours::True), SIZE).0;
+    assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
+    let down = LinkState::Down { cause: String::new(), retry_in: std::time::Duration::ZERO };
+    assert_eq!(style_of(&show(Source { link: Some(down), ..measured() }), "LOST").0, Color::Rgb(213, 94, 0));
+    let damaged = show(damaged());
+    assert_eq!(style_of(&damaged, "RECORDING FAILED").0, Color::Rgb(213, 94, 0));
+    assert_eq!(style_of(&damaged, "bad lines 4").0, Color::Rgb(240, 228, 66));
+    assert_eq!(style_of(&show(measured()), "bad lines 0").0, Color::Reset);
+}
+
+#[test]
+fn an_axis_has_its_colour_and_its_sign_everywhere() {
+    for (colours, expected) in [
+        (Colours::True, [Color::Rgb(230, 159, 0), Color::Rgb(86, 180, 233), Color::Rgb(0, 158, 115)]),
+        (Colours::Sixteen, [Color::Yellow, Color::LightCyan, Color::LightGreen]),
+        (Colours::None, [Color::Reset; 3]),
+    ] {
+        let state = one();
+        let (buffer, _) = drawn(&state, &[measured()], theme(colours), SIZE);
+        for (axis, sign) in ["● gyro_x", "▲ gyro_y", "◆ gyro_z"].into_iter().enumerate() {
+            assert_eq!(style_of(&buffer, sign).0, expected[axis], "{colours:?}");
+        }
+    }
+}
+
+#[test]
+fn terminals_get_no_colours_they_do_not_have() {
+    for panel in Panel::ALL {
+        let state = State { panel, axes: Axes::One(0), ..one() };
+        for (colours, allowed) in [
+            (Colours::Sixteen, (|color| !matches!(color, Color::Rgb(..) | Color::Indexed(_))) as fn(Color) -> bool),
+            (Colours::None, |color| color == Color::Reset),
+        ] {
+            let (buffer, _) = drawn(&state, &[damaged()], theme(colours), SIZE);
+            let wrong = buffer.content.iter().find(|cell| !allowed(cell.fg) || !allowed(cell.bg));
+            assert_eq!(wrong, None, "{colours:?} {panel:?}");
+        }
+    }
+}
+
+#[test]
+fn without_colours_what_is_broken_stands_out() {
+    let state = one();
+    let (buffer, _) = drawn(&state, &[damaged()], theme(Colours::None), SIZE);
+    assert!(style_of(&buffer, "RECORDING FAILED").1.contains(Modifier::REVERSED));
+    assert!(style_of(&buffer, "bad lines 4").1.contains(Modifier::BOLD));
+}

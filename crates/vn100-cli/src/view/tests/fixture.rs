@@ -1,0 +1,132 @@
+//! Sources made of fixed numbers.
+
+use std::{
+    path::PathBuf,
+    sync::{Arc, OnceLock},
+    time::Duration,
+};
+
+use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
+use vn100_driver::{
+    Batch, LinkCounts, LinkState, Mark, MarkKind, RecordingState, RegisterValue, Up,
+    protocol::{Layout, VNIMU, VNYMR},
+};
+use vn100_pipeline::{Analysis, Assessment, RateFrom, Settings, Snapshot};
+
+use crate::view::source::{Source, Stage};
+
+const SAMPLES: usize = 20_000;
+
+/// A source of which nothing is known.
+pub(super) fn nothing() -> Source {
+    let snapshot = Analysis::new(Settings::default()).snapshot();
+    let assessment = Assessment::new(&snapshot, 0.95);
+    let source = Source::new("/dev/ttyUSB0".into(), Some("serial"), Arc::new(snapshot), Arc::new(assessment));
+    Source { elapsed: Duration::from_secs(2), ..source }
+}
+
+/// A link at 115200 baud.
+pub(super) fn up() -> LinkState {
+    let port = "/dev/ttyUSB0".to_owned();
+    LinkState::Up(Up { port, baud: Some(115_200), since_ns: 0, latency_timer_ms: Some(1) })
+}
+
+/// Five hundred seconds of white noise from a sensor without its filter, recorded.
+pub(super) fn measured() -> Source {
+    static MADE: OnceLock<Source> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let mut analysis = Analysis::new(settings());
+        analysis.absorb(&batch(&VNIMU, &[]));
+        source(analysis.snapshot())
+    })
+    .clone()
+}
+
+/// The same time of a compensated stream, with bad lines and gaps, not recorded for want of room.
+pub(super) fn damaged() -> Source {
+    static MADE: OnceLock<Source> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let mut analysis = Analysis::new(settings());
+        let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
+        batch.link.tally.bad.checksum = 3;
+        batch.link.tally.bad.truncated = 1;
+        batch.registers.push(RegisterValue { before_row: 0, register: 85, fields: "0,4,4,4,0,0,3,3,3,0".into() });
+        analysis.absorb(&batch);
+        let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
+        let damaged = source(analysis.snapshot());
+        let recording = damaged.recording.clone().map(|recording| RecordingState { error, ..recording });
+        Source { recording, name: "/dev/ttyUSB1".into(), ..damaged }
+    })
+    .clone()
+}
+
+fn settings() -> Settings {
+    Settings { rate_hz: Some(40.0), recent: true, ..Settings::default() }
+}
+
+fn source(mut snapshot: Snapshot) -> Source {
+    snapshot.timing.rate_from = RateFrom::Device;
+    snapshot.arrivals = Some(TimebaseSummary {
+        lines: SAMPLES as u64,
+        backwards: 0,
+        nominal: Some(NominalRate::Known(40.0)),
+        measured_hz: Some(40.0003),
+        offset_ppm: Some(7.5),
+        refusal: None,
+        missing: 0,
+        gaps: 0,
+        arrivals: Some(Arrivals {
+            p50_us: 25_000,
+            p99_us: 26_100,
+            max_us: 31_234,
+            share_together: 0.0,
+            lines_together: 1.0,
+        }),
+    });
+    let assessment = Assessment::new(&snapshot, 0.95);
+    let recording =
+        RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
+    let mut source = nothing();
+    source.show(Arc::new(snapshot), Arc::new(assessment));
+    Source {
+        stage: Stage::Measuring,
+        link: Some(up()),
+        recording: Some(recording),
+        elapsed: Duration::from_secs(503),
+        ..source
+    }
+}
+
+/// White noise in every channel, with bad lines before these rows.
+fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
+    let mut state = 1_u64;
+    let mut noise = || {
+        // Knuth's constants; the sum of four is near enough to normal
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as i64 % 1001 - 500
+        };
+        (0..4).map(|_| uniform()).sum::<i64>()
+    };
+    let mut counts = Vec::with_capacity(SAMPLES * layout.channels.len());
+    for row in 0..SAMPLES {
+        for (place, channel) in layout.channels.iter().enumerate() {
+            // a mean and a spread that suit what is measured, and a slow change in one
+            let (mean, spread) = match (channel.name.as_ref(), channel.decimals) {
+                ("accel_z", 3) => (-9_807, 40),
+                ("mag_x", _) => (2_100, 20),
+                ("mag_z", _) => (4_300, 20),
+                ("temperature", _) => (225 + row as i64 / 4000, 1),
+                ("pressure", _) => (101_325, 3),
+                (_, 6) => (15, 600 + 100 * (place as i64 % 3)),
+                _ => (0, 15),
+            };
+            counts.push((mean + noise() * spread / 600) as i32);
+        }
+    }
+    let mut link = LinkCounts { connects: 1, ..LinkCounts::default() };
+    link.tally.samples = SAMPLES as u64;
+    link.tally.good_line_bytes = 122 * SAMPLES as u64;
+    let marks = bad_before.iter().map(|row| Mark { before_row: *row, kind: MarkKind::BadLine });
+    Batch { layout: Some(Arc::new(layout.clone())), counts, marks: marks.collect(), link, ..Batch::default() }
+}

@@ -1,0 +1,148 @@
+//! What keys and the mouse do.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+
+use super::{PLAIN, damaged, drawn, measured, nothing, one};
+use crate::{
+    pace::{Position, Speed},
+    view::{
+        mouse::mouse,
+        source::{Playback, Source},
+        state::{Axes, Panel, Question, Request, SourceRequest, State},
+    },
+};
+
+fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {
+    let key = |c| match c {
+        '\n' => KeyCode::Enter,
+        '\t' => KeyCode::Tab,
+        '\x1b' => KeyCode::Esc,
+        '\x08' => KeyCode::Backspace,
+        c => KeyCode::Char(c),
+    };
+    let mut last = None;
+    for c in keys.chars() {
+        last = state.key(KeyEvent::new(key(c), KeyModifiers::NONE), sources);
+    }
+    last
+}
+
+fn pressed(keys: &str, sources: &[Source]) -> (State, Option<Request>) {
+    let mut state = State { overview: false, ..State::new(sources.len()) };
+    let request = press(&mut state, sources, keys);
+    (state, request)
+}
+
+fn replayed() -> Source {
+    let position = Position { rows: 5_000, speed: Speed::Max, paused: false, at_end: false };
+    Source { playback: Some(Playback { position, total: Some(20_000) }), ..measured() }
+}
+
+#[test]
+fn quitting_is_asked_for_in_every_usual_way() {
+    let quit = |keep_screen| Some(Request::Quit { keep_screen });
+    assert_eq!(pressed("q", &[measured()]).1, quit(false));
+    assert_eq!(pressed("Q", &[measured()]).1, quit(true));
+    assert_eq!(pressed("?q", &[measured()]).1, quit(false), "from the help too");
+    let mut state = one();
+    let control = |c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL);
+    assert_eq!(state.key(control('c'), &[]), quit(false));
+    assert_eq!(state.key(control('z'), &[]), Some(Request::Suspend));
+    assert_eq!(state.key(control('q'), &[]), None);
+    assert_eq!(pressed("q", &[nothing()]).1, quit(false), "before anything is known");
+}
+
+#[test]
+fn panels_sensors_and_axes_are_chosen() {
+    let sources = [measured()];
+    assert_eq!(pressed("\t\t", &sources).0.panel, Panel::Statistics);
+    assert_eq!(pressed("\t\t\t\t\t", &sources).0.panel, Panel::Allan);
+    assert_eq!(pressed("2y", &sources).0, State { sensor: 1, axes: Axes::One(1), ..one() });
+    assert_eq!(pressed("2ya", &sources).0, State { sensor: 1, ..one() });
+    assert_eq!(pressed("9", &sources).0, one(), "there is no ninth sensor");
+    assert_eq!(pressed("j", &sources).0.axes, Axes::One(0));
+    assert_eq!(pressed("jjjj", &sources).0, State { sensor: 1, axes: Axes::One(0), ..one() }, "on to the next sensor");
+    assert_eq!(pressed("jjjjk", &sources).0.axes, Axes::One(2));
+    assert!(pressed("e", &sources).0.expanded && !pressed("e\x1b", &sources).0.expanded);
+    assert!(pressed("f", &sources).0.frozen && !pressed("ff", &sources).0.frozen);
+}
+
+#[test]
+fn the_cursor_stays_on_the_curve() {
+    let sources = [measured()];
+    let octaves = sources[0].values[0].deviations.len();
+    let cursor = |keys| pressed(keys, &sources).0.octave(octaves);
+    assert_eq!(cursor(""), Some(octaves - 1));
+    assert_eq!(cursor("h"), Some(octaves - 2));
+    assert_eq!(cursor("l"), Some(octaves - 1));
+    assert_eq!(cursor(&"h".repeat(99)), Some(0));
+    assert_eq!(pressed("hl-", &[nothing()]).0.cursor, None, "there is no curve");
+}
+
+#[test]
+fn what_loses_data_is_asked_first() {
+    let sources = [measured()];
+    let control = |request| Some(Request::Control(request));
+    assert_eq!(pressed("r", &sources).1, None);
+    assert_eq!(pressed("r", &sources).0.question, Some(Question::StartOver));
+    assert_eq!(pressed("ry", &sources).1, control(SourceRequest::StartOver));
+    assert_eq!(pressed("w\n", &sources).1, control(SourceRequest::EndWarmUp));
+    for no in ["rn", "wq", "r\x1b", "rr"] {
+        assert_eq!(pressed(no, &sources), (one(), None), "{no}");
+    }
+}
+
+#[test]
+fn a_capture_is_led_anywhere() {
+    let sources = [replayed()];
+    let control = |request| Some(Request::Control(request));
+    assert_eq!(pressed(" ", &sources).1, control(SourceRequest::PauseOrGoOn));
+    assert_eq!(pressed(".", &sources).1, control(SourceRequest::Step));
+    assert_eq!(pressed("g45\n", &sources).1, control(SourceRequest::GoTo(0.45)));
+    assert_eq!(pressed("%4x5\x087.5\n", &sources).1, control(SourceRequest::GoTo(0.475)));
+    assert_eq!(pressed("g\n", &sources), (one(), None), "no number");
+    assert_eq!(pressed("]", &sources).1, control(SourceRequest::GoTo(0.35)));
+    assert_eq!(pressed(" ", &[measured()]).1, None, "a live source does not wait");
+}
+
+#[test]
+fn sources_are_chosen_in_the_overview_and_beside_it() {
+    let sources = [measured(), damaged(), nothing()];
+    let mut state = State::new(3);
+    press(&mut state, &sources, "jj\n");
+    assert_eq!((state.source, state.overview), (2, false));
+    press(&mut state, &sources, "n");
+    assert_eq!(state.source, 0);
+    press(&mut state, &sources, "po2");
+    assert_eq!((state.source, state.overview), (1, false));
+}
+
+#[test]
+fn the_mouse_points_at_what_keys_choose() {
+    let sources = [measured()];
+    let mut state = one();
+    let click = |column, row| MouseEvent {
+        kind: MouseEventKind::Down(MouseButton::Left),
+        column,
+        row,
+        modifiers: KeyModifiers::NONE,
+    };
+    let (_, regions) = drawn(&state, &sources, PLAIN, (120, 40));
+    let (column, octave) = regions.octaves[3];
+    mouse(click(column, regions.chart.y + 1), &mut state, &regions, &sources);
+    assert_eq!((state.cursor, state.panel), (Some(octave), Panel::Allan));
+    let (row, channel) = regions.channels[4];
+    mouse(click(3, row), &mut state, &regions, &sources);
+    assert_eq!((state.channel(&sources[0]), state.panel), (Some(channel), Panel::Statistics));
+    let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
+    let (tab, panel) = regions.tabs[3];
+    mouse(click(tab.x + 1, tab.y), &mut state, &regions, &sources);
+    assert_eq!(state.panel, panel);
+    let sources = [replayed()];
+    let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
+    let middle = click(regions.progress.x + regions.progress.width / 2, regions.progress.y);
+    let Some(Request::Control(SourceRequest::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
+        panic!("no place to go to");
+    };
+    assert!((part - 0.5).abs() < 0.02, "{part}");
+}

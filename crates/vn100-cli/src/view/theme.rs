@@ -1,0 +1,214 @@
+//! Colours and signs, by what they mean.
+//!
+//! The colours are those of Okabe and Ito (2008), told apart by nearly everyone; no meaning rests on colour alone.
+
+use std::env;
+
+use ratatui::{
+    buffer::Buffer,
+    style::{Color, Modifier, Style},
+};
+
+/// How many colours a terminal has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Colours {
+    /// 24 bits.
+    True,
+    /// The sixteen that every terminal names.
+    Sixteen,
+    /// None wanted.
+    None,
+}
+
+/// What the terminal can show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Theme {
+    pub(crate) colours: Colours,
+    /// Nothing but ASCII.
+    pub(crate) ascii: bool,
+}
+
+/// The signs of the first, second and third axis.
+pub(crate) const SIGNS: [&str; 3] = ["●", "▲", "◆"];
+
+const ORANGE: (u8, u8, u8) = (230, 159, 0);
+const SKY_BLUE: (u8, u8, u8) = (86, 180, 233);
+const BLUISH_GREEN: (u8, u8, u8) = (0, 158, 115);
+const VERMILLION: (u8, u8, u8) = (213, 94, 0);
+const YELLOW: (u8, u8, u8) = (240, 228, 66);
+
+impl Theme {
+    /// By what the environment says of the terminal.
+    pub(crate) fn of_terminal() -> Self {
+        Self::of(|name| env::var(name).ok().filter(|value| !value.is_empty()))
+    }
+
+    fn of(variable: impl Fn(&str) -> Option<String>) -> Self {
+        let terminal = variable("TERM").unwrap_or_default();
+        let true_colour = variable("COLORTERM").is_some_and(|value| value == "truecolor" || value == "24bit");
+        let colours = match variable("NO_COLOR") {
+            Some(_) => Colours::None,
+            None if true_colour => Colours::True,
+            None => Colours::Sixteen,
+        };
+        let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().find_map(variable);
+        let other_locale = locale.is_some_and(|locale| !locale.to_lowercase().replace('-', "").contains("utf8"));
+        // a console without a desktop has few signs in its font
+        Self { colours, ascii: other_locale || terminal == "linux" || terminal.starts_with("vt") }
+    }
+
+    fn colour(self, exact: (u8, u8, u8), nearest: Color) -> Style {
+        match self.colours {
+            Colours::True => Style::new().fg(Color::Rgb(exact.0, exact.1, exact.2)),
+            Colours::Sixteen => Style::new().fg(nearest),
+            Colours::None => Style::new(),
+        }
+    }
+
+    /// Of the first, second or third axis; of anything else no colour.
+    pub(crate) fn axis(self, axis: usize) -> Style {
+        match axis {
+            0 => self.colour(ORANGE, Color::Yellow),
+            1 => self.colour(SKY_BLUE, Color::LightCyan),
+            2 => self.colour(BLUISH_GREEN, Color::LightGreen),
+            _ => Style::new(),
+        }
+    }
+
+    /// As it should be.
+    pub(crate) fn good(self) -> Style {
+        self.colour(BLUISH_GREEN, Color::Green)
+    }
+
+    /// To be looked at.
+    pub(crate) fn warning(self) -> Style {
+        self.colour(YELLOW, Color::Yellow).add_modifier(Modifier::BOLD)
+    }
+
+    /// Broken.
+    pub(crate) fn bad(self) -> Style {
+        match self.colours {
+            Colours::None => Style::new().add_modifier(Modifier::REVERSED),
+            _ => self.colour(VERMILLION, Color::LightRed).add_modifier(Modifier::BOLD),
+        }
+    }
+
+    /// Beside what matters: grids, frames, labels.
+    pub(crate) fn faint(self) -> Style {
+        match self.colours {
+            Colours::True => Style::new().fg(Color::Rgb(128, 128, 128)),
+            Colours::Sixteen => Style::new().fg(Color::DarkGray),
+            Colours::None => Style::new().add_modifier(Modifier::DIM),
+        }
+    }
+
+    /// What is chosen.
+    pub(crate) fn chosen(self) -> Style {
+        Style::new().add_modifier(Modifier::REVERSED)
+    }
+
+    /// The colour itself, for what takes no style.
+    pub(crate) fn colour_of(style: Style) -> Color {
+        style.fg.unwrap_or(Color::Reset)
+    }
+
+    /// Puts ASCII in the place of every other sign, where nothing else is shown.
+    pub(crate) fn finish(self, buffer: &mut Buffer) {
+        if self.ascii {
+            for cell in &mut buffer.content {
+                if let Some(sign) = cell.symbol().chars().next().filter(|sign| !sign.is_ascii()) {
+                    cell.set_char(ascii(sign));
+                }
+            }
+        }
+    }
+}
+
+/// The sign of ASCII that looks most alike.
+fn ascii(sign: char) -> char {
+    match sign {
+        '─' | '━' | '–' | '┄' => '-',
+        '│' | '┃' => '|',
+        '┊' => ':',
+        '┈' | '·' | '…' => '.',
+        '●' => 'o',
+        '▲' | '↑' => '^',
+        '◆' => '#',
+        '↓' => 'v',
+        '←' | '◀' => '<',
+        '→' | '▶' => '>',
+        '±' => '~',
+        '°' => 'o',
+        '÷' => '/',
+        '√' => 'V',
+        '²' => '2',
+        '×' => 'x',
+        'τ' => 't',
+        'σ' => 's',
+        'µ' => 'u',
+        '≤' => '<',
+        '≥' => '>',
+        '▁' | '▂' => '_',
+        '▃' | '▄' => '-',
+        '▅' | '▆' => '=',
+        '▇' | '█' => '#',
+        // dots of braille: the more, the darker
+        '\u{2800}'..='\u{28ff}' => match (u32::from(sign) & 0xff).count_ones() {
+            0 => ' ',
+            1..=2 => '.',
+            3..=5 => ':',
+            _ => '#',
+        },
+        '\u{2500}'..='\u{257f}' => '+',
+        _ => '?',
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn theme(variables: &[(&str, &str)]) -> Theme {
+        Theme::of(|name| variables.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value).to_owned()))
+    }
+
+    #[test]
+    fn the_environment_tells_what_a_terminal_shows() {
+        for (variables, colours, ascii) in [
+            (
+                &[("TERM", "xterm-256color"), ("COLORTERM", "truecolor"), ("LANG", "de_AT.UTF-8")][..],
+                Colours::True,
+                false,
+            ),
+            (&[("TERM", "xterm"), ("LC_ALL", "C"), ("LANG", "de_AT.UTF-8")], Colours::Sixteen, true),
+            (
+                &[("TERM", "xterm"), ("NO_COLOR", "1"), ("COLORTERM", "24bit"), ("LC_CTYPE", "C.utf8")],
+                Colours::None,
+                false,
+            ),
+            (&[("TERM", "linux"), ("LANG", "en_US.UTF-8")], Colours::Sixteen, true),
+            (&[("TERM", "xterm")], Colours::Sixteen, false),
+        ] {
+            assert_eq!(theme(variables), Theme { colours, ascii }, "{variables:?}");
+        }
+    }
+
+    #[test]
+    fn no_two_axes_look_alike() {
+        for colours in [Colours::True, Colours::Sixteen] {
+            let theme = Theme { colours, ascii: true };
+            let [x, y, z] = [0, 1, 2].map(|axis| theme.axis(axis));
+            assert!(x != y && y != z && x != z, "{colours:?}");
+        }
+        let signs: std::collections::BTreeSet<_> = SIGNS.iter().flat_map(|sign| sign.chars()).map(ascii).collect();
+        assert_eq!(signs.len(), 3, "nor without colours");
+        let plain = Theme { colours: Colours::None, ascii: true };
+        assert!((0..3).all(|axis| plain.axis(axis) == Style::new()));
+    }
+
+    #[test]
+    fn every_sign_in_use_has_one_of_ascii() {
+        let text: String = "─│┊┈●▲◆±√²τσ≤≥↑↓←→▁█⠁⣿┌".chars().map(ascii).collect();
+        assert_eq!(text, "-|:.o^#~V2ts<>^v<>_#.#+");
+    }
+}

@@ -1,0 +1,160 @@
+//! The last minutes of every channel: smallest, largest and mean value of each half second.
+
+use std::collections::VecDeque;
+
+/// What is kept at most: four minutes.
+const MOST_SLOTS: usize = 480;
+
+/// Data time of one slot, to the nearest whole sample.
+const SLOT_S: f64 = 0.5;
+
+/// The values of one channel in one slot, in counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot {
+    /// Smallest.
+    pub min: i64,
+    /// Largest.
+    pub max: i64,
+    /// Sum of all.
+    pub sum: i64,
+    /// How many; never 0.
+    pub count: u32,
+}
+
+/// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted in samples from the first, those
+/// missing included: how the stream was cut into reads changes nothing.
+///
+/// A slot without samples is `None` in every channel: that is how a gap of known length looks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recent {
+    /// Samples that a slot spans.
+    samples: u64,
+    /// Number of the slot behind the last one.
+    end: u64,
+    /// Channel by channel, the oldest slot first.
+    channels: Vec<VecDeque<Option<Slot>>>,
+}
+
+impl Recent {
+    /// Nothing yet, of so many channels at this rate.
+    pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
+        let samples = (SLOT_S * rate_hz).round().max(1.0) as u64;
+        Self { samples, end: 0, channels: vec![VecDeque::new(); channels] }
+    }
+
+    /// Samples that a slot spans; its data time is this over the rate.
+    #[must_use]
+    pub const fn samples_per_slot(&self) -> u64 {
+        self.samples
+    }
+
+    /// Number of the slot behind the last one: the slots of a channel are the latest before it.
+    #[must_use]
+    pub const fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// The slots of a channel, by its place, the oldest first; at most 480. The last may still grow.
+    pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
+        self.channels.get(channel).map_or(const { &VecDeque::new() }, |slots| slots).iter().copied()
+    }
+
+    /// Takes one channel's samples, without a gap between them, the first of which is number `index`.
+    pub(crate) fn push(&mut self, channel: usize, index: u64, counts: &[i32]) {
+        let mut index = index;
+        let mut rest = counts;
+        while !rest.is_empty() {
+            let slot = index / self.samples;
+            self.advance(slot);
+            let here = usize::try_from((slot + 1) * self.samples - index).map_or(rest.len(), |n| n.min(rest.len()));
+            let (now, later) = rest.split_at(here);
+            // the oldest of a long batch have fallen out already
+            let place = (self.end - slot) as usize;
+            if let Some(slots) = self.channels.get_mut(channel)
+                && let Some(slot) = slots.len().checked_sub(place).and_then(|place| slots.get_mut(place))
+            {
+                now.iter().for_each(|count| add(slot, (*count).into()));
+            }
+            index += here as u64;
+            rest = later;
+        }
+    }
+
+    /// Makes room for the slot of that number.
+    fn advance(&mut self, slot: u64) {
+        let new = (slot + 1).saturating_sub(self.end);
+        if new == 0 {
+            return;
+        }
+        for slots in &mut self.channels {
+            for _ in 0..new.min(MOST_SLOTS as u64) {
+                if slots.len() == MOST_SLOTS {
+                    slots.pop_front();
+                }
+                slots.push_back(None);
+            }
+        }
+        self.end = slot + 1;
+    }
+}
+
+fn add(slot: &mut Option<Slot>, count: i64) {
+    let slot = slot.get_or_insert(Slot { min: count, max: count, sum: 0, count: 0 });
+    slot.min = slot.min.min(count);
+    slot.max = slot.max.max(count);
+    slot.sum += count;
+    slot.count += 1;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::{collection::vec, prelude::*};
+
+    fn slots(recent: &Recent, channel: usize) -> Vec<Option<(i64, i64, i64, u32)>> {
+        recent.slots(channel).map(|slot| slot.map(|slot| (slot.min, slot.max, slot.sum, slot.count))).collect()
+    }
+
+    #[test]
+    fn a_slot_spans_half_a_second_and_a_gap_is_empty() {
+        let mut recent = Recent::new(2, 4.0);
+        assert_eq!((recent.samples_per_slot(), recent.slots(0).len(), recent.slots(9).len()), (2, 0, 0));
+        recent.push(0, 0, &[5, -7, 1]);
+        recent.push(1, 0, &[i32::MIN, i32::MIN, 3]);
+        assert_eq!(slots(&recent, 0), [Some((-7, 5, -2, 2)), Some((1, 1, 1, 1))]);
+        let lowest = i64::from(i32::MIN);
+        assert_eq!(slots(&recent, 1), [Some((lowest, lowest, 2 * lowest, 2)), Some((3, 3, 3, 1))]);
+        recent.push(0, 9, &[8]);
+        assert_eq!(slots(&recent, 0)[1..], [Some((1, 1, 1, 1)), None, None, Some((8, 8, 8, 1))]);
+        assert_eq!(slots(&recent, 1)[4], None);
+    }
+
+    #[test]
+    fn only_the_last_minutes_stay() {
+        let mut recent = Recent::new(1, 1.0);
+        recent.push(0, 0, &(0..1000).collect::<Vec<_>>());
+        let slots = slots(&recent, 0);
+        assert_eq!((slots.len(), slots[0], slots[479]), (480, Some((520, 520, 520, 1)), Some((999, 999, 999, 1))));
+        recent.push(0, 1_000_000_000_000, &[1]);
+        assert_eq!(recent.slots(0).flatten().count(), 1, "a long gap takes no time");
+    }
+
+    proptest! {
+        #[test]
+        fn how_the_stream_is_cut_changes_nothing(counts in vec(any::<i32>(), 1..3000), cuts in vec(1_usize..400, 1..40)) {
+            let mut whole = Recent::new(1, 40.0);
+            whole.push(0, 7, &counts);
+            let mut pieces = Recent::new(1, 40.0);
+            let mut at = 0;
+            for cut in cuts.iter().cycle() {
+                if at == counts.len() {
+                    break;
+                }
+                let end = (at + cut).min(counts.len());
+                pieces.push(0, 7 + at as u64, &counts[at..end]);
+                at = end;
+            }
+            prop_assert_eq!(whole, pieces);
+        }
+    }
+}
