@@ -1,6 +1,6 @@
 //! The live view in a real terminal: started, steered, ended in every way, and what it leaves behind.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;
 

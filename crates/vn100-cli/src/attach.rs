@@ -80,7 +80,7 @@ async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<Strin
         .collect();
     let mut teller = Teller::new(job.telling);
     if let Some(notices) = notices {
-        let view = View::show(feeds, job.settings.confidence, notices, stop)?;
+        let view = View::show(feeds, job.settings.confidence, notices, Arc::clone(&job.judging), stop)?;
         // without a terminal only what is kept is worth going on for
         let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
         all.iter().try_for_each(|measured| teller.tell(measured))?;

@@ -19,9 +19,7 @@ pub(crate) fn compare(args: &FileArgs) -> Result<Exit> {
     }
     let mut all: Vec<Measured> = Vec::new();
     measure_files(args, EachSecond::Unseen, |measured| {
-        if let Some(error) = &measured.origin.error {
-            report(error);
-        }
+        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())
     })?;

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use imu_noise::Verdict;
-use vn100_pipeline::{Datasheet, Figure, FigureVerdict, FilterModels, not_passed};
+use vn100_pipeline::{Assessment, Datasheet, Figure, FigureVerdict, FilterModels, Snapshot, not_passed};
 
 use crate::{args::MeasureArgs, datasheet, exit::Exit, measured::Measured};
 
@@ -42,16 +42,10 @@ impl Judging {
     /// Adds what was asked for, and fails the command where a figure that must pass does not.
     pub(crate) fn complete(&self, mut measured: Measured) -> Measured {
         let (snapshot, assessment) = (&measured.snapshot, &measured.assessment);
+        measured.verdicts = self.verdicts(snapshot, assessment);
         if self.filter_models {
             measured.filter_models = FilterModels::of(snapshot, &assessment.channels, assessment.confidence);
         }
-        let is_vn100 = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
-        let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
-        measured.verdicts = sheet.map(|sheet| Verdicts {
-            datasheet: sheet.name.clone(),
-            note: sheet.note.clone(),
-            channels: sheet.judge(assessment),
-        });
         // a source that gave nothing has failed worse
         let gave_nothing = measured.exit == Exit::NoData;
         for figure in self.fail_on.iter().filter(|_| !gave_nothing) {
@@ -64,6 +58,17 @@ impl Judging {
             }
         }
         measured
+    }
+
+    /// Verdicts on all channels; `None` without a data sheet for the sensor.
+    pub(crate) fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Option<Verdicts> {
+        let is_vn100 = snapshot.layout.as_ref().is_some_and(|layout| layout.message.starts_with("VN"));
+        let sheet = self.datasheet.as_ref().or_else(|| is_vn100.then_some(&self.vn100));
+        sheet.map(|sheet| Verdicts {
+            datasheet: sheet.name.clone(),
+            note: sheet.note.clone(),
+            channels: sheet.judge(assessment),
+        })
     }
 }
 

@@ -45,7 +45,10 @@ pub(crate) use feed::{Feed, Live, Notices, Stand, controls, feed, obey};
 pub(crate) use state::SourceRequest;
 pub(crate) use terminal::{give_back, is_there};
 
-use crate::exit::{print, report};
+use crate::{
+    exit::{print, report},
+    judging::Judging,
+};
 use task::{Ended, Shared, cannot_show};
 
 /// A terminal that does not take the last words in this time is left.
@@ -63,11 +66,17 @@ impl View {
     ///
     /// # Errors
     /// When the terminal does not obey.
-    pub(crate) fn show(feeds: Vec<Feed>, confidence: f64, notices: Notices, stop: CancellationToken) -> Result<Self> {
+    pub(crate) fn show(
+        feeds: Vec<Feed>,
+        confidence: f64,
+        notices: Notices,
+        judging: Arc<Judging>,
+        stop: CancellationToken,
+    ) -> Result<Self> {
         let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
         let screen = terminal::Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
         let close = CancellationToken::new();
-        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone() };
+        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone(), judging };
         let (sender, ended) = oneshot::channel();
         let theme = theme::Theme::of_terminal();
         thread::Builder::new()

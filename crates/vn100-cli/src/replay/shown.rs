@@ -62,6 +62,7 @@ async fn replay_all(args: &FileArgs, speed: Speed) -> Result<Exit> {
         notices: notices.clone(),
         stop: stop.clone(),
     });
+    let judging = Arc::clone(&job.judging);
     let mut feeds = Vec::new();
     let files: Vec<JoinHandle<Result<Measured>>> = (args.files.iter())
         .map(|file| {
@@ -71,7 +72,7 @@ async fn replay_all(args: &FileArgs, speed: Speed) -> Result<Exit> {
         })
         .collect();
     let all_stop = stop.clone();
-    let view = View::show(feeds, confidence, notices, stop)?;
+    let view = View::show(feeds, confidence, notices, judging, stop)?;
     let all = view.until(all_of(files), || all_stop.cancel()).await?;
     let mut teller = Teller::new(args.measure.telling());
     all.iter().try_for_each(|measured| teller.tell(measured))?;

@@ -8,7 +8,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_pipeline::{LongTaus, Onboard, WalkSeenLater, WarningKind};
+use vn100_pipeline::{FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
 
 use super::{
     curve::sensor,
@@ -19,10 +19,10 @@ use super::{
     theme::SIGNS,
     units::{convention, written},
 };
-use crate::units::ChannelValues;
+use crate::{judging::verdict_name, units::ChannelValues};
 
 /// Columns of the label and of three axes, with the frame.
-pub(crate) const WIDTH: u16 = 9 + 3 * 14 + 2;
+pub(crate) const WIDTH: u16 = 9 + 3 * 15 + 2;
 
 const TERMS: [(Term, &str, &str); 3] = [
     (Term::White, "N", "white noise"),
@@ -77,7 +77,7 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
     let row = |label: &str, cells: Vec<String>| {
         let mut spans = vec![Span::raw(format!(" {label:<8}"))];
         spans.extend(
-            cells.into_iter().enumerate().map(|(axis, cell)| Span::styled(format!("{cell:>14}"), column_style(axis))),
+            cells.into_iter().enumerate().map(|(axis, cell)| Span::styled(format!("{cell:>15}"), column_style(axis))),
         );
         Line::from(spans)
     };
@@ -86,6 +86,13 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
         let parameters: Vec<Option<Parameter>> =
             axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();
         if parameters.iter().all(Option::is_none) {
+            continue;
+        }
+        if parameters.iter().flatten().all(|parameter| parameter.status == Status::NotMeasurable) {
+            lines.push(Line::from(vec![
+                Span::styled(format!(" {letter}"), Style::new().bold()),
+                Span::raw(format!(" {name}: not in this stream")),
+            ]));
             continue;
         }
         let unit = convention(sensor, term, scene.state.units);
@@ -118,6 +125,16 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
                 let within = 100.0 * Onboard::UNCERTAINTY;
                 let text = format!(" the sensor's own: N ÷ {factor:.2} ±{within:.0} %, folded on board");
                 lines.push(Line::styled(text, theme.faint()));
+            }
+        }
+        if let Some(verdicts) = &source.verdicts {
+            let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
+            let told: Vec<Option<&FigureVerdict>> = group.channels.iter().map(of).collect();
+            if told.iter().any(Option::is_some) {
+                let name = |figure: Option<&FigureVerdict>| figure.map_or("-", |figure| verdict_name(figure.verdict));
+                let printed = told.iter().flatten().next().map(|figure| figure.figure.printed.clone());
+                lines.push(row("verdict", told.into_iter().map(|figure| name(figure).to_owned()).collect()));
+                lines.extend(printed.map(|text| Line::styled(format!(" data sheet: {text}"), theme.faint())));
             }
         }
         if term == Term::RateRandomWalk {

@@ -6,9 +6,8 @@ use vn100_driver::{LinkState, RecordingState};
 use vn100_pipeline::{Assessment, Snapshot, Warning};
 use vn100_protocol::Quantity;
 
-use crate::exit::printable;
-use crate::pace::Position;
 use crate::units::{ChannelValues, channel_values};
+use crate::{exit::printable, judging::Verdicts, pace::Position};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -27,6 +26,8 @@ pub(crate) struct Source {
     pub(crate) values: Vec<ChannelValues>,
     /// Of both, the newest first; of those that came together the gravest.
     pub(crate) warnings: Vec<Warning>,
+    /// Against the data sheet, by channel; `None` without one for the sensor.
+    pub(crate) verdicts: Option<Verdicts>,
     /// Since the command began.
     pub(crate) elapsed: Duration,
     /// `None` for live sources.
@@ -87,6 +88,7 @@ impl Source {
             assessment,
             values: Vec::new(),
             warnings: Vec::new(),
+            verdicts: None,
             elapsed: Duration::ZERO,
             playback: None,
         }

@@ -24,6 +24,7 @@ use super::{
     terminal::{Screen, next_event},
     theme::Theme,
 };
+use crate::judging::Judging;
 
 /// At most fifteen screens a second.
 const FRAME: Duration = Duration::from_millis(67);
@@ -42,6 +43,7 @@ pub(crate) struct Shared {
     pub(crate) close: CancellationToken,
     pub(crate) signals: Signals,
     pub(crate) notices: Notices,
+    pub(crate) judging: Arc<Judging>,
 }
 
 /// How the view ended.
@@ -62,7 +64,7 @@ struct Followed {
 
 impl Followed {
     /// Takes what is new; tells whether anything was.
-    fn look(&mut self, elapsed: Duration) -> bool {
+    fn look(&mut self, elapsed: Duration, judging: &Judging) -> bool {
         let before = self.shown.elapsed.as_secs();
         self.shown.elapsed = elapsed;
         let mut changed = elapsed.as_secs() != before;
@@ -91,6 +93,9 @@ impl Followed {
         let snapshot = Arc::clone(&live.latest.borrow());
         if !Arc::ptr_eq(&snapshot, &self.shown.snapshot) {
             let assessment = self.assessments.of(&snapshot);
+            if !Arc::ptr_eq(&assessment, &self.shown.assessment) {
+                self.shown.verdicts = judging.verdicts(&snapshot, &assessment);
+            }
             self.shown.show(snapshot, assessment);
             changed = true;
         }
@@ -135,7 +140,8 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
             let looked = Instant::now();
             looked_at = Some(looked);
             let elapsed = started.elapsed();
-            let changed = followed.iter_mut().fold(false, |changed, source| source.look(elapsed) | changed);
+            let changed =
+                followed.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.judging) | changed);
             if changed && !state.frozen {
                 shown = followed.iter().map(|followed| followed.shown.clone()).collect();
                 dirty = true;

@@ -13,7 +13,11 @@ use vn100_driver::{
 };
 use vn100_pipeline::{Analysis, Assessment, RateFrom, Settings, Snapshot};
 
-use crate::view::source::{Source, Stage};
+use crate::{
+    args::MeasureArgs,
+    judging::Judging,
+    view::source::{Source, Stage},
+};
 
 const SAMPLES: usize = 20_000;
 
@@ -84,6 +88,7 @@ fn source(mut snapshot: Snapshot) -> Source {
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);
+    let verdicts = Judging::new(&MeasureArgs::default()).unwrap().verdicts(&snapshot, &assessment);
     let recording =
         RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
     let mut source = nothing();
@@ -92,6 +97,7 @@ fn source(mut snapshot: Snapshot) -> Source {
         stage: Stage::Measuring,
         link: Some(up()),
         recording: Some(recording),
+        verdicts,
         elapsed: Duration::from_secs(503),
         ..source
     }
