@@ -1,4 +1,4 @@
-//! All sources side by side: how each of them is, in three lines.
+//! All sources side by side: how each of them is, in four lines.
 
 use imu_noise::Term;
 use ratatui::{
@@ -21,7 +21,7 @@ use super::{
 };
 
 /// Lines of a source, with one below.
-const LINES: usize = 4;
+const LINES: usize = 5;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let frozen = if scene.state.frozen { ", FROZEN, measuring goes on" } else { "" };
@@ -48,13 +48,13 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
         Span::styled(name, chosen),
         Span::raw(" "),
         Span::styled(word, style),
-        Span::raw(format!("  {} samples in {}", grouped(timing.samples), time(timing.duration_s()))),
-        Span::raw(measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz"))),
         Span::styled(
             format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.bad.total()), grouped(timing.missing)),
             if lost > 0 { theme.warning() } else { Style::new() },
         ),
     ]);
+    let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
+    let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
     let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
     let warned = source.recording_error().map(|error| format!("RECORDING FAILED: {error}"));
     let warned = warned.or_else(|| source.warnings.first().map(ToString::to_string));
@@ -63,7 +63,13 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let warned = warned.map_or(String::new(), |text| {
         format!("{}{more}", shortened(&format!("   ! {text}"), width.saturating_sub(more.len())))
     });
-    vec![head, Line::raw(format!("   {}", noise.join("   "))), Line::styled(warned, theme.warning()), Line::raw("")]
+    vec![
+        head,
+        Line::raw(counts),
+        Line::raw(format!("   {}", noise.join("   "))),
+        Line::styled(warned, theme.warning()),
+        Line::raw(""),
+    ]
 }
 
 /// N of all axes, with its unit.

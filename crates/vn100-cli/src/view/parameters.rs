@@ -21,8 +21,11 @@ use super::{
 };
 use crate::{judging::verdict_name, units::ChannelValues};
 
+/// Of an axis.
+const COLUMN: usize = 15;
+
 /// Columns of the label and of three axes, with the frame.
-pub(crate) const WIDTH: u16 = 9 + 3 * 15 + 2;
+pub(crate) const WIDTH: u16 = 9 + 3 * COLUMN as u16 + 2;
 
 const TERMS: [(Term, &str, &str); 3] = [
     (Term::White, "N", "white noise"),
@@ -77,11 +80,16 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
     let row = |label: &str, cells: Vec<String>| {
         let mut spans = vec![Span::raw(format!(" {label:<8}"))];
         spans.extend(
-            cells.into_iter().enumerate().map(|(axis, cell)| Span::styled(format!("{cell:>15}"), column_style(axis))),
+            cells
+                .into_iter()
+                .enumerate()
+                .map(|(axis, cell)| Span::styled(format!("{cell:>COLUMN$}"), column_style(axis))),
         );
         Line::from(spans)
     };
-    let mut lines = vec![row("", axes.iter().map(|axis| axis.name.clone()).collect())];
+    let mut lines: Vec<Line<'static>> =
+        doubts(source, &axes).into_iter().map(|text| Line::styled(text, theme.warning())).collect();
+    lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
     for (term, letter, name) in TERMS {
         let parameters: Vec<Option<Parameter>> =
             axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();
@@ -112,9 +120,15 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
             Span::styled(format!(" {letter}"), Style::new().bold()),
             Span::raw(format!(" {name}, {}", written(unit))),
         ]));
-        lines.push(row("", parameters.iter().map(value).collect()));
-        if parameters.iter().flatten().any(|parameter| parameter.value.is_some()) {
-            lines.push(row("", parameters.iter().map(interval).collect()));
+        let (values, intervals) = (parameters.iter().map(value), parameters.iter().map(interval));
+        let together: Vec<String> = values.clone().zip(intervals.clone()).map(|(v, i)| format!("{v} {i}")).collect();
+        if together.iter().all(|cell| cell.trim_end().chars().count() < COLUMN) {
+            lines.push(row("", together.iter().map(|cell| cell.trim_end().to_owned()).collect()));
+        } else {
+            lines.push(row("", values.collect()));
+            if intervals.clone().any(|interval| !interval.is_empty()) {
+                lines.push(row("", intervals.collect()));
+            }
         }
         if term == Term::White {
             let own = |place: &usize| own_white(source, *place).map(|(value, _)| digits(value * unit.factor, 2));
@@ -141,7 +155,6 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
             lines.extend(seen_later(&axes, unit.factor).map(|text| Line::styled(format!(" {text}"), theme.faint())));
         }
     }
-    lines.push(Line::raw(""));
     let quality = |of: fn(&imu_noise::FitQuality) -> String| {
         let cell = |axis: &&ChannelValues| {
             let quality = axis.noise.as_ref().and_then(|noise| noise.fit.quality);
@@ -151,7 +164,6 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
     };
     lines.push(row("τ (s)", quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s)))));
     lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
-    lines.extend(doubts(source, &axes).into_iter().map(|text| Line::styled(format!(" {text}"), theme.warning())));
     lines
 }
 
@@ -180,21 +192,22 @@ fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
             );
         }
         Some(LongTaus::LooksCompensated) => {
-            doubts.push("! B and K are not given: something takes the bias out".to_owned());
+            doubts.push("! something takes the bias out: B and K are not given".to_owned());
         }
         Some(LongTaus::Surroundings) => {
-            doubts.push("! at long τ the field around shows, not the sensor: N alone is given".to_owned());
+            doubts.push("! at long τ the field around shows: N alone is given".to_owned());
         }
         Some(LongTaus::Sensor) | None => {}
     }
     // what concerns these axes, or all; told in full among the warnings
     let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));
-    let kinds: Vec<&str> = (source.warnings.iter())
+    let mut kinds: Vec<&str> = (source.warnings.iter())
         .filter(|warning| concerns(&warning.channels) && warning.kind != WarningKind::CompensatedStream)
         .map(|warning| warning.kind.name())
         .collect();
+    kinds.dedup();
     if !kinds.is_empty() {
-        doubts.push(format!("! read with the warnings: {}", kinds.join(", ")));
+        doubts.push(format!("! read with: {}", kinds.join(", ")));
     }
     doubts
 }
