@@ -56,9 +56,10 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
     let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
     let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
-    let warned = source.recording_error().map(|error| format!("RECORDING FAILED: {error}"));
-    let warned = warned.or_else(|| source.warnings.first().map(ToString::to_string));
-    let more = source.warnings.len().saturating_sub(1);
+    let mut warned = source.troubles();
+    warned.extend(source.warnings.iter().map(ToString::to_string));
+    let more = warned.len().saturating_sub(1);
+    let warned = warned.into_iter().next();
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };
     let warned = warned.map_or(String::new(), |text| {
         format!("{}{more}", shortened(&format!("   ! {text}"), width.saturating_sub(more.len())))

@@ -105,8 +105,24 @@ impl Source {
         (self.snapshot, self.assessment) = (snapshot, assessment);
     }
 
+    /// What is broken now: the link, or the recording.
+    pub(crate) fn troubles(&self) -> Vec<String> {
+        let link = match &self.link {
+            Some(LinkState::Down { cause, .. }) => {
+                Some(format!("LOST: {}; it is opened again as soon as it is back", printable(cause)))
+            }
+            Some(LinkState::Silent(up)) => {
+                Some(format!("SILENT: {} is open, and nothing comes on it: look at power and cable", up.port))
+            }
+            _ => None,
+        };
+        let recording = self.recording_error();
+        let recording = recording.map(|error| format!("RECORDING FAILED: {error}; the measurement goes on"));
+        link.into_iter().chain(recording).collect()
+    }
+
     /// Why the recording is not whole, if it is not.
-    pub(crate) fn recording_error(&self) -> Option<String> {
+    fn recording_error(&self) -> Option<String> {
         let error = self.recording.as_ref()?.error.as_ref()?;
         Some(printable(&error.to_string()))
     }

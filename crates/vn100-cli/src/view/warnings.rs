@@ -17,9 +17,7 @@ use super::{
 pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     let theme = scene.theme;
     let mut texts = Vec::new();
-    if let Some(error) = source.recording_error() {
-        texts.push((format!("! RECORDING FAILED: {error}; the measurement goes on"), theme.bad()));
-    }
+    texts.extend(source.troubles().into_iter().map(|text| (format!("! {text}"), theme.bad())));
     texts.extend(source.warnings.iter().map(|warning| (format!("! {warning}"), theme.warning())));
     let rows = usize::from(area.height);
     let hidden = texts.len().saturating_sub(rows);
