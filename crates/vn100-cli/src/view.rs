@@ -1,6 +1,6 @@
 //! The live view: what is measured, on the whole terminal, until somebody quits.
 //!
-//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]), and draws plain data ([`draw`]) by what was
+//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]), and draws plain data ([`mod@draw`]) by what was
 //! chosen ([`state`]). It waits for its terminal, and nobody waits for it.
 
 mod allan;
@@ -38,7 +38,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
-use tokio::{sync::oneshot, time::timeout};
+use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use feed::{Feed, Live, Notices, Stand, controls, feed, obey};
@@ -50,6 +50,7 @@ use crate::{
     judging::Judging,
 };
 use task::{Ended, Shared, cannot_show};
+use terminal::leave_screen;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -97,12 +98,17 @@ impl View {
     /// That of the work.
     pub(crate) async fn until<T>(mut self, work: impl Future<Output = Result<T>>, alone: impl FnOnce()) -> Result<T> {
         tokio::pin!(work);
-        let mut screen = None;
+        let mut last = None;
         let done = tokio::select! {
             done = &mut work => {
                 self.close.cancel();
-                if let Ok(Ok(Ended::Closed(last))) = timeout(LEAVE_AFTER, &mut self.ended).await {
-                    screen = last;
+                last = timeout(LEAVE_AFTER, &mut self.ended).await.ok();
+                if !give_back() || last.is_none() {
+                    // the result waits for the terminal in any case, and belongs on the screen before
+                    if last.is_none() {
+                        last = Some((&mut self.ended).await);
+                    }
+                    let _ = spawn_blocking(leave_screen).await;
                 }
                 done
             }
@@ -112,10 +118,11 @@ impl View {
                     // the panic was told
                     Ok(Ended::Closed(_)) | Err(_) => report(FAULT),
                 }
+                give_back();
                 work.await
             }
         };
-        give_back();
+        let screen = if let Some(Ok(Ended::Closed(screen))) = last { screen } else { None };
         self.notices.take().iter().for_each(|notice| report(notice));
         if let Some(screen) = screen {
             print(&screen)?;

@@ -1,5 +1,7 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
+mod restart;
+
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{NominalRate, SpectrumPlan, Timebase};
@@ -140,25 +142,6 @@ impl Analysis {
         }
     }
 
-    /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the results are those of a measurement
-    /// whose [`skip`](Settings::skip) was that time from the start.
-    pub fn end_warm_up(&mut self) -> Duration {
-        let so_far = self.data_time();
-        self.warm_up = Some(so_far);
-        self.forget();
-        so_far
-    }
-
-    /// Begins anew: data time, and what was asked for in it, counts from here. What the link carried still counts, and the samples so far
-    /// are among those left out. Gives the data time that has passed.
-    pub fn start_over(&mut self) -> Duration {
-        let so_far = self.data_time();
-        self.forget();
-        (self.index, self.bad_lines_pending, self.rate_change) = (0, 0, None);
-        (self.warm_up, self.recent) = (None, None);
-        so_far
-    }
-
     /// What was asked for.
     #[must_use]
     pub const fn settings(&self) -> &Settings {
@@ -220,26 +203,6 @@ impl Analysis {
             (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings, &plan)).collect();
         self.norms = Norm::all(&layout);
         self.layout = Some(layout);
-    }
-
-    /// The data time left out at the beginning.
-    fn skipped(&self) -> Duration {
-        self.warm_up.unwrap_or(self.settings.skip)
-    }
-
-    fn data_time(&self) -> Duration {
-        Duration::try_from_secs_f64(self.index as f64 / self.timing.rate_hz).unwrap_or(Duration::MAX)
-    }
-
-    /// The samples so far are left out.
-    fn forget(&mut self) {
-        let timing = &mut self.timing;
-        timing.left_out += timing.samples;
-        (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
-        self.repeats = Repeats::new();
-        if let Some(layout) = self.layout.take() {
-            self.begin(layout);
-        }
     }
 
     fn take_ready(&mut self, waiting: &mut Waiting) {

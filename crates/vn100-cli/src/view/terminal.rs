@@ -46,8 +46,12 @@ impl Screen {
             give_back();
             told(panic);
         }));
-        enter().inspect_err(|_| give_back())?;
-        let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| give_back())?;
+        enter().inspect_err(|_| {
+            give_back();
+        })?;
+        let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| {
+            give_back();
+        })?;
         Ok(Self { terminal })
     }
 
@@ -109,23 +113,28 @@ fn enter() -> io::Result<()> {
     execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
 }
 
-/// Gives the terminal back as it was, if the view has it. What it does not take soon, as when nobody reads it, is left out: the modes of
-/// its line are put back in any case.
-pub(crate) fn give_back() {
+/// Gives the terminal back as it was, if the view has it, and tells whether it is. What it does not take soon, as when nobody reads it, is
+/// left for [`leave_screen`]: the modes of its line are put back in any case.
+pub(crate) fn give_back() -> bool {
     if !is_raw_mode_enabled().unwrap_or(false) {
-        return;
+        return true;
     }
     let (done, finished) = mpsc::sync_channel(1);
     let restore = move || {
-        let mut out = io::stdout();
-        let _ = execute!(out, EndSynchronizedUpdate, event::DisableMouseCapture, LeaveAlternateScreen, cursor::Show);
-        let _ = out.flush();
+        leave_screen();
         let _ = done.send(());
     };
-    if thread::Builder::new().name("vn100-restore".into()).spawn(restore).is_ok() {
-        let _ = finished.recv_timeout(STALLED_AFTER);
-    }
+    let left = thread::Builder::new().name("vn100-restore".into()).spawn(restore).is_ok()
+        && finished.recv_timeout(STALLED_AFTER).is_ok();
     let _ = disable_raw_mode();
+    left
+}
+
+/// Shows the screen as it was before; waits until the terminal takes that.
+pub(crate) fn leave_screen() {
+    let mut out = io::stdout();
+    let _ = execute!(out, EndSynchronizedUpdate, event::DisableMouseCapture, LeaveAlternateScreen, cursor::Show);
+    let _ = out.flush();
 }
 
 /// Waits for a key, the mouse or another size. `None` when nothing came in time.
