@@ -180,7 +180,9 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        for pid in descendants(self.child.id()) {
+        // one that was waited for may have left its number to another
+        let left = if matches!(self.child.try_wait(), Ok(None)) { descendants(self.child.id()) } else { Vec::new() };
+        for pid in left {
             let _ = kill_process(Pid::from_raw(pid as i32).unwrap(), Signal::KILL);
         }
         let _ = self.child.kill();
