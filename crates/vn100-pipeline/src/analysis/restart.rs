@@ -7,7 +7,7 @@ use crate::repeats::Repeats;
 
 impl Analysis {
     /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the results are those of a measurement
-    /// whose [`skip`](Settings::skip) was that time from the start.
+    /// whose [`skip`](crate::Settings::skip) was that time from the start.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.data_time();
         self.warm_up = Some(so_far);
