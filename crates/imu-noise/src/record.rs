@@ -48,6 +48,16 @@ impl RecordShape {
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
+    /// Every octave with a window, at the averaging factors 1, 2, 4 …, as it is if no sample is missing; none for no sample.
+    #[must_use]
+    pub fn octaves(&self) -> Vec<Octave> {
+        (0..u64::BITS)
+            .map(|power| 1_u64 << power)
+            .map(|m| Octave { m, terms: self.windows(m) })
+            .take_while(|octave| octave.terms > 0)
+            .collect()
+    }
+
     /// Windows that are there, of those that would be if no sample were missing.
     pub(crate) fn share_of_windows(&self, octave: &Octave) -> f64 {
         (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)

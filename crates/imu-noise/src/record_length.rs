@@ -1,6 +1,6 @@
 //! How long a record must be to show a noise parameter.
 
-use crate::{Deviation, Estimator, NoiseModel, Octave, RecordShape, Term, Terms};
+use crate::{Deviation, Estimator, NoiseModel, RecordShape, Term, Terms};
 
 /// Longest record that is thought of.
 const LONGEST_S: f64 = 100.0 * 86_400.0;
@@ -63,7 +63,7 @@ impl Wanted<'_> {
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
         };
-        let model = noise_model(&shape);
+        let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
         if !model.is_found(self.truth, self.term) {
             return false;
         }
@@ -77,14 +77,4 @@ impl Wanted<'_> {
             }
         }
     }
-}
-
-/// All terms of a rate, for a record without gaps.
-fn noise_model(shape: &RecordShape) -> NoiseModel {
-    let octaves: Vec<Octave> = (0..u64::BITS)
-        .map(|power| 1_u64 << power)
-        .map(|m| Octave { m, terms: shape.windows(m) })
-        .take_while(|octave| octave.terms > 0)
-        .collect();
-    NoiseModel::new(&octaves, shape, Terms::RATE, None)
 }

@@ -112,6 +112,22 @@ fn a_random_walk_is_found_in_nine_of_ten_records_later_than_by_the_rule() {
 }
 
 #[test]
+fn the_smallest_walk_of_a_length_is_the_one_planned_for_that_length() {
+    for flicker in [0.0, 0.2] {
+        let noise = Noise { flicker, step: 2e-3 };
+        let samples = (noise.record_s(Term::RateRandomWalk, Aim::Found) / INTERVAL_S) as u64;
+        let shape =
+            RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan };
+        let truth = noise.truth();
+        let (walk, others) = truth.split_last().unwrap();
+        let model = NoiseModel::new(&shape.octaves(), &shape, Terms::RATE, None);
+        let least = model.least_found(others, Term::RateRandomWalk).unwrap();
+        assert!((0.9..1.06).contains(&(least / walk.1)), "{least}, planned for {}", walk.1);
+        assert_eq!(model.least_found(others, Term::Quantization), None);
+    }
+}
+
+#[test]
 fn flicker_noise_hides_a_walk_and_what_is_not_there_is_never_found() {
     let alone = Noise { flicker: 0.0, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);
     let hidden = Noise { flicker: 0.2, step: 2e-3 }.record_s(Term::RateRandomWalk, Aim::Found);

@@ -39,6 +39,38 @@ impl NoiseModel {
         parameter.is_some_and(|parameter| parameter.status == Status::Estimated)
     }
 
+    /// The smallest value of `term`, in its unit, that about nine of ten records find beside the noise of `others`, too high by 5 % at most:
+    /// see [`is_found`](Self::is_found). `None` where the model does not have the term, where `others` are nothing, and where no value is
+    /// ever found.
+    #[must_use]
+    pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
+        const TOLERANCE: f64 = 0.05;
+        const MOST_DOUBLINGS: usize = 40;
+        let is_found = |value: f64| {
+            let truth: Vec<_> =
+                others.iter().copied().filter(|(named, _)| *named != term).chain([(term, value)]).collect();
+            self.is_found(&truth, term)
+        };
+        // as high as the others at the longest averaging time, which is of the right order
+        let (model, longest) = self.expecting_model().zip(self.fitted.checked_sub(1))?;
+        let [hidden, one] = [others, &[(term, 1.0)]].map(|truth| model.expected(&self.parameters(truth), longest));
+        let start = Some((hidden / one).sqrt()).filter(|start| start.is_finite() && *start > 0.0)?;
+        let doubled = core::iter::successors(Some(start), |value| Some(2.0 * value));
+        let found = doubled.take(MOST_DOUBLINGS).find(|value| is_found(*value))?;
+        let halved = core::iter::successors(Some(found), |value| Some(0.5 * value));
+        let mut missed = halved.take(MOST_DOUBLINGS).find(|value| !is_found(*value))?;
+        let mut found = 2.0 * missed;
+        while found / missed > 1.0 + TOLERANCE {
+            let middle = (missed * found).sqrt();
+            if is_found(middle) {
+                found = middle;
+            } else {
+                missed = middle;
+            }
+        }
+        Some(found)
+    }
+
     fn expecting_model(&self) -> Option<&Model> {
         self.with_ramp.as_ref().or(self.without_ramp.as_ref())
     }

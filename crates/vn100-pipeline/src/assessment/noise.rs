@@ -2,7 +2,7 @@
 
 use imu_noise::{
     BoxcarWindow, ClassicalReading, Deviation, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw, RecordShape,
-    Sensor, Status, Term, Terms, classical_reading, edf, visible_random_walk, white_deficit,
+    Sensor, Status, Term, Terms, classical_reading, edf, white_deficit,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -49,7 +49,8 @@ pub enum LongTaus {
 pub struct WalkSeenLater {
     /// Length of that record in seconds.
     pub duration_s: f64,
-    /// Smallest K it shows, about, in unit/√s; see [`visible_random_walk`].
+    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in unit/√s; see
+    /// [`NoiseModel::least_found`].
     pub at_least: f64,
 }
 
@@ -111,11 +112,7 @@ impl ChannelNoise {
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
         let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTaus::Sensor);
-        let white = fit.parameter(Term::White).and_then(|white| white.value);
-        let walk_seen_later = walk.filter(|walk| walk.value.is_none()).zip(white).map(|(_, white)| {
-            let duration_s = curve.shape.samples as f64 * curve.shape.interval_s + WalkSeenLater::MORE_S;
-            WalkSeenLater { duration_s, at_least: visible_random_walk(white, duration_s) }
-        });
+        let walk_seen_later = walk.filter(|walk| walk.value.is_none()).and_then(|_| models.walk_seen_later(&fit));
         Some(Self { sensor, fit, classical, walk_seen_later, long_taus })
     }
 
@@ -160,13 +157,14 @@ fn falls_below_white(curve: &Curve, short: &NoiseFit) -> bool {
 pub(super) struct Models {
     shape: RecordShape,
     made: Vec<(Key, NoiseModel)>,
+    longer: Option<Longer>,
 }
 
 type Key = (Vec<Octave>, Terms, Option<BoxcarWindow>);
 
 impl Models {
     pub(super) fn new(shape: RecordShape) -> Self {
-        Self { shape, made: Vec::new() }
+        Self { shape, made: Vec::new(), longer: None }
     }
 
     fn of(&mut self, octaves: &[Octave], terms: Terms, window: Option<BoxcarWindow>) -> &NoiseModel {
@@ -177,5 +175,45 @@ impl Models {
             self.made.len() - 1
         });
         &self.made[place].1
+    }
+
+    /// Beside the white noise and the bias instability that this record shows.
+    fn walk_seen_later(&mut self, fit: &NoiseFit) -> Option<WalkSeenLater> {
+        let value = |term| fit.parameter(term).and_then(|parameter| parameter.value);
+        let (white, bias_instability) = (value(Term::White)?, value(Term::BiasInstability).unwrap_or(0.0));
+        let longer = self.longer.get_or_insert_with(|| Longer::new(&self.shape));
+        let at_least = white * longer.least_walk(bias_instability / white)?;
+        Some(WalkSeenLater { duration_s: longer.duration_s, at_least })
+    }
+}
+
+/// A record without gaps, longer by [`WalkSeenLater::MORE_S`].
+struct Longer {
+    duration_s: f64,
+    model: NoiseModel,
+    /// Bias instability and the smallest walk found beside it, both relative to the white noise: most axes show none, and share an answer.
+    least: Vec<(f64, Option<f64>)>,
+}
+
+impl Longer {
+    fn new(shape: &RecordShape) -> Self {
+        /// With more of the shortest, the answer is the same.
+        const LONGEST_OCTAVES: usize = 14;
+        let more = (WalkSeenLater::MORE_S / shape.interval_s) as u64;
+        let shape = RecordShape { samples: shape.samples + more, ..*shape };
+        let octaves = shape.octaves();
+        let model =
+            NoiseModel::new(&octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..], &shape, Terms::RATE, None);
+        Self { duration_s: shape.samples as f64 * shape.interval_s, model, least: Vec::new() }
+    }
+
+    fn least_walk(&mut self, bias_instability: f64) -> Option<f64> {
+        if let Some((_, least)) = self.least.iter().find(|(beside, _)| *beside == bias_instability) {
+            return *least;
+        }
+        let others = [(Term::White, 1.0), (Term::BiasInstability, bias_instability)];
+        let least = self.model.least_found(&others, Term::RateRandomWalk);
+        self.least.push((bias_instability, least));
+        least
     }
 }
