@@ -258,6 +258,28 @@ fn a_plan_is_as_long_as_its_longest_want() {
     }
 }
 
+#[test]
+fn a_plan_is_for_the_sensor_of_the_data_sheet() {
+    let of = |document: &Value| document["wants"][0]["record_s"].as_f64().unwrap();
+    let built_in = plan(&["--want", "gyro B"]);
+    // 5 deg/h as the minimum of the deviation is a B of 5/0.664
+    let assumed = built_in["assumed"][0]["bias_instability"].as_f64().unwrap();
+    assert!((assumed / (5.0 / 0.664 / 3600.0_f64).to_radians() - 1.0).abs() < 1e-3, "{assumed}");
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = folder.path().join("better.toml");
+    let white =
+        "[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\nunit = \"deg/s/sqrt(Hz)\"\ntypical = 0.0035\n";
+    let bias = "[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\nunit = \"deg/h\"\nlimit = 1.0\n";
+    fs::write(&sheet, format!("name = \"better\"\n{white}{bias}")).unwrap();
+    let better = plan(&["--want", "gyro B", "--datasheet", sheet.to_str().unwrap()]);
+    assert!(of(&better) > 4.0 * of(&built_in), "{} s against {} s", of(&better), of(&built_in));
+    fs::write(&sheet, format!("name = \"better\"\n{white}")).unwrap();
+    let output = vn100().args(["plan", "--want", "gyro B", "--datasheet"]).arg(&sheet).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("its own size") && error.contains("better"), "{error}");
+}
+
 /// A record as long as planned, behind the window planned, shows what was wanted.
 #[test]
 fn a_record_of_the_planned_length_shows_what_was_wanted() {

@@ -213,6 +213,10 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "P", value_parser = confidence, default_value_t = DEFAULT_CONFIDENCE)]
     pub(crate) confidence: f64,
 
+    /// Take the noise from the figures of this TOML file instead of the VN-100's
+    #[arg(long, value_name = "FILE")]
+    pub(crate) datasheet: Option<PathBuf>,
+
     /// Print a JSON document
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,11 +1,13 @@
 //! `vn100 plan`: how to set the sensor, and how long to measure, for what shall be known.
 
 use anyhow::Result;
+use imu_noise::Sensor;
 use vn100_pipeline::{Given, Plan, Want};
 use vn100_protocol::BaudRate;
 
 use crate::{
     args::PlanArgs,
+    datasheet,
     exit::{Exit, print},
     plan_document::PlanDocument,
     text,
@@ -36,14 +38,19 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     } else {
         USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?
     };
-    let plan = Plan::new(&wants, given)?;
+    let sheet = args.datasheet.as_deref().map_or_else(datasheet::vn100, datasheet::open)?;
+    let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
-        print(&(serde_json::to_string_pretty(&PlanDocument::new(&plan, given, asked))? + "\n"))?;
+        print(&(serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked))? + "\n"))?;
     } else {
-        print(&text::plan(&plan, given, asked))?;
+        print(&text::plan(&plan, given, &sheet, asked))?;
     }
     Ok(Exit::Good)
 }
+
+/// By the names that wants have for them.
+pub(crate) const SENSORS: [(&str, Sensor); 3] =
+    [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
 
 /// The commands that do what was planned.
 pub(crate) struct Steps {

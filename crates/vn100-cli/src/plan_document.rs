@@ -2,11 +2,11 @@
 //!
 //! SI units (magnetic field in gauss); what is out of reach within 100 days is `null`.
 
-use imu_noise::{Sensor, Term};
+use imu_noise::Term;
 use serde::Serialize;
-use vn100_pipeline::{Given, Known, Plan, PlannedWant, typical_noise};
+use vn100_pipeline::{Datasheet, Given, Known, Plan, PlannedWant};
 
-use crate::plan::Steps;
+use crate::plan::{SENSORS, Steps};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct PlanDocument {
@@ -19,7 +19,9 @@ pub(crate) struct PlanDocument {
     /// Length behind it for all that was asked for.
     record_s: Option<f64>,
     wants: Vec<WantDocument>,
-    /// The noise the sensor is taken to have: nominal, quoted.
+    /// The data sheet that says what noise the sensor is taken to have.
+    datasheet: String,
+    /// That noise, with B as the model has it.
     assumed: Vec<AssumedDocument>,
     commands: Commands,
 }
@@ -61,11 +63,11 @@ struct Commands {
 }
 
 impl PlanDocument {
-    pub(crate) fn new(plan: &Plan, given: Given, asked: bool) -> Self {
+    pub(crate) fn new(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> Self {
         let Steps { configure, attach, undo, .. } = Steps::new(plan, given, asked);
-        let sensors = [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
-        let assumed = sensors.into_iter().map(|(name, sensor)| {
-            let of = |term| typical_noise(sensor).iter().find(|(named, _)| *named == term).map(|(_, value)| *value);
+        let assumed = SENSORS.into_iter().map(|(name, sensor)| {
+            let noise = datasheet.typical_noise(sensor);
+            let of = |term| noise.iter().find(|(named, _)| *named == term).map(|(_, value)| *value);
             AssumedDocument { sensor: name, white: of(Term::White), bias_instability: of(Term::BiasInstability) }
         });
         Self {
@@ -81,6 +83,7 @@ impl PlanDocument {
             warm_up_s: plan.warm_up_s,
             record_s: plan.record_s.filter(|_| asked),
             wants: plan.wants.iter().map(want).collect(),
+            datasheet: datasheet.name.clone(),
             assumed: assumed.collect(),
             commands: Commands { configure, attach, undo },
         }

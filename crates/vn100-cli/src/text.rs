@@ -12,7 +12,7 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{Assessment, Comparison, Given, MissingFrom, Plan, RateFrom, Snapshot};
+use vn100_pipeline::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
 use distribution::{write_distribution, write_parts};
@@ -65,9 +65,9 @@ pub(crate) fn comparison(all: &[Measured], comparison: &Comparison) -> String {
 }
 
 /// How to measure. Ends with a line feed.
-pub(crate) fn plan(plan: &Plan, given: Given, asked: bool) -> String {
+pub(crate) fn plan(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> String {
     let mut out = String::new();
-    let _ = plan::write(&mut out, plan, given, asked);
+    let _ = plan::write(&mut out, plan, given, datasheet, asked);
     out
 }
 

@@ -69,12 +69,38 @@ impl Datasheet {
         };
         assessment.channels.iter().map(of_channel).collect()
     }
+
+    /// The noise of a sensor that is as it should be: each parameter in SI units (magnetic field in gauss), with B as the model has it, by
+    /// the lower end of what is typical, or by the limit where nothing is.
+    #[must_use]
+    pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
+        self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
+    }
+
+    /// The figures behind [`typical_noise`](Self::typical_noise), in its order.
+    pub fn typical_figures(&self, sensor: Sensor) -> impl Iterator<Item = &DatasheetFigure> {
+        Term::ALL.into_iter().filter_map(move |term| {
+            let mut figures = self.figures.iter().filter(|figure| figure.sensor == sensor && figure.term == term);
+            let first = figures.clone().next();
+            figures.find(|figure| matches!(figure.claim, Claim::Typical { .. })).or(first)
+        })
+    }
 }
 
 impl DatasheetFigure {
+    /// The parameter of the model that reads as printed, by the lower end of what is typical.
+    fn parameter(&self) -> f64 {
+        let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
+        printed / self.convention()
+    }
+
+    /// So many times the parameter of the model is printed.
+    fn convention(&self) -> f64 {
+        if self.is_minimum && self.term == Term::BiasInstability { floor_of_flicker() } else { 1.0 }
+    }
+
     fn judge(&self, parameter: &Parameter, onboard: Option<Onboard>) -> FigureVerdict {
-        let convention = if self.is_minimum && self.term == Term::BiasInstability { floor_of_flicker() } else { 1.0 };
-        let times = |value: Option<f64>| value.map(|value| value * convention);
+        let times = |value: Option<f64>| value.map(|value| value * self.convention());
         let measured = Parameter {
             status: parameter.status,
             value: times(parameter.value),

@@ -52,7 +52,7 @@ pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, not_passed};
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use norms::Norm;
-pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError, typical_noise};
+pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use recent::{Recent, Slot};
 pub use run::{Controls, Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};

@@ -2,9 +2,11 @@
 
 mod want;
 
-use imu_noise::{Aim, Sensor, Term, Wanted, visible_random_walk};
+use imu_noise::{Aim, Term, Wanted, visible_random_walk};
 use thiserror::Error;
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
+
+use crate::datasheet::Datasheet;
 
 pub use want::{Known, Want, WantError};
 
@@ -19,30 +21,6 @@ const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
 /// Published practice leaves out between so much at the beginning of a record, in seconds; the maker states no figure that is known here.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
-
-/// The noise that a sensor is taken to have, in SI units (magnetic field in gauss), as third parties quote its data sheet.
-#[must_use]
-pub fn typical_noise(sensor: Sensor) -> &'static [(Term, f64)] {
-    const GYRO: [(Term, f64); 2] = [
-        // 0.0035 deg/s/√Hz
-        (Term::White, 6.108_652e-5),
-        // 5 deg/h, the lower of the typical 5 to 7: the one that takes longer to see
-        (Term::BiasInstability, 2.424_068e-5),
-    ];
-    const ACCEL: [(Term, f64); 2] = [
-        // 0.14 mg/√Hz
-        (Term::White, 1.372_931e-3),
-        // 0.04 mg, a limit; no typical figure is quoted
-        (Term::BiasInstability, 3.922_66e-4),
-    ];
-    // 140 µG/√Hz
-    const MAG: [(Term, f64); 1] = [(Term::White, 1.4e-4)];
-    match sensor {
-        Sensor::Gyroscope => &GYRO,
-        Sensor::Accelerometer => &ACCEL,
-        Sensor::Magnetometer => &MAG,
-    }
-}
 
 /// What is fixed before anything is planned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,8 +70,21 @@ pub struct PlannedWant {
 }
 
 /// A measurement cannot be made so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PlanningError {
+    /// The data sheet does not say what the length depends on.
+    #[error(
+        "how long {want:?} takes depends on {missing}, for which the data sheet {datasheet:?} has no figure of that sensor: add it, or name a \
+         value, as in \"gyro K >= 2e-7\""
+    )]
+    NotQuoted {
+        /// What is wanted.
+        want: String,
+        /// The parameters without a figure.
+        missing: &'static str,
+        /// Name of the data sheet.
+        datasheet: String,
+    },
     /// The line is too slow.
     #[error("{line_length} bytes {rate_hz} times a second do not fit {baud} baud; {}", match highest_hz {
         Some(hz) => format!("at most {hz} Hz do, or take a faster line"),
@@ -112,17 +103,19 @@ pub enum PlanningError {
 }
 
 impl Plan {
-    /// Plans a record that shows all of `wants`.
+    /// Plans a record that shows all of `wants`, of a sensor as `datasheet` has it.
     ///
     /// # Errors
-    /// Where what is given does not go together.
-    pub fn new(wants: &[Want], given: Given) -> Result<Self, PlanningError> {
+    /// Where what is given does not go together, and where the data sheet does not say how large a thing wanted is, or the white noise
+    /// that hides it.
+    pub fn new(wants: &[Want], given: Given, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let message = AsyncType::IMU;
         let form = LineForm { count: true, ..LineForm::default() };
         let line_length = message.line_length(form).unwrap_or_default();
         let (rate, baud) = rate_and_baud(line_length, given)?;
         let interval_s = 1.0 / f64::from(rate.hz());
-        let wants: Vec<_> = wants.iter().map(|want| PlannedWant::new(want, interval_s, given.confidence)).collect();
+        let wants = wants.iter().map(|want| PlannedWant::new(want, interval_s, given.confidence, datasheet));
+        let wants = wants.collect::<Result<Vec<_>, _>>()?;
         let longest = wants.iter().try_fold(0.0_f64, |longest, want| Some(longest.max(want.record_s?)));
         let white_alone = wants.iter().all(|want| want.want.figure.term == Term::White);
         Ok(Self {
@@ -140,21 +133,34 @@ impl Plan {
 }
 
 impl PlannedWant {
-    fn new(want: &Want, interval_s: f64, confidence: f64) -> Self {
+    fn new(want: &Want, interval_s: f64, confidence: f64, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let term = want.figure.term;
         let (aim, assumed) = match want.known {
             Known::Seen => (Aim::Found, None),
             Known::Within(half_width) => (Aim::HalfWidth(half_width), None),
             Known::AtLeast(value) => (Aim::Found, Some((term, value))),
         };
-        let typical = typical_noise(want.sensor);
+        let typical = datasheet.typical_noise(want.sensor);
+        let is_quoted = |term| typical.iter().any(|(quoted, _)| *quoted == term);
+        let missing = match (is_quoted(Term::White), assumed.is_some() || is_quoted(term)) {
+            (true, true) => None,
+            (true, false) => Some("its own size"),
+            (false, _) => Some("the white noise"),
+        };
+        if let Some(missing) = missing {
+            return Err(PlanningError::NotQuoted {
+                want: want.to_string(),
+                missing,
+                datasheet: datasheet.name.clone(),
+            });
+        }
         let truth: Vec<_> =
             typical.iter().copied().filter(|(named, _)| assumed.is_none() || *named != term).chain(assumed).collect();
         let length = |truth: &[(Term, f64)]| Wanted { term, aim, truth }.record_s(interval_s, confidence);
         let is_walk = term == Term::RateRandomWalk;
         let without: Vec<_> = truth.iter().copied().filter(|(term, _)| *term != Term::BiasInstability).collect();
         let white = typical.iter().find(|(term, _)| *term == Term::White).map(|(_, white)| *white);
-        Self {
+        Ok(Self {
             want: want.clone(),
             record_s: length(&truth),
             without_bias_instability_s: if is_walk { length(&without) } else { None },
@@ -163,7 +169,7 @@ impl PlannedWant {
                 .zip(assumed)
                 .filter(|_| is_walk)
                 .map(|(white, (_, walk))| visible_random_walk(white, 1.0) / walk),
-        }
+        })
     }
 }
 

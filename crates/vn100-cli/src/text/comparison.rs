@@ -137,7 +137,8 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     writeln!(out, "\nmeans, each with its standard error, and how far they lie apart")?;
     let legend = "The standard error is the deviation at the longest tau that is known, not std/sqrt(n): noise of low frequency does not average out. \
                   The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not moved between them; its \
-                  interval is chi-squared with one degree of freedom less than there are records. p: that noise within the records alone spreads \
+                  interval is chi-squared with one degree of freedom less than there are records; what flickers or walks more slowly than a record \
+                  lasts is in it. p: that noise within the records alone spreads \
                   them so far, Holm's correction for all channels.";
     writeln!(out, "{}", fill(legend, "", ""))?;
     for channel in &comparison.means {

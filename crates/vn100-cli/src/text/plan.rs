@@ -2,15 +2,13 @@
 
 use std::fmt::{self, Write};
 
-use vn100_pipeline::{Given, Plan};
+use vn100_pipeline::{Datasheet, DatasheetFigure, Given, Plan};
 
-use super::{WIDTH, fill};
-use crate::plan::{Steps, span};
-
-/// The assumption behind every length.
-const ASSUMED: &str = "Assumed, as third parties quote the data sheet (nominal): gyro N 0.0035 deg/s/sqrt(Hz) and B 5 deg/h, the lower of the \
-                       typical 5 to 7; accel N 0.14 mg/sqrt(Hz) and B 0.04 mg, which is a limit: a better one takes longer to see; mag N \
-                       140 ugauss/sqrt(Hz). No figure for K is quoted.";
+use super::{WIDTH, fill, noise::letter};
+use crate::{
+    exit::printable,
+    plan::{SENSORS, Steps, span},
+};
 
 const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \
                       ten records estimate them (83 to 91 % of simulated ones); K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
@@ -26,8 +24,9 @@ const MOUNTING: [&str; 5] = [
     "a computer that does not sleep, the line at its short latency, room on the disk",
 ];
 
-pub(super) fn write(out: &mut String, plan: &Plan, given: Given, asked: bool) -> fmt::Result {
+pub(super) fn write(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
     write_wants(out, plan, given.confidence, asked)?;
+    write_assumed(out, datasheet)?;
     write_settings(out, plan)?;
     writeln!(out, "\nmounting")?;
     for line in MOUNTING {
@@ -73,7 +72,26 @@ fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> f
         let all = plan.record_s.map_or(OUT_OF_REACH.into(), |record_s| format!("{}, rounded up", span(record_s, " ")));
         writeln!(out, "  {:<34} {all}", "all of them")?;
     }
-    writeln!(out, "{}\n{}", fill(METHOD, "", ""), fill(ASSUMED, "", ""))
+    writeln!(out, "{}", fill(METHOD, "", ""))
+}
+
+/// The noise behind every length.
+fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
+    let note = datasheet.note.as_ref().map_or(String::new(), |note| format!(" ({})", printable(note)));
+    let figure = |sensor: &str, quoted: &DatasheetFigure| {
+        format!("{sensor} {} {}", letter(quoted.term), printable(&quoted.printed))
+    };
+    let figures: Vec<String> = SENSORS
+        .into_iter()
+        .flat_map(|(name, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(name, quoted)))
+        .collect();
+    let text = format!(
+        "Assumed, by the data sheet {}{note}: {}; of a range the lower end. A B that is printed as the minimum of the deviation is that over 0.664; \
+         a smaller B takes longer to see.",
+        printable(&datasheet.name),
+        figures.join("; ")
+    );
+    writeln!(out, "{}", fill(&text, "", ""))
 }
 
 fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
