@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Plan a measurement: message, rate, window, line speed, and how long for what
     Plan(PlanArgs),
+    /// Write the report of captures: one page with every figure and table, and the numbers for other programs
+    Report(ReportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     Sim(SimArgs),
     /// List the serial ports, those a VN-100 is likely on first
@@ -220,6 +222,41 @@ pub(crate) struct PlanArgs {
     /// Print a JSON document
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ReportArgs {
+    #[command(flatten)]
+    pub(crate) files: FileArgs,
+
+    /// The page to write, ending in .html; another name begins the names of what is exported, and no page is written
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+
+    /// Write the numbers for other programs beside it: once for each form, or with commas between them
+    #[arg(long, value_name = "FORM", value_enum, value_delimiter = ',')]
+    pub(crate) export: Vec<ExportForm>,
+
+    /// Replace existing files
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// What a report is exported as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportForm {
+    /// Curves, statistics, parameters, spectrum, segments and histograms as tables
+    Csv,
+    /// The document of `vn100 replay --json`
+    Json,
+    /// imu.yaml for Kalibr; refused where the random walk is not estimated, unless --filter-models gives a bound
+    Kalibr,
+    /// Each figure as SVG, in a folder
+    Svg,
+    /// Each figure as PNG, in a folder
+    Png,
+    /// The samples as ROS 2 messages, Imu and MagneticField
+    Mcap,
 }
 
 #[derive(Debug, clap::Args)]

@@ -23,6 +23,7 @@ mod ports;
 mod progress;
 mod recorded;
 mod replay;
+mod report;
 mod signal_document;
 mod sim;
 mod status;
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Compare(args) => compare::compare(&args.files),
         Command::Plan(args) => plan::plan(&args),
+        Command::Report(args) => report::report(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),
     };

@@ -206,7 +206,7 @@ pub(crate) fn term_name(term: Term) -> &'static str {
     }
 }
 
-fn status(status: Status) -> &'static str {
+pub(crate) fn status(status: Status) -> &'static str {
     match status {
         Status::Estimated => "estimated",
         Status::Bounded => "bounded",

@@ -7,11 +7,11 @@ use vn100_driver::Recorded;
 
 #[derive(Debug, Serialize)]
 pub(crate) struct RecordedDocument {
-    program: Option<String>,
-    started: Option<String>,
-    ended: Option<String>,
+    pub(crate) program: Option<String>,
+    pub(crate) started: Option<String>,
+    pub(crate) ended: Option<String>,
     complete: Option<bool>,
-    end_reason: Option<String>,
+    pub(crate) end_reason: Option<String>,
 }
 
 impl RecordedDocument {

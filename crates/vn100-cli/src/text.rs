@@ -19,6 +19,7 @@ use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
 pub(crate) use noise::four_digits;
 use noise::write_noise;
+pub(crate) use statistics::EARTH_RATE_RAD_S;
 use statistics::write_statistics;
 use verdict::write_verdicts;
 
@@ -40,7 +41,7 @@ const LABEL: usize = 24;
 const COLUMN: usize = 17;
 
 /// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the document.
-const LEAST_EDF: f64 = 2.0;
+pub(crate) const LEAST_EDF: f64 = 2.0;
 
 /// The whole result. Ends with a line feed.
 pub(crate) fn result(measured: &Measured) -> String {
@@ -260,7 +261,7 @@ fn with_bounds(point: &Point) -> String {
     }
 }
 
-fn sensor(quantity: Quantity) -> &'static str {
+pub(crate) fn sensor(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Angle => "orientation",
         Quantity::MagneticField => "magnetic field",

@@ -145,7 +145,7 @@ pub(crate) fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 }
 
 /// The unit people compare this figure in.
-fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
+pub(crate) fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
     let unit = match (sensor, term) {
         (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
         (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",

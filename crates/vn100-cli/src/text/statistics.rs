@@ -10,7 +10,7 @@ use super::fill;
 use crate::units::{ChannelValues, norm_values};
 
 /// The Earth's turning, in rad/s (IERS Conventions, 2010).
-const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+pub(crate) const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
 /// Every channel, and the length of each vector.
 pub(super) fn write_statistics(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues]) -> fmt::Result {

@@ -1,0 +1,267 @@
+//! Scales, their ticks and labels, and the frame that they make around a plot.
+
+use super::drawing::{Anchor, At, Colour, Dash, Mark, Rectangle, Stroke};
+
+/// Of the letters at ticks.
+pub(crate) const LETTERS: f64 = 11.5;
+
+/// From values to places along one side of a plot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scale {
+    Linear {
+        from: f64,
+        to: f64,
+    },
+    /// Both positive.
+    Log {
+        from: f64,
+        to: f64,
+    },
+}
+
+/// A place along a scale.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tick {
+    pub(crate) value: f64,
+    /// `None` for the fine ones.
+    pub(crate) label: Option<String>,
+}
+
+impl Scale {
+    /// Around `values`, with some room at both ends; decades are not split further than that room asks for.
+    pub(crate) fn around(values: impl Iterator<Item = f64>, log: bool) -> Self {
+        const ROOM: f64 = 0.05;
+        let usable = values.filter(|value| value.is_finite() && (!log || *value > 0.0));
+        let (low, high) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return if log { Self::Log { from: 0.1, to: 10.0 } } else { Self::Linear { from: 0.0, to: 1.0 } };
+        }
+        if log {
+            let (low, high) = (low.log10(), high.log10());
+            let room = (ROOM * (high - low)).max(0.08);
+            Self::Log { from: 10_f64.powf(low - room), to: 10_f64.powf(high + room) }
+        } else {
+            let span = if high > low { high - low } else { low.abs().max(1.0) * 1e-3 };
+            Self::Linear { from: low - ROOM * span, to: high + ROOM * span }
+        }
+    }
+
+    /// 0 at the beginning, 1 at the end.
+    pub(crate) fn share(&self, value: f64) -> f64 {
+        match *self {
+            Self::Linear { from, to } => (value - from) / (to - from),
+            // far outside, but a number
+            Self::Log { from, .. } if value <= 0.0 => self.share(from * 1e-3),
+            Self::Log { from, to } => (value / from).ln() / (to / from).ln(),
+        }
+    }
+
+    pub(crate) fn ends(&self) -> (f64, f64) {
+        match *self {
+            Self::Linear { from, to } | Self::Log { from, to } => (from, to),
+        }
+    }
+
+    /// Numbers at the ticks of a linear scale are in units of ten to this power.
+    pub(crate) fn exponent(&self) -> i32 {
+        let Self::Linear { from, to } = *self else { return 0 };
+        let largest = from.abs().max(to.abs());
+        if largest == 0.0 || (0.05..2e4).contains(&largest) {
+            return 0;
+        }
+        3 * (largest.log10() / 3.0).floor() as i32
+    }
+
+    /// In rising order.
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
+        match *self {
+            Self::Linear { from, to } => linear_ticks(from, to, self.exponent()),
+            Self::Log { from, to } => log_ticks(from, to),
+        }
+    }
+}
+
+fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
+    const ABOUT: f64 = 5.0;
+    let raw = (to - from) / ABOUT;
+    let power = 10_f64.powf(raw.log10().floor());
+    let step = power * [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|nice| nice * power >= raw).unwrap_or(10.0);
+    let unit = 10_f64.powi(exponent);
+    let decimals = (0..12).find(|d| is_whole(step / unit * 10_f64.powi(*d))).unwrap_or(12) as usize;
+    let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
+    (first..=last)
+        .map(|n| {
+            let value = n as f64 * step;
+            let text = format!("{:.decimals$}", value / unit);
+            Tick { value, label: Some(text.replace('-', "−")) }
+        })
+        .collect()
+}
+
+fn is_whole(value: f64) -> bool {
+    (value - value.round()).abs() < 1e-6
+}
+
+fn log_ticks(from: f64, to: f64) -> Vec<Tick> {
+    let decades = (to / from).log10();
+    let (first, last) = (from.log10().floor() as i32, to.log10().ceil() as i32);
+    let plain = (-2..=4).contains(&(from.log10().ceil() as i32)) && (-2..=4).contains(&(to.log10().floor() as i32));
+    let every = if decades > 9.0 { 2 } else { 1 };
+    let mut ticks = Vec::new();
+    for decade in first..=last {
+        for digit in 1..=9 {
+            let value = f64::from(digit) * 10_f64.powi(decade);
+            let labelled = match digit {
+                1 => decade.rem_euclid(every) == 0,
+                2 | 5 => decades < 1.6,
+                _ => decades < 0.6,
+            };
+            if (from..=to).contains(&value) {
+                ticks.push(Tick { value, label: labelled.then(|| power_of_ten(digit, decade, plain)) });
+            }
+        }
+    }
+    ticks
+}
+
+fn power_of_ten(digit: i32, decade: i32, plain: bool) -> String {
+    if plain {
+        let decimals = (-decade).max(0) as usize;
+        return format!("{:.decimals$}", f64::from(digit) * 10_f64.powi(decade));
+    }
+    let power = format!("10{}", superscript(decade));
+    if digit == 1 { power } else { format!("{digit}·{power}") }
+}
+
+pub(crate) fn superscript(number: i32) -> String {
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    };
+    number.to_string().chars().map(raised).collect()
+}
+
+/// One side of a plot.
+#[derive(Debug, Clone)]
+pub(crate) struct Axis {
+    /// What it shows.
+    pub(crate) name: String,
+    /// Empty where it has none.
+    pub(crate) unit: String,
+    pub(crate) scale: Scale,
+}
+
+impl Axis {
+    /// Name and unit, with the power of ten of its numbers.
+    pub(crate) fn label(&self) -> String {
+        let Self { name, unit, scale } = self;
+        match (scale.exponent(), unit.as_str()) {
+            (0, "") => name.clone(),
+            (0, unit) => format!("{name} ({unit})"),
+            (exponent, unit) => format!("{name} (10{} {unit})", superscript(exponent)),
+        }
+    }
+}
+
+/// Where values lie in the rectangle of a plot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) area: Rectangle,
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
+}
+
+impl Place {
+    pub(crate) fn of(&self, x: f64, y: f64) -> At {
+        // far outside is as far as anybody draws
+        let far = |share: f64| share.clamp(-20.0, 21.0);
+        let Rectangle { left, top, width, height } = self.area;
+        (left + width * far(self.x.share(x)), top + height * (1.0 - far(self.y.share(y))))
+    }
+}
+
+/// Grid, border, numbers and names.
+pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Mark> {
+    let Rectangle { left, top, width, height } = place.area;
+    let (right, bottom) = (left + width, top + height);
+    let line = |from: At, to: At, colour: Colour| Mark::Line {
+        points: vec![from, to],
+        stroke: Stroke { colour, width: 0.8, dash: Dash::Solid },
+    };
+    let text = |at: At, text: String, anchor: Anchor| Mark::Text { at, text, size: LETTERS, anchor, upwards: false };
+    let shade = |tick: &Tick| if tick.label.is_some() { Colour::Grid } else { Colour::FineGrid };
+    let (along, up) = (x.scale.ticks(), y.scale.ticks());
+    let mut marks = Vec::new();
+    // the fine lines lie below the others
+    for fine in [true, false] {
+        for tick in along.iter().filter(|tick| tick.label.is_none() == fine) {
+            let x = place.of(tick.value, 0.0).0;
+            marks.push(line((x, top), (x, bottom), shade(tick)));
+        }
+        for tick in up.iter().filter(|tick| tick.label.is_none() == fine) {
+            let y = place.of(0.0, tick.value).1;
+            marks.push(line((left, y), (right, y), shade(tick)));
+        }
+    }
+    let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    marks.push(Mark::Line { points: corners, stroke: Stroke { colour: Colour::Axis, width: 1.0, dash: Dash::Solid } });
+    for tick in &along {
+        let at = (place.of(tick.value, 0.0).0, bottom + LETTERS + 4.0);
+        marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::Middle)));
+    }
+    for tick in &up {
+        let at = (left - 5.0, place.of(0.0, tick.value).1 + 0.36 * LETTERS);
+        marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::End)));
+    }
+    marks.push(text((left + width / 2.0, bottom + 2.0 * LETTERS + 10.0), x.label(), Anchor::Middle));
+    marks.push(Mark::Text {
+        at: (LETTERS + 1.0, top + height / 2.0),
+        text: y.label(),
+        size: LETTERS,
+        anchor: Anchor::Middle,
+        upwards: true,
+    });
+    marks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(scale: Scale) -> Vec<String> {
+        scale.ticks().into_iter().filter_map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn decades_are_labelled_and_split_in_nine() {
+        let scale = Scale::Log { from: 1e-5, to: 1e-3 };
+        assert_eq!(labels(scale), ["10⁻⁵", "10⁻⁴", "10⁻³"]);
+        assert_eq!(scale.ticks().len(), 19);
+        assert_eq!(labels(Scale::Log { from: 0.02, to: 300.0 }), ["0.1", "1", "10", "100"]);
+        assert_eq!(labels(Scale::Log { from: 1.5e-4, to: 9e-4 }), ["2·10⁻⁴", "5·10⁻⁴"]);
+        assert_eq!(scale.share(1e-4), 0.5);
+    }
+
+    #[test]
+    fn linear_ticks_are_round_numbers_with_a_common_power() {
+        assert_eq!(labels(Scale::Linear { from: -9.93, to: -9.84 }), ["−9.92", "−9.90", "−9.88", "−9.86", "−9.84"]);
+        let small = Scale::Linear { from: -3.1e-3, to: 4.2e-3 };
+        assert_eq!(labels(small), ["−2", "0", "2", "4"]);
+        let axis = Axis { name: "gyro_y".into(), unit: "rad/s".into(), scale: small };
+        assert_eq!(axis.label(), "gyro_y (10⁻³ rad/s)");
+    }
+
+    #[test]
+    fn scales_hold_all_values_whatever_they_are() {
+        for (values, log) in [(vec![], false), (vec![], true), (vec![0.0], false), (vec![5.0, 5.0], false)] {
+            let scale = Scale::around(values.iter().copied(), log);
+            let (from, to) = scale.ends();
+            assert!(from < to && !scale.ticks().is_empty(), "{values:?} {log}");
+        }
+        let scale = Scale::around([1e-4, f64::NAN, 0.0, 3e-3].into_iter(), true);
+        assert!(scale.share(1e-4) > 0.0 && scale.share(3e-3) < 1.0 && scale.share(0.0).is_finite());
+    }
+}

@@ -1,0 +1,176 @@
+//! What a figure consists of, before anybody knows whether it becomes SVG or pixels.
+
+/// A place, from the left and from the top.
+pub(crate) type At = (f64, f64);
+
+/// A drawing of a fixed size, in layers from the bottom up.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Drawing {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    pub(crate) layers: Vec<Layer>,
+}
+
+/// Marks that are shown and hidden together.
+#[derive(Debug, Clone)]
+pub(crate) struct Layer {
+    pub(crate) kind: LayerKind,
+    pub(crate) marks: Vec<Mark>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum LayerKind {
+    /// Grid, axes and their labels.
+    Frame,
+    /// Title and legend.
+    Legend,
+    /// One series of data, cut off at the edges of the rectangle.
+    Data { series: usize, clip: Rectangle },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rectangle {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) enum Mark {
+    Line { points: Vec<At>, stroke: Stroke },
+    Area { points: Vec<At>, colour: Colour, opacity: f64 },
+    Symbol { at: At, shape: Shape, colour: Colour },
+    Text { at: At, text: String, size: f64, anchor: Anchor, upwards: bool },
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stroke {
+    pub(crate) colour: Colour,
+    pub(crate) width: f64,
+    pub(crate) dash: Dash,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Dash {
+    Solid,
+    Dashed,
+    Dotted,
+    DashDot,
+}
+
+impl Dash {
+    pub(crate) const fn lengths(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[6.0, 3.5],
+            Self::Dotted => &[1.5, 3.0],
+            Self::DashDot => &[7.0, 3.0, 1.5, 3.0],
+        }
+    }
+}
+
+/// Told apart without colour, too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
+    Disc,
+    Square,
+    Triangle,
+    Diamond,
+    /// Hollow, for what is no result of the fit.
+    Ring,
+    HollowSquare,
+    HollowTriangle,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// Colours by what they are for. A page replaces them by its own, by their class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Colour {
+    Ink,
+    Paper,
+    Axis,
+    Grid,
+    FineGrid,
+    /// Lines of reference.
+    Quiet,
+    /// One of the data's.
+    Series(usize),
+}
+
+/// Told apart by people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design" (2008).
+const SERIES: [[u8; 3]; 6] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
+
+impl Colour {
+    pub(crate) const fn rgb(self) -> [u8; 3] {
+        match self {
+            Self::Ink => [26, 26, 26],
+            Self::Paper => [255, 255, 255],
+            Self::Axis => [90, 90, 90],
+            Self::Grid => [200, 200, 200],
+            Self::FineGrid => [232, 232, 232],
+            Self::Quiet => [110, 110, 110],
+            Self::Series(index) => SERIES[index % SERIES.len()],
+        }
+    }
+
+    /// Its class in a style sheet.
+    pub(crate) fn class(self) -> String {
+        match self {
+            Self::Ink => "ink".into(),
+            Self::Paper => "paper".into(),
+            Self::Axis => "axis".into(),
+            Self::Grid => "grid".into(),
+            Self::FineGrid => "fine".into(),
+            Self::Quiet => "quiet".into(),
+            Self::Series(index) => format!("c{}", index % SERIES.len()),
+        }
+    }
+}
+
+impl Shape {
+    /// That of the data of the series.
+    pub(crate) const fn of_series(series: usize) -> Self {
+        match series % 4 {
+            0 => Self::Disc,
+            1 => Self::Square,
+            2 => Self::Triangle,
+            _ => Self::Diamond,
+        }
+    }
+
+    pub(crate) const fn is_hollow(self) -> bool {
+        matches!(self, Self::Ring | Self::HollowSquare | Self::HollowTriangle)
+    }
+
+    /// The corners about its middle; none for a circle of radius [`RADIUS`](Self::RADIUS).
+    pub(crate) const fn corners(self) -> &'static [At] {
+        match self {
+            Self::Disc | Self::Ring => &[],
+            Self::Square | Self::HollowSquare => &[(-2.8, -2.8), (2.8, -2.8), (2.8, 2.8), (-2.8, 2.8)],
+            Self::Triangle | Self::HollowTriangle => &[(0.0, -3.7), (3.4, 2.6), (-3.4, 2.6)],
+            Self::Diamond => &[(0.0, -4.0), (4.0, 0.0), (0.0, 4.0), (-4.0, 0.0)],
+        }
+    }
+
+    pub(crate) const RADIUS: f64 = 3.1;
+}
+
+impl Dash {
+    /// That of the lines of the series.
+    pub(crate) const fn of_series(series: usize) -> Self {
+        match series % 4 {
+            0 => Self::Solid,
+            1 => Self::Dashed,
+            2 => Self::DashDot,
+            _ => Self::Dotted,
+        }
+    }
+}

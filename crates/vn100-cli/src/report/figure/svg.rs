@@ -1,0 +1,163 @@
+//! A drawing as SVG. On a page, colours come from its style sheet; alone, from the attributes.
+
+use std::fmt::{self, Write};
+
+use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Mark, Shape};
+
+/// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`; `title` is read aloud.
+pub(crate) fn element(drawing: &Drawing, id: &str, title: &str) -> String {
+    write(drawing, id, title, "")
+}
+
+/// As a file of its own.
+pub(crate) fn file(drawing: &Drawing, id: &str, title: &str) -> String {
+    let Drawing { width, height, .. } = drawing;
+    let more = format!(
+        " xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\""
+    );
+    write(drawing, id, title, &more)
+}
+
+fn write(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
+    let mut out = String::new();
+    // a String takes everything
+    let _ = write_drawing(&mut out, drawing, id, title, attributes);
+    out
+}
+
+fn write_drawing(out: &mut String, drawing: &Drawing, id: &str, title: &str, attributes: &str) -> fmt::Result {
+    let Drawing { width, height, layers } = drawing;
+    write!(out, "<svg{attributes} class=\"figure\" viewBox=\"0 0 {width} {height}\" role=\"img\">")?;
+    write!(out, "<title>{}</title>", escaped(title))?;
+    let clip = layers.iter().find_map(|layer| match layer.kind {
+        LayerKind::Data { clip, .. } => Some(clip),
+        LayerKind::Frame | LayerKind::Legend => None,
+    });
+    if let Some(clip) = clip {
+        write!(
+            out,
+            "<clipPath id=\"clip-{id}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>",
+            clip.left, clip.top, clip.width, clip.height
+        )?;
+    }
+    write!(out, "<rect width=\"100%\" height=\"100%\" class=\"paper\" fill=\"{}\"/>", hex(Colour::Paper))?;
+    for layer in layers {
+        write_layer(out, layer, id)?;
+    }
+    out.write_str("</svg>")
+}
+
+fn write_layer(out: &mut String, layer: &Layer, id: &str) -> fmt::Result {
+    match layer.kind {
+        LayerKind::Frame => out.write_str("<g class=\"frame\">")?,
+        LayerKind::Legend => out.write_str("<g class=\"legend\">")?,
+        LayerKind::Data { series, .. } => {
+            write!(out, "<g class=\"data series s{series}\" clip-path=\"url(#clip-{id})\">")?;
+        }
+    }
+    for mark in &layer.marks {
+        write_mark(out, mark)?;
+    }
+    out.write_str("</g>")
+}
+
+fn write_mark(out: &mut String, mark: &Mark) -> fmt::Result {
+    match mark {
+        Mark::Line { points, stroke } => {
+            write!(
+                out,
+                "<path fill=\"none\" class=\"l {}\" stroke=\"{}\" stroke-width=\"{}\"",
+                stroke.colour.class(),
+                hex(stroke.colour),
+                stroke.width
+            )?;
+            if !stroke.dash.lengths().is_empty() {
+                let lengths: Vec<String> = stroke.dash.lengths().iter().map(ToString::to_string).collect();
+                write!(out, " stroke-dasharray=\"{}\"", lengths.join(" "))?;
+            }
+            write!(out, " d=\"{}\"/>", path(points))
+        }
+        Mark::Area { points, colour, opacity } => {
+            let class = colour.class();
+            write!(
+                out,
+                "<path class=\"a {class}\" fill=\"{}\" fill-opacity=\"{opacity}\" d=\"{}Z\"/>",
+                hex(*colour),
+                path(points)
+            )
+        }
+        Mark::Symbol { at, shape, colour } => write_symbol(out, *at, *shape, *colour),
+        Mark::Text { at, text, size, anchor, upwards } => {
+            write!(
+                out,
+                "<text transform=\"translate({} {}){}\"",
+                short(at.0),
+                short(at.1),
+                if *upwards { "rotate(-90)" } else { "" }
+            )?;
+            match anchor {
+                Anchor::Start => {}
+                Anchor::Middle => out.write_str(" text-anchor=\"middle\"")?,
+                Anchor::End => out.write_str(" text-anchor=\"end\"")?,
+            }
+            write!(out, " font-size=\"{size}\" fill=\"{}\">{}</text>", hex(Colour::Ink), escaped(text))
+        }
+    }
+}
+
+fn write_symbol(out: &mut String, at: At, shape: Shape, colour: Colour) -> fmt::Result {
+    let (class, rgb) = (colour.class(), hex(colour));
+    let paint = if shape.is_hollow() {
+        format!("class=\"h {class}\" fill=\"none\" stroke=\"{rgb}\" stroke-width=\"1.4\"")
+    } else {
+        format!("class=\"a {class}\" fill=\"{rgb}\"")
+    };
+    write!(out, "<g transform=\"translate({} {})\">", short(at.0), short(at.1))?;
+    match shape.corners() {
+        [] => write!(out, "<circle r=\"{}\" {paint}/>", Shape::RADIUS)?,
+        corners => write!(out, "<path d=\"{}Z\" {paint}/>", path(corners))?,
+    }
+    out.write_str("</g>")
+}
+
+fn path(points: &[At]) -> String {
+    let mut out = String::with_capacity(points.len() * 10);
+    for (index, (x, y)) in points.iter().enumerate() {
+        let command = if index == 0 { "M" } else { "L" };
+        let _ = write!(out, "{command}{} {}", short(*x), short(*y));
+    }
+    out
+}
+
+/// To a tenth, which no screen resolves.
+fn short(value: f64) -> String {
+    let text = format!("{value:.1}");
+    match text.strip_suffix(".0") {
+        Some("-0") => "0".into(),
+        Some(whole) => whole.into(),
+        None => text,
+    }
+}
+
+fn hex(colour: Colour) -> String {
+    let [r, g, b] = colour.rgb();
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// For element content.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_text_is_no_markup() {
+        for (value, text) in [(0.0, "0"), (-0.01, "0"), (12.0, "12"), (12.34, "12.3"), (-0.26, "-0.3")] {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!(escaped("<b>&"), "&lt;b&gt;&amp;");
+    }
+}

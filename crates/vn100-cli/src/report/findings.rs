@@ -1,0 +1,174 @@
+//! What a report concludes from: the few facts of a record that its sentences are made of.
+
+use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
+use vn100_pipeline::{FigureVerdict, LongTaus, Onboard, RateFrom, WarningKind};
+use vn100_protocol::Quantity;
+
+use super::record::Record;
+use crate::{text::LEAST_EDF, units::ChannelValues, verdict_document::sentence};
+
+/// Of one record.
+#[derive(Debug, Clone)]
+pub(crate) struct Findings {
+    /// Of the VN-100's; `None` where another sensor's data came.
+    pub(crate) message: Option<String>,
+    pub(crate) compensated: bool,
+    pub(crate) rate_hz: f64,
+    pub(crate) rate_from: RateFrom,
+    /// Of the measured rate from the nominal one.
+    pub(crate) offset_ppm: Option<f64>,
+    pub(crate) duration_s: f64,
+    pub(crate) samples: u64,
+    pub(crate) missing: u64,
+    pub(crate) gaps: u64,
+    pub(crate) has_stamps: bool,
+    pub(crate) has_registers: bool,
+    pub(crate) has_conditions: bool,
+    /// Name of the data sheet that the record was compared with.
+    pub(crate) datasheet: Option<String>,
+    pub(crate) sensors: Vec<SensorFindings>,
+    pub(crate) warnings: Vec<WarningKind>,
+}
+
+/// Of the axes of one sensor.
+#[derive(Debug, Clone)]
+pub(crate) struct SensorFindings {
+    pub(crate) sensor: Sensor,
+    /// In the middle of a sentence.
+    pub(crate) name: &'static str,
+    pub(crate) long_taus: LongTaus,
+    pub(crate) onboard: Option<Onboard>,
+    pub(crate) axes: Vec<AxisFindings>,
+}
+
+/// Of one axis.
+#[derive(Debug, Clone)]
+pub(crate) struct AxisFindings {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) white: Option<Parameter>,
+    pub(crate) bias_instability: Option<Parameter>,
+    pub(crate) random_walk: Option<Parameter>,
+    pub(crate) quality: Option<FitQuality>,
+    /// Shortest averaging time of the curve in seconds.
+    pub(crate) first_tau_s: Option<f64>,
+    /// Longest averaging time whose interval says something, in seconds.
+    pub(crate) known_to_s: Option<f64>,
+    /// What shakes it: frequency in hertz and share in the short-term variance, the strongest first.
+    pub(crate) lines: Vec<(f64, f64)>,
+    pub(crate) disturbances: usize,
+    pub(crate) steps: bool,
+    /// What to leave out at the start, in seconds of data.
+    pub(crate) warm_up_s: Option<f64>,
+    pub(crate) std: Option<f64>,
+    /// Of the figures of the data sheet, each with what was compared, in words.
+    pub(crate) verdicts: Vec<(Term, Verdict, String)>,
+}
+
+impl Findings {
+    pub(crate) fn of(record: &Record<'_>) -> Self {
+        let snapshot = record.snapshot();
+        let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
+        let warnings = snapshot.warnings.iter().chain(&record.assessment().warnings);
+        Self {
+            message: message.filter(|message| message.starts_with("VN")),
+            compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
+            rate_hz: snapshot.timing.rate_hz,
+            rate_from: snapshot.timing.rate_from,
+            offset_ppm: snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm),
+            datasheet: record.measured.verdicts.as_ref().map(|verdicts| verdicts.datasheet.clone()),
+            duration_s: snapshot.timing.duration_s(),
+            samples: snapshot.timing.samples,
+            missing: snapshot.timing.missing,
+            gaps: snapshot.timing.gaps,
+            has_stamps: snapshot.arrivals.is_some(),
+            has_registers: !snapshot.registers.is_empty(),
+            has_conditions: record.origin().meta.is_some(),
+            sensors: sensors(record),
+            warnings: warnings.map(|warning| warning.kind).collect(),
+        }
+    }
+
+    pub(crate) fn warns(&self, kind: WarningKind) -> bool {
+        self.warnings.contains(&kind)
+    }
+
+    pub(crate) fn sensor(&self, sensor: Sensor) -> Option<&SensorFindings> {
+        self.sensors.iter().find(|found| found.sensor == sensor)
+    }
+
+    pub(crate) fn axes(&self) -> impl Iterator<Item = &AxisFindings> {
+        self.sensors.iter().flat_map(|sensor| &sensor.axes)
+    }
+}
+
+impl AxisFindings {
+    /// The value of N where it is estimated.
+    pub(crate) fn white_value(&self) -> Option<f64> {
+        self.white.filter(|white| white.status == Status::Estimated)?.value
+    }
+}
+
+fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
+    let all = [
+        (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
+        (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
+        (Quantity::MagneticField, Sensor::Magnetometer, "magnetometer"),
+    ];
+    all.into_iter()
+        .filter_map(|(quantity, sensor, name)| {
+            let channels = record.of(quantity);
+            let long_taus = channels.first()?.noise.as_ref()?.long_taus;
+            let assessed = record.channels.iter().zip(&record.assessment().channels);
+            let onboard =
+                assessed.clone().find(|(channel, _)| channel.quantity == quantity).and_then(|(_, of)| of.onboard);
+            let axes = channels.into_iter().map(|channel| axis(record, channel)).collect();
+            Some(SensorFindings { sensor, name, long_taus, onboard, axes })
+        })
+        .collect()
+}
+
+/// Lines so near to each other that they have one cause, as in the warnings: what turns is never quite steady.
+pub(crate) fn shakes(lines: &[Line]) -> Vec<(f64, f64)> {
+    const APART: f64 = 1.03;
+    let near = |a: &Line, b: &Line| b.frequency_hz < APART * a.frequency_hz;
+    let together = |lines: &[Line]| {
+        let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
+        let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
+        (weighted / share, share)
+    };
+    let mut shakes: Vec<(f64, f64)> = lines.chunk_by(near).map(together).collect();
+    shakes.sort_by(|a, b| b.1.total_cmp(&a.1));
+    shakes
+}
+
+fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
+    let parameter = |term| channel.noise.as_ref().and_then(|noise| noise.parameter(term));
+    let known = channel.deviations.iter().filter(|point| point.edf.is_some_and(|edf| edf >= LEAST_EDF));
+    let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
+    let change = disturbed.and_then(|disturbed| disturbed.level_change);
+    AxisFindings {
+        name: channel.name.clone(),
+        unit: channel.unit.clone(),
+        white: parameter(Term::White),
+        bias_instability: parameter(Term::BiasInstability),
+        random_walk: parameter(Term::RateRandomWalk),
+        quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),
+        first_tau_s: channel.deviations.first().map(|point| point.tau_s),
+        known_to_s: known.map(|point| point.tau_s).reduce(f64::max),
+        lines: disturbed.map_or_else(Vec::new, |disturbed| shakes(&disturbed.lines)),
+        disturbances: disturbed.map_or(0, |disturbed| disturbed.disturbances.len()),
+        steps: change.is_some_and(|change| matches!(change.shape, LevelShape::Step { .. })),
+        warm_up_s: change.and_then(|change| match change.shape {
+            LevelShape::WarmUp { skip_s, .. } => skip_s,
+            LevelShape::Step { .. } => None,
+        }),
+        std: channel.std,
+        verdicts: record.verdicts(channel).iter().zip(std::iter::repeat(channel)).filter_map(told).collect(),
+    }
+}
+
+fn told((verdict, channel): (&FigureVerdict, &ChannelValues)) -> Option<(Term, Verdict, String)> {
+    let sensor = channel.noise.as_ref()?.sensor;
+    Some((verdict.figure.term, verdict.verdict, sentence(sensor, verdict)))
+}

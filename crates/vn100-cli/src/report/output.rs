@@ -1,0 +1,138 @@
+//! Writes files that did not exist, or replaces whole ones where that was asked for. Never writes through a link.
+
+use std::{
+    fs::{self, OpenOptions},
+    io::{ErrorKind, Write},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+
+/// Where results go.
+#[derive(Debug, Clone)]
+pub(crate) struct Output {
+    /// The folder and the beginning of every name.
+    stem: PathBuf,
+    /// The page's own name; `None` where no page is wanted.
+    page: Option<PathBuf>,
+    force: bool,
+}
+
+impl Output {
+    /// A name that ends in `.html` is that of a page, and beside it lies what is exported; any other is the beginning of the names of
+    /// what is exported.
+    pub(crate) fn new(path: &Path, force: bool) -> Self {
+        let is_page =
+            path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"));
+        let stem = if is_page { path.with_extension("") } else { path.to_owned() };
+        Self { stem, page: is_page.then(|| path.to_owned()), force }
+    }
+
+    pub(crate) fn page(&self) -> Option<&Path> {
+        self.page.as_deref()
+    }
+
+    /// The name of an exported file.
+    pub(crate) fn beside(&self, ending: &str) -> PathBuf {
+        let mut name = self.stem.clone().into_os_string();
+        name.push(ending);
+        name.into()
+    }
+
+    /// Fails early: before a long measurement, and before anything is written.
+    pub(crate) fn check(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
+        let same = |input: &PathBuf| {
+            fs::canonicalize(input).ok().zip(fs::canonicalize(path).ok()).is_some_and(|(a, b)| a == b)
+        };
+        if inputs.iter().any(same) {
+            bail!("{} is a capture that is to be read: give the report another name", path.display());
+        }
+        if !self.force && fs::symlink_metadata(path).is_ok() {
+            bail!("{} exists: give another name, or --force to replace it", path.display());
+        }
+        let folder = folder(path);
+        if !folder.is_dir() {
+            bail!("there is no folder {}: make it, or give another name", folder.display());
+        }
+        Ok(())
+    }
+
+    pub(crate) fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        let name = path.file_name().with_context(|| format!("{} names no file", path.display()))?;
+        if !self.force {
+            return create(path, bytes);
+        }
+        // renamed into place: whole or not at all, and a link is replaced instead of followed
+        let mut partial = name.to_owned();
+        partial.push(".partial");
+        let partial = folder(path).join(partial);
+        create(&partial, bytes)?;
+        fs::rename(&partial, path).with_context(|| format!("cannot replace {}", path.display()))
+    }
+
+    /// The folder for many files.
+    pub(crate) fn make_folder(&self, path: &Path) -> Result<()> {
+        match fs::create_dir(path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && self.force && is_folder(path) => Ok(()),
+            made => made.with_context(|| format!("cannot make the folder {}", path.display())),
+        }
+    }
+}
+
+fn is_folder(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_dir())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn create(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    if let Err(error) = file.write_all(bytes) {
+        // half a file looks like a whole one
+        let _ = fs::remove_file(path);
+        return Err(error).with_context(|| format!("cannot write {}", path.display()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_gives_its_name_to_what_lies_beside() {
+        let page = Output::new(Path::new("out/lab.html"), false);
+        assert_eq!(page.page(), Some(Path::new("out/lab.html")));
+        assert_eq!(page.beside(".json"), Path::new("out/lab.json"));
+        let none = Output::new(Path::new("run.2"), false);
+        assert_eq!((none.page(), none.beside(".json")), (None, PathBuf::from("run.2.json")));
+    }
+
+    #[test]
+    fn nothing_is_replaced_unless_asked_and_links_are_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a.html"), folder.path().join("b.html"));
+        let careful = Output::new(&file, false);
+        careful.write(&file, b"first").unwrap();
+        assert!(careful.check(&file, &[]).is_err() && careful.write(&file, b"second").is_err());
+        let forced = Output::new(&file, true);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&file, &link).unwrap();
+            assert!(careful.write(&link, b"second").is_err());
+            forced.write(&link, b"third").unwrap();
+            assert_eq!(fs::read(&link).unwrap(), b"third");
+            assert!(!fs::symlink_metadata(&link).unwrap().is_symlink());
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"first");
+        assert!(forced.check(&file, std::slice::from_ref(&file)).is_err(), "not over the capture, whatever is asked");
+        forced.write(&file, b"fourth").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"fourth");
+    }
+}

@@ -1,0 +1,161 @@
+//! The page: one HTML file that needs nothing else.
+
+mod facts;
+mod figures;
+mod parameters;
+mod points;
+mod readings;
+mod references;
+mod several;
+mod statistics;
+mod summary;
+mod verdicts;
+
+use anyhow::Result;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::{
+    export::kalibr,
+    figures::Figures,
+    findings::Findings,
+    numbers::{duration, grouped, trimmed},
+    record::Record,
+    words::conclusions,
+};
+use crate::args::MeasureArgs;
+
+pub(super) use several::letter;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// The page of one capture, or of several. `figures` are those of the records, in their order.
+pub(crate) fn page(
+    records: &[Record<'_>],
+    figures: &[Figures],
+    together: &Figures,
+    options: &MeasureArgs,
+) -> Result<String> {
+    let title = match records {
+        [record] => format!("Noise report: {}", record.origin().name),
+        _ => format!("Noise report of {} captures", records.len()),
+    };
+    let readings = readings::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header { h1 { (title) } }
+                main {
+                    @if let [record] = records {
+                        @if let Some(figures) = figures.first() { (one(record, figures, options, "")) }
+                    } @else {
+                        (several::several(records, together, options))
+                        @for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
+                            article {
+                                h2.record { (letter(index)) ": " (record.origin().name) }
+                                (one(record, figures, options, &format!("{}-", letter(index))))
+                            }
+                        }
+                    }
+                    section id="references" { h2 { "References" } (references::references()) }
+                }
+                footer { p { "Made by vn100 " (env!("CARGO_PKG_VERSION")) ", commit " (facts::commit()) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
+                script type="application/json" id="readings" { (PreEscaped(readings)) }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+/// Everything of one record. `prefix` makes its anchors unique.
+fn one(record: &Record<'_>, figures: &Figures, options: &MeasureArgs, prefix: &str) -> Markup {
+    let findings = Findings::of(record);
+    let sections = [
+        ("conclusions", "Conclusions"),
+        ("warnings", "Warnings"),
+        ("parameters", "Noise parameters"),
+        ("allan", "Allan deviation"),
+        ("statistics", "Means and deviations"),
+        ("time", "Time plots"),
+        ("histograms", "Histograms"),
+        ("spectrum", "Spectrum and deviation per segment"),
+        ("filters", "For filters and Kalibr"),
+        ("record", "The record"),
+    ];
+    let section = |index: usize, content: Markup| {
+        let (anchor, name) = sections[index];
+        html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
+    };
+    html! {
+        p.lead { (lead(record)) }
+        nav { @for (anchor, name) in sections { a href={ "#" (prefix) (anchor) } { (name) } " " } }
+        (summary::summary(record, &findings))
+        (section(0, words(&findings)))
+        (section(1, warnings(record)))
+        (section(2, html! { (parameters::parameters(record)) (verdicts::verdicts(record)) }))
+        (section(3, figures::allan(record, figures)))
+        (section(4, statistics::statistics(record)))
+        (section(5, figures::time(figures)))
+        (section(6, figures::histograms(figures)))
+        (section(7, figures::spectrum(figures)))
+        (section(8, filters(record)))
+        (section(9, facts::facts(record, options)))
+    }
+}
+
+fn lead(record: &Record<'_>) -> String {
+    let snapshot = record.snapshot();
+    let timing = &snapshot.timing;
+    match &snapshot.layout {
+        Some(layout) if timing.samples > 0 => format!(
+            "{} samples of {} in {} at {} Hz.",
+            grouped(timing.samples),
+            layout.message,
+            duration(timing.duration_s()),
+            trimmed(timing.rate_hz, 4)
+        ),
+        _ => record.origin().error.clone().unwrap_or_else(|| "No valid sample in this capture.".into()),
+    }
+}
+
+fn words(findings: &Findings) -> Markup {
+    html! {
+        div.answers {
+            @for answer in conclusions(findings).iter().filter(|answer| !answer.sentences.is_empty()) {
+                div.answer {
+                    h3 { (answer.question) }
+                    ul { @for sentence in &answer.sentences { li { (sentence) } } }
+                }
+            }
+        }
+    }
+}
+
+fn warnings(record: &Record<'_>) -> Markup {
+    let warnings: Vec<_> = record.snapshot().warnings.iter().chain(&record.assessment().warnings).collect();
+    html! {
+        @if warnings.is_empty() { p { "None." } }
+        @for warning in warnings {
+            p.warning { b { (warning.kind.name()) } ": " (warning.text) "." }
+        }
+    }
+}
+
+fn filters(record: &Record<'_>) -> Markup {
+    html! {
+        p {
+            "A filter that uses this stream needs the densities of this stream, at this rate, as measured: dividing out what the sensor's averaging and decimation did to them would make the filter trust \
+             the stream too much. Kalibr takes N and K in continuous time, in SI units [8]; it knows no bias instability."
+        }
+        pre { (kalibr::yaml(record, true).text()) }
+    }
+}

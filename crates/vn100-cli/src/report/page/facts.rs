@@ -1,0 +1,388 @@
+//! What was measured, with what, and how: everything somebody needs to do it again.
+
+use std::collections::BTreeMap;
+
+use imu_noise::{Arrivals, Deviation, Estimator};
+use maud::{Markup, html};
+use vn100_pipeline::{MissingFrom, RateFrom};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterValue, StartupGyroBias, VpeControl,
+};
+
+use super::super::{
+    numbers::{duration, grouped, trimmed},
+    record::Record,
+};
+use crate::{args::MeasureArgs, recorded::RecordedDocument};
+
+/// Stands where a thing is absent.
+pub(super) const NOT_RECORDED: &str = "not recorded";
+
+/// What a user can write down in a file of conditions, by the names there.
+const CONDITIONS: [(&str, &str); 8] = [
+    ("place", "Place"),
+    ("mounting", "Mounting"),
+    ("axis_up", "Axis up"),
+    ("temperature", "Temperature of the room"),
+    ("supply", "Supply"),
+    ("operator", "Operator"),
+    ("purpose", "Purpose"),
+    ("note", "Note"),
+];
+
+/// The registers that decide what the noise looks like.
+const REGISTERS: [Register; 10] = [
+    Register::BAUD_RATE,
+    Register::ASYNC_TYPE,
+    Register::ASYNC_RATE,
+    Register::MAG_CALIBRATION,
+    Register::ACCEL_CALIBRATION,
+    Register::ROTATION,
+    Register::VPE_CONTROL,
+    Register::STARTUP_GYRO_BIAS,
+    Register::GYRO_CALIBRATION,
+    Register::IMU_FILTER,
+];
+
+type Row = (String, String);
+
+pub(super) fn facts(record: &Record<'_>, options: &MeasureArgs) -> Markup {
+    html! {
+        h3 { "Capture" } (table(&capture(record)))
+        h3 { "Sensor" } (table(&sensor(record)))
+        h3 { "Conditions" } (table(&conditions(record.origin().meta.as_ref())))
+        h3 { "Time base and losses" } (table(&timing(record)))
+        h3 { "Method" } (table(&method(record, options)))
+    }
+}
+
+fn table(rows: &[Row]) -> Markup {
+    html! {
+        div.scroll {
+            table.facts {
+                @for (name, value) in rows {
+                    tr { th scope="row" { (name) } td.absent[value == NOT_RECORDED] { (value) } }
+                }
+            }
+        }
+    }
+}
+
+fn row(name: &str, value: impl Into<String>) -> Row {
+    (name.to_owned(), value.into())
+}
+
+fn or_not_recorded(name: &str, value: Option<String>) -> Row {
+    row(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
+}
+
+fn capture(record: &Record<'_>) -> Vec<Row> {
+    let (origin, snapshot, file) = (record.origin(), record.snapshot(), record.file.as_ref());
+    let recorded = origin.recorded.as_ref().map(RecordedDocument::new);
+    let of = |part: fn(&RecordedDocument) -> Option<String>| recorded.as_ref().and_then(part);
+    vec![
+        row("File", origin.name.clone()),
+        row("Form", origin.kind.unwrap_or("not recognised")),
+        or_not_recorded("Size", file.map(|file| format!("{} bytes", grouped(file.bytes)))),
+        or_not_recorded("SHA-256", file.map(|file| file.sha256.clone())),
+        or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone()).filter(|time| is_dated(time))),
+        or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone()).filter(|time| is_dated(time))),
+        or_not_recorded("How it ended", of(|recorded| recorded.end_reason.clone())),
+        or_not_recorded("Recorded by", of(|recorded| recorded.program.clone())),
+        row("Report by", format!("vn100 {}, commit {}", env!("CARGO_PKG_VERSION"), commit())),
+        or_not_recorded("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
+        or_not_recorded(
+            "Compensated by the sensor",
+            snapshot.layout.as_ref().map(|layout| if layout.compensated { "yes" } else { "no" }.into()),
+        ),
+    ]
+}
+
+/// Times that count from 0 are those of a clock that was not set, or of no clock.
+fn is_dated(time: &str) -> bool {
+    !time.starts_with("1970-")
+}
+
+/// Of the source that this program was built from.
+pub(super) fn commit() -> &'static str {
+    option_env!("VN100_COMMIT").filter(|commit| !commit.is_empty()).unwrap_or(NOT_RECORDED)
+}
+
+fn sensor(record: &Record<'_>) -> Vec<Row> {
+    let registers = &record.snapshot().registers;
+    let text = |register: Register| registers.get(&register.0).map(|text| text.trim().to_owned());
+    let identity = [
+        ("Model", Register::MODEL),
+        ("Hardware revision", Register::HARDWARE_REVISION),
+        ("Serial number", Register::SERIAL_NUMBER),
+        ("Firmware", Register::FIRMWARE),
+    ];
+    let mut rows: Vec<Row> =
+        identity.into_iter().map(|(name, register)| or_not_recorded(name, text(register))).collect();
+    rows.extend(REGISTERS.into_iter().map(|register| {
+        let name = format!("{}, register {}", register.name().unwrap_or("register"), register.0);
+        or_not_recorded(&capitalised(&name), text(register).map(|text| in_words(register, &text)))
+    }));
+    rows
+}
+
+/// The register's contents with their meaning; as printed where they are not what they should be.
+fn in_words(register: Register, text: &str) -> String {
+    let known = match register {
+        Register::BAUD_RATE => value::<BaudRate>(register, text).map(|speed| format!("{} baud", speed.bits_per_s())),
+        Register::ASYNC_TYPE => {
+            value::<AsyncType>(register, text).and_then(|message| message.header().map(str::to_owned))
+        }
+        Register::ASYNC_RATE => value::<AsyncRate>(register, text).map(|rate| format!("{rate} Hz")),
+        Register::MAG_CALIBRATION | Register::ACCEL_CALIBRATION | Register::GYRO_CALIBRATION => {
+            value::<Calibration>(register, text).map(|calibration| calibrated(&calibration))
+        }
+        Register::ROTATION => value::<ReferenceFrameRotation>(register, text).map(|rotation| {
+            if rotation.matrix == IDENTITY {
+                "none (identity)".into()
+            } else {
+                format!("matrix {}", list(rotation.matrix.as_flattened()))
+            }
+        }),
+        Register::VPE_CONTROL => value::<VpeControl>(register, text).map(attitude_filter),
+        Register::STARTUP_GYRO_BIAS => {
+            value::<StartupGyroBias>(register, text).map(|bias| format!("{} rad/s", list(&bias.bias_rad_s)))
+        }
+        Register::IMU_FILTER => value::<ImuFilter>(register, text).map(averaging),
+        _ => None,
+    };
+    known.map_or_else(|| format!("as printed: {text}"), |known| format!("{known} [{text}]"))
+}
+
+fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
+    let fields = Fields::new(text).ok()?;
+    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+}
+
+const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn calibrated(calibration: &Calibration) -> String {
+    if calibration.matrix == IDENTITY && calibration.offset == [0.0; 3] {
+        return "none of the user's (identity, no offset)".into();
+    }
+    format!("matrix {}, offset {}", list(calibration.matrix.as_flattened()), list(&calibration.offset))
+}
+
+fn list(values: &[f32]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn attitude_filter(control: VpeControl) -> String {
+    let of = |index: u8, names: &[&str]| {
+        names.get(usize::from(index)).map_or_else(|| format!("{index}"), |name| (*name).into())
+    };
+    format!(
+        "{}, heading {}, filtering {}, tuning {}",
+        of(control.enable, &["off", "on"]),
+        of(control.heading_mode, &["absolute", "relative", "indoor"]),
+        of(control.filtering_mode, &["none", "adaptive"]),
+        of(control.tuning_mode, &["fixed", "adaptive"])
+    )
+}
+
+fn averaging(filter: ImuFilter) -> String {
+    let which = |mode: u8| match mode {
+        0 => "none",
+        1 => "uncompensated",
+        2 => "compensated",
+        _ => "both",
+    };
+    let (window, mode) = (filter.window, filter.mode);
+    format!(
+        "averages {} refreshes of the gyroscope ({}), {} of the accelerometer ({}), {} of the magnetometer ({})",
+        window.gyro,
+        which(mode.gyro),
+        window.accel,
+        which(mode.accel),
+        window.mag,
+        which(mode.mag)
+    )
+}
+
+fn conditions(meta: Option<&BTreeMap<String, String>>) -> Vec<Row> {
+    let of = |name: &str| meta.and_then(|meta| meta.get(name)).cloned();
+    let mut rows: Vec<Row> = CONDITIONS.iter().map(|(name, shown)| or_not_recorded(shown, of(name))).collect();
+    let others = meta.into_iter().flatten().filter(|(name, _)| CONDITIONS.iter().all(|(known, _)| known != name));
+    rows.extend(others.map(|(name, value)| row(name, value.clone())));
+    rows
+}
+
+fn timing(record: &Record<'_>) -> Vec<Row> {
+    let snapshot = record.snapshot();
+    let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
+    let from = match timing.rate_from {
+        RateFrom::Option => "as the user said",
+        RateFrom::Device => "as the sensor says in register 7",
+        RateFrom::Arrival => "by the arrival of its lines",
+        RateFrom::Assumed => "assumed: nothing in the capture tells it",
+    };
+    let by = match timing.missing_from {
+        MissingFrom::Counter => "by the counter in each line",
+        MissingFrom::Arrival => "by arrival times",
+        MissingFrom::BadLines => "by damaged lines only: lines lost whole cannot be seen",
+    };
+    let measured = arrivals.and_then(|arrivals| {
+        Some(format!("{:.4} Hz, {} ppm from nominal", arrivals.measured_hz?, trimmed(arrivals.offset_ppm?, 1)))
+    });
+    let steps = arrivals.and_then(|arrivals| arrivals.arrivals).map(|Arrivals { p50_us, p99_us, max_us, .. }| {
+        format!("{p50_us} µs median, {p99_us} µs 99th percentile, {max_us} µs longest")
+    });
+    let (link, tally) = (&snapshot.link, &snapshot.link.tally);
+    let bad = &tally.bad;
+    vec![
+        row("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
+        row("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
+        or_not_recorded("Measured rate", measured),
+        or_not_recorded("Between arrivals", steps),
+        row("Missing samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
+        row("Segments", timing.segments.to_string()),
+        row(
+            "Left out",
+            match (timing.left_out, record.skipped_s() > 0.0) {
+                (0, _) => "nothing".into(),
+                (count, true) => format!(
+                    "{} samples, of the first {} as asked, or behind the end asked for",
+                    grouped(count),
+                    duration(record.skipped_s())
+                ),
+                (count, false) => {
+                    format!("{} samples behind the end asked for, or behind a change of rate", grouped(count))
+                }
+            },
+        ),
+        row(
+            "Damaged lines",
+            format!(
+                "{} (checksum {}, without checksum {}, grammar {}, range {}, truncated {}, too long {})",
+                bad.total(),
+                bad.checksum,
+                bad.unchecked,
+                bad.grammar,
+                bad.range,
+                bad.truncated,
+                bad.too_long
+            ),
+        ),
+        row(
+            "Good lines",
+            format!(
+                "{} ({} replies, {} other messages)",
+                grouped(tally.good_lines()),
+                tally.replies,
+                link.other_messages()
+            ),
+        ),
+        row(
+            "Bytes",
+            format!(
+                "{} ({} in no line, {} lost before this program)",
+                grouped(link.bytes()),
+                link.skipped_bytes(),
+                link.overrun_bytes
+            ),
+        ),
+        row("Reconnections", link.connects.saturating_sub(1).to_string()),
+    ]
+}
+
+fn method(record: &Record<'_>, options: &MeasureArgs) -> Vec<Row> {
+    let snapshot = record.snapshot();
+    vec![
+        row(
+            "Deviation",
+            match snapshot.deviation {
+                Deviation::Allan => "Allan, over octaves τ = 1, 2, 4, … sample intervals [1, 2]",
+                Deviation::Hadamard => "Hadamard, over octaves τ = 1, 2, 4, … sample intervals [2]",
+            },
+        ),
+        row(
+            "Estimator",
+            match snapshot.estimator {
+                Estimator::Strided => {
+                    "windows at stride τ/16: all overlaps up to τ = 16 samples, within 1 % of the information of all overlaps beyond"
+                }
+                Estimator::Full => "all overlaps (OADEV)",
+                Estimator::Plain => "no overlap (ADEV)",
+            },
+        ),
+        row("Detrended", if snapshot.detrended { "a regression line was taken from each channel" } else { "no" }),
+        row(
+            "Confidence",
+            format!(
+                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; each interval holds alone",
+                trimmed(100.0 * record.assessment().confidence, 2)
+            ),
+        ),
+        row(
+            "Model",
+            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are left out until p ≥ 0.01",
+        ),
+        row(
+            "Conventions",
+            "N is two-sided, as data sheets and Kalibr print it; a one-sided amplitude density is √2 N. B is the flat part of the curve over 0.664",
+        ),
+        row("Options", options_in_words(options)),
+    ]
+}
+
+/// As somebody would give them again.
+fn options_in_words(options: &MeasureArgs) -> String {
+    let mut words: Vec<String> = Vec::new();
+    let mut option = |name: &str, value: Option<String>| {
+        words.extend(
+            value.map(|value| if value.is_empty() { format!("--{name}") } else { format!("--{name} {value}") }),
+        );
+    };
+    let flag = |set: bool| set.then(String::new);
+    let length = |length: std::time::Duration| humantime::format_duration(length).to_string();
+    option("rate", options.rate.map(|hz| hz.to_string()));
+    option("estimator", Some(format!("{:?}", options.estimator).to_lowercase()));
+    option("deviation", Some(format!("{:?}", options.deviation).to_lowercase()));
+    option("skip", Some(length(options.skip)).filter(|_| !options.skip.is_zero()));
+    option("duration", options.duration.map(length));
+    for goal in &options.until {
+        option("until", Some(format!("\"{goal}\"")));
+    }
+    option("detrend", options.detrend.map(|_| "linear".into()));
+    option("confidence", options.confidence.map(|level| level.to_string()));
+    for figure in &options.fail_on {
+        option("fail-on", Some(format!("\"{figure}\"")));
+    }
+    // without its folder: the page says the same wherever the files lie
+    let sheet = options.datasheet.as_deref().and_then(std::path::Path::file_name);
+    option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
+    option("filter-models", flag(options.filter_models));
+    option("accept-unchecked", flag(options.accept_unchecked));
+    words.join(" ")
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_are_told_with_their_meaning_and_as_printed() {
+        for (register, text, expected) in [
+            (Register::BAUD_RATE, "115200", "115200 baud [115200]"),
+            (Register::ASYNC_RATE, "40", "40 Hz [40]"),
+            (Register::VPE_CONTROL, "1,0,1,1", "on, heading absolute, filtering adaptive, tuning adaptive [1,0,1,1]"),
+            (Register::ROTATION, "1,0,0,0,1,0,0,0,1", "none (identity) [1,0,0,0,1,0,0,0,1]"),
+            (Register::IMU_FILTER, "nonsense", "as printed: nonsense"),
+        ] {
+            assert_eq!(in_words(register, text), expected);
+        }
+        let filter = in_words(Register::IMU_FILTER, "0,20,20,4,0,0,3,3,3,0");
+        assert!(filter.starts_with("averages 20 refreshes of the gyroscope (both)"), "{filter}");
+    }
+}

@@ -1,0 +1,148 @@
+//! The noise parameters, each sensor's axes side by side, in every unit in use.
+
+use imu_noise::{Parameter, Sensor, Sides, Status, Term, conventions};
+use maud::{Markup, html};
+use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
+use vn100_protocol::Quantity;
+
+use super::super::{
+    figure::pretty_unit,
+    numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
+    record::Record,
+};
+use crate::units::ChannelValues;
+
+const TERMS: [(Term, &str, &str); 4] = [
+    (Term::White, "N", "white noise"),
+    (Term::BiasInstability, "B", "bias instability"),
+    (Term::RateRandomWalk, "K", "rate random walk"),
+    (Term::RateRamp, "R", "rate ramp"),
+];
+
+type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
+
+pub(super) fn parameters(record: &Record<'_>) -> Markup {
+    let sensors = [
+        (Quantity::AngularRate, "Gyroscope"),
+        (Quantity::Acceleration, "Accelerometer"),
+        (Quantity::MagneticField, "Magnetometer"),
+    ];
+    html! {
+        @for (quantity, name) in sensors {
+            @let channels = record.of(quantity);
+            @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
+            @if let Some((_, first)) = axes.first() {
+                h3 { (name) }
+                (table(&axes, first.sensor))
+                @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
+            }
+        }
+    }
+}
+
+fn table(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
+    let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
+    html! {
+        div.scroll {
+            table.parameters {
+                thead {
+                    tr {
+                        th scope="col" { "parameter" } th scope="col" { "unit" }
+                        @for (channel, _) in axes { th scope="col" { (channel.name) } }
+                    }
+                }
+                @for (term, letter, name) in TERMS {
+                    @if given(term) {
+                        tbody {
+                            @let units = conventions(sensor, term);
+                            @let says = axes.iter().any(|(_, noise)| noise.parameter(term).is_some_and(|found| found.value.or(found.upper).is_some()));
+                            @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
+                                tr.more[index > 0] {
+                                    @if index == 0 { th scope="row" { b { (letter) } ", " (name) } } @else { th {} }
+                                    td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
+                                    @for (_, noise) in axes { td { (cell(noise.parameter(term), unit.factor, index == 0)) } }
+                                }
+                            }
+                        }
+                    }
+                }
+                tbody {
+                    (row(axes, "fitted over τ", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
+                    (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.quality.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
+                    (row(axes, "p of the fit", "", |noise| noise.fit.quality.map(|fit| format!("{:.2}", fit.p))))
+                    @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
+                        @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
+                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.fit.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
+                        }
+                    }
+                    @if axes.iter().any(|(_, noise)| noise.walk_seen_later.is_some()) {
+                        @let name = format!("K that {} more would show", duration(WalkSeenLater::MORE_S));
+                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
+                    }
+                }
+                @if sensor != Sensor::Magnetometer {
+                    tbody {
+                        tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Read by rule off the curve, not fitted: for comparison with older reports only" } }
+                        (row(axes, "N: slope −½ at 1 s", &pretty_unit(conventions(sensor, Term::White)[0].unit), |noise| noise.classical.white.map(four_digits)))
+                        (row(axes, "B: minimum / 0.664", &pretty_unit(conventions(sensor, Term::BiasInstability)[0].unit), |noise| noise.classical.bias_instability.map(four_digits)))
+                        (row(axes, "K: slope +½ at 3 s", &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.classical.rate_random_walk.map(four_digits)))
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Both parameters are of the sensor.
+fn shown(noise: &ChannelNoise, a: Term, b: Term) -> bool {
+    let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
+    value(a) && value(b) && noise.fit.correlation(a, b).is_some()
+}
+
+fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&ChannelNoise) -> Option<String>) -> Markup {
+    html! {
+        tr {
+            th scope="row" { (name) } td.unit { (unit) }
+            @for (_, noise) in axes { td { (cell(noise).unwrap_or_else(|| NOTHING.into())) } }
+        }
+    }
+}
+
+fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
+    let Some(parameter) = parameter else { return NOTHING.into() };
+    match (parameter.value, parameter.lower, parameter.upper) {
+        (Some(value), Some(lower), Some(upper)) if first => {
+            with_interval(value * factor, lower * factor, upper * factor)
+        }
+        (Some(value), ..) => four_digits(value * factor),
+        (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
+        (None, ..) if first => in_words(parameter.status).into(),
+        (None, ..) => NOTHING.into(),
+    }
+}
+
+pub(super) fn in_words(status: Status) -> &'static str {
+    match status {
+        Status::Estimated => "estimated",
+        Status::Bounded => "at most",
+        Status::NotObservable => "not observable",
+        Status::NotMeasurable => "not measurable",
+        Status::ModelRejected => "no model fits",
+    }
+}
+
+fn reason(long_taus: LongTaus) -> Option<&'static str> {
+    match long_taus {
+        LongTaus::Sensor => None,
+        LongTaus::Compensated => Some(
+            "B, K and R of the gyroscope are not in this message: the sensor's attitude filter takes the bias out before it is sent. The minimum of \
+             the curve, and the shoulder before it, are the filter's, whatever a rule reads there.",
+        ),
+        LongTaus::LooksCompensated => Some(
+            "B, K and R are not given: at long averaging times the curve falls below its own white noise, so that something takes the bias out.",
+        ),
+        LongTaus::Surroundings => {
+            Some("Only the white noise is the sensor's: at long averaging times the curve shows the field around it.")
+        }
+    }
+}

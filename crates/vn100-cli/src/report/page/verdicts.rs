@@ -1,0 +1,115 @@
+//! The figures of the data sheet, and what the record says of each.
+
+use maud::{Markup, html};
+
+use super::super::{
+    figure::pretty_unit,
+    numbers::{NOTHING, digits, four_digits},
+    record::Record,
+};
+use crate::{
+    judging::verdict_name,
+    units::ChannelValues,
+    verdict_document::{grade, grade_name, shown_in},
+};
+use imu_noise::Term;
+use vn100_pipeline::FigureVerdict;
+
+pub(super) fn verdicts(record: &Record<'_>) -> Markup {
+    let Some(verdicts) = &record.measured.verdicts else {
+        return html! {
+            h3 { "Data sheet" }
+            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { "--datasheet FILE.toml" } " gives those of another sensor." }
+        };
+    };
+    let rows: Vec<(&ChannelValues, &FigureVerdict)> = record
+        .channels
+        .iter()
+        .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
+        .collect();
+    html! {
+        h3 { "Beside the data sheet: " (verdicts.datasheet) }
+        @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
+        div.scroll {
+            table {
+                thead { tr { @for name in ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"] { th scope="col" { (name) } } } }
+                tbody {
+                    @for (channel, verdict) in &rows {
+                        @if let Some(noise) = &channel.noise {
+                            @let (unit, factor) = shown_in(noise.sensor, verdict.figure.term);
+                            tr {
+                                th scope="row" { (channel.name) }
+                                td { (letter(verdict.figure.term)) }
+                                td.unit { (pretty_unit(unit)) }
+                                td { (pretty_unit(&verdict.figure.printed)) }
+                                td { (range(verdict.expected, factor)) @if !verdict.stream.is_known { " *" } }
+                                td { (measured(verdict, factor)) }
+                                td { b { (verdict_name(verdict.verdict)) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        p {
+            "A limit is kept where the whole interval lies below the least that a sensor at the limit reads; a typical value is no limit. "
+            @if rows.iter().any(|(_, verdict)| !verdict.stream.is_known) {
+                "* If register 85 is as sold; the record does not tell, so that a figure may be consistent with it but cannot pass or fail. "
+            }
+            "In-run bias is compared as data sheets have it, as the minimum of the curve: 0.664 B."
+        }
+        (grades(record))
+    }
+}
+
+fn letter(term: Term) -> &'static str {
+    match term {
+        Term::White => "N",
+        Term::BiasInstability => "B",
+        Term::RateRandomWalk => "K",
+        Term::RateRamp => "R",
+        Term::Quantization => "Q",
+    }
+}
+
+fn range((low, high): (f64, f64), factor: f64) -> String {
+    if low == high {
+        digits(low * factor, 3)
+    } else {
+        format!("{} to {}", digits(low * factor, 3), digits(high * factor, 3))
+    }
+}
+
+fn measured(verdict: &FigureVerdict, factor: f64) -> String {
+    let found = verdict.measured;
+    match (found.value, found.lower, found.upper) {
+        (Some(value), Some(lower), Some(upper)) => {
+            format!(
+                "{} ({} to {})",
+                four_digits(value * factor),
+                four_digits(lower * factor),
+                four_digits(upper * factor)
+            )
+        }
+        (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
+        _ => NOTHING.into(),
+    }
+}
+
+/// Of the gyroscope.
+fn grades(record: &Record<'_>) -> Markup {
+    let told: Vec<String> = (record.channels.iter())
+        .filter_map(|channel| {
+            Some(match grade(channel.noise.as_ref()?)? {
+                Ok((best, worst)) if best == worst => format!("{}: {}", channel.name, grade_name(best)),
+                Ok((best, worst)) => format!("{}: {} to {}", channel.name, grade_name(best), grade_name(worst)),
+                Err(reason) => format!("{}: none, {reason}", channel.name),
+            })
+        })
+        .collect();
+    html! {
+        @if !told.is_empty() {
+            p { "Grade by bias instability (N. El-Sheimy and A. Youssef, Satellite Navigation 1, 2020, table 1: navigation below 0.01 °/h, tactical to 10 °/h, commercial above): " (told.join("; ")) "." }
+        }
+    }
+}

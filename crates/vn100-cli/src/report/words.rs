@@ -1,0 +1,39 @@
+//! Conclusions in words. Every sentence rests on a number of the record; where there is none, it says so.
+
+mod advice;
+mod limits;
+mod noise;
+#[cfg(test)]
+mod tests;
+mod trust;
+
+use super::findings::Findings;
+
+/// A question and its answer, in paragraphs.
+#[derive(Debug, Clone)]
+pub(crate) struct Answer {
+    pub(crate) question: &'static str,
+    pub(crate) sentences: Vec<String>,
+}
+
+/// The questions a report is read for, in order.
+pub(crate) fn conclusions(findings: &Findings) -> Vec<Answer> {
+    let answers = [
+        ("How noisy is the sensor?", noise::noise(findings)),
+        ("Can these numbers be trusted?", trust::trust(findings)),
+        ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings)),
+        ("What limits this record?", limits::limits(findings)),
+        ("What would make a better one?", advice::advice(findings)),
+        ("What was not tested?", limits::not_tested(findings)),
+    ];
+    answers.into_iter().map(|(question, sentences)| Answer { question, sentences }).collect()
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
