@@ -50,9 +50,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
         all.push(measured);
         Ok(())
     })?;
-    let records: Vec<Record<'_>> = (all.iter().zip(&files.files))
-        .map(|(measured, path)| Record::new(measured, CaptureFile::read(path).ok()))
-        .collect();
+    let records: Vec<Record<'_>> =
+        (all.iter().zip(&files.files)).map(|(measured, path)| Record::new(measured, CaptureFile::of(path))).collect();
     let names: Vec<String> = (0..records.len()).map(page::letter).collect();
     let prefix = |name: &String| if records.len() > 1 { format!("{name}-") } else { String::new() };
     let figures = records

@@ -1,6 +1,11 @@
 //! The capture as a file: its size, and the digest by which it can be told from any other.
 
-use std::{fmt::Write, fs::File, io::Read, path::Path};
+use std::{
+    fmt::Write,
+    fs::{self, File},
+    io::Read,
+    path::Path,
+};
 
 use anyhow::Result;
 use sha2::{Digest, Sha256};
@@ -13,8 +18,14 @@ pub(crate) struct CaptureFile {
 }
 
 impl CaptureFile {
-    /// Of the stored bytes, compressed or not.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    /// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be read.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        // a second reading of anything but a file would wait, or bring something else
+        let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
+        if is_file { Self::read(path).ok() } else { None }
+    }
+
+    fn read(path: &Path) -> Result<Self> {
         const PIECE: usize = 1 << 18;
         let mut file = File::open(path)?;
         let (mut digest, mut bytes, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
@@ -42,9 +53,10 @@ mod tests {
     #[test]
     fn the_digest_is_the_published_one() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(file.path(), "abc").unwrap();
+        fs::write(file.path(), "abc").unwrap();
         // FIPS 180-4, example of the standard
         let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
-        assert_eq!(CaptureFile::read(file.path()).unwrap(), CaptureFile { bytes: 3, sha256 });
+        assert_eq!(CaptureFile::of(Path::new("-")), None);
+        assert_eq!(CaptureFile::of(file.path()), Some(CaptureFile { bytes: 3, sha256 }));
     }
 }

@@ -14,6 +14,8 @@ use crate::args::{ExportForm, ReportArgs};
 
 /// What comes out of a report beside its page.
 pub(crate) struct Exports<'a> {
+    /// Each once.
+    forms: Vec<ExportForm>,
     args: &'a ReportArgs,
     output: &'a Output,
 }
@@ -21,9 +23,15 @@ pub(crate) struct Exports<'a> {
 impl<'a> Exports<'a> {
     /// Fails early, where something is in the way.
     pub(crate) fn new(args: &'a ReportArgs, output: &'a Output) -> Result<Self> {
-        let exports = Self { args, output };
-        let inputs = &args.files.files;
+        let mut forms: Vec<ExportForm> = Vec::new();
         for form in &args.export {
+            if !forms.contains(form) {
+                forms.push(*form);
+            }
+        }
+        let exports = Self { forms, args, output };
+        let inputs = &args.files.files;
+        for form in &exports.forms {
             for index in 0..inputs.len() {
                 for ending in endings(*form) {
                     output.check(&exports.path(index, ending), inputs)?;
@@ -39,7 +47,7 @@ impl<'a> Exports<'a> {
     /// Writes all of them. A form that a record does not allow is an error; the others are written before it is told.
     pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures]) -> Result<()> {
         let mut refused = None;
-        for form in &self.args.export {
+        for form in &self.forms {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
                 if record.snapshot().timing.samples == 0 {

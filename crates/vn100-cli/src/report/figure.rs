@@ -111,7 +111,7 @@ impl Plot {
             x_next += width;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
-        let (right, bottom) = (WIDTH - 14.0, HEIGHT + top - 26.0);
+        let (right, bottom) = (WIDTH - 18.0, HEIGHT + top - 26.0);
         let area = Rectangle { left, top, width: right - left, height: HEIGHT - 26.0 - 44.0 };
         let place = Place { area, x: x.scale, y: y.scale };
         let layers = vec![

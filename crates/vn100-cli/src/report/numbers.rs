@@ -68,7 +68,7 @@ pub(crate) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push('\u{202f}');
         }
         text.push(digit);
@@ -93,8 +93,8 @@ mod tests {
             assert_eq!(four_digits(value), text);
         }
         assert_eq!(with_interval(1.2634e-4, 1.2461e-4, 1.2812e-4), "1.263 (1.246 to 1.281)·10⁻⁴");
-        assert_eq!(with_interval(0.4343, 0.4284, 0.4405), "0.4343 (0.4284 to 0.4405)");
-        assert_eq!(with_interval(5.0, 1.0, 30.0), "5.00 (1.00 to 30.00)");
+        assert_eq!(with_interval(0.4397, 0.4351, 0.4443), "0.4397 (0.4351 to 0.4443)");
+        assert_eq!(with_interval(5.0, 1.0, 30.0), "5.0 (1.0 to 30.0)");
         assert_eq!([59.96, 600.0, 18_000.0, 200_000.0].map(duration), ["60 s", "10 min", "5 h", "2.31 days"]);
         assert_eq!([0, 999, 13_223, 1_234_567].map(grouped), ["0", "999", "13\u{202f}223", "1\u{202f}234\u{202f}567"]);
     }

@@ -145,7 +145,7 @@ fn warnings(record: &Record<'_>) -> Markup {
     html! {
         @if warnings.is_empty() { p { "None." } }
         @for warning in warnings {
-            p.warning { b { (warning.kind.name()) } ": " (warning.text) "." }
+            p.warning { b { (warning.kind.name()) } ": " (warning.text.trim_end_matches('.')) "." }
         }
     }
 }

@@ -36,7 +36,7 @@
         }
       }
     } else {
-      const raw = (side.to - side.from) / 5, power = Math.pow(10, Math.floor(Math.log10(raw)));
+      const raw = (side.to - side.from) / 6.5, power = Math.pow(10, Math.floor(Math.log10(raw)));
       const step = power * [1, 2, 2.5, 5, 10].find((nice) => nice * power >= raw);
       for (let n = Math.ceil(side.from / step); n * step <= side.to; n++) found.push([n * step, String(+(n * step).toPrecision(6))]);
     }
@@ -180,7 +180,8 @@
     tools.append(reset);
     figure.append(tools);
   }
-  for (const contents of document.querySelectorAll('nav')) {
+  const contents = document.querySelector('nav');
+  if (contents) {
     const hint = document.createElement('p');
     hint.className = 'lead tools';
     hint.textContent = 'In the figures: point at a value to read it; double-click, or Ctrl and wheel, to zoom.';

@@ -35,7 +35,7 @@ impl Cdr {
     }
 
     fn put(&mut self, number: &[u8]) {
-        while (self.bytes.len() - ENCAPSULATION.len()) % number.len() != 0 {
+        while !(self.bytes.len() - ENCAPSULATION.len()).is_multiple_of(number.len()) {
             self.bytes.push(0);
         }
         self.bytes.extend(number);

@@ -18,8 +18,9 @@ pub(crate) const FLAT: f64 = 0.664_28;
 
 /// One axis: its curve with the fitted model, the lines of N, B and K, and what the graphical rules read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>> {
-    let Some((x, y)) = axes(&[channel], deviation) else { return Ok(None) };
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
+    let fitted = model.as_ref().map_or_else(Vec::new, Model::ends);
+    let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
@@ -47,7 +48,7 @@ pub(crate) fn allan_of_axes(
     axes_of: &[&ChannelValues],
     deviation: Deviation,
 ) -> Result<Option<Figure>> {
-    let Some((x, y)) = axes(axes_of, deviation) else { return Ok(None) };
+    let Some((x, y)) = axes(axes_of, &[], deviation) else { return Ok(None) };
     let curves: Vec<_> = axes_of.iter().map(|channel| (channel.name.clone(), &channel.deviations[..])).collect();
     together(format!("allan-{id}"), format!("{title}: {}", name(deviation)), x, y, &curves)
 }
@@ -59,7 +60,7 @@ pub(crate) fn allan_of_records(
     deviation: Deviation,
 ) -> Result<Option<Figure>> {
     let values: Vec<_> = records.iter().map(|(_, values)| *values).collect();
-    let Some((x, y)) = axes(&values, deviation) else { return Ok(None) };
+    let Some((x, y)) = axes(&values, &[], deviation) else { return Ok(None) };
     let curves: Vec<_> = records.iter().map(|(name, values)| (name.clone(), &values.deviations[..])).collect();
     together(format!("records-{}", id_of(channel)), format!("{channel}: {}", name(deviation)), x, y, &curves)
 }
@@ -77,7 +78,8 @@ fn together(id: String, title: String, x: Axis, y: Axis, curves: &[(String, &[Po
     Ok(Some(plot.done(series)))
 }
 
-fn axes(channels: &[&ChannelValues], deviation: Deviation) -> Option<(Axis, Axis)> {
+/// Both sides, around the deviations, their intervals and `more`.
+fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(Axis, Axis)> {
     let first = channels.first()?;
     let points = || channels.iter().flat_map(|channel| &channel.deviations).filter(|point| point.deviation > Some(0.0));
     points().next()?;
@@ -90,7 +92,11 @@ fn axes(channels: &[&ChannelValues], deviation: Deviation) -> Option<(Axis, Axis
         unit: "s".into(),
         scale: Scale::around(points().map(|point| point.tau_s), true),
     };
-    let y = Axis { name: name(deviation).into(), unit: pretty_unit(&first.unit), scale: Scale::around(reaches, true) };
+    let y = Axis {
+        name: name(deviation).into(),
+        unit: pretty_unit(&first.unit),
+        scale: Scale::around(reaches.chain(more.iter().copied()), true),
+    };
     Some((x, y))
 }
 
@@ -157,6 +163,16 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// Its deviations at either end of the fit.
+    fn ends(&self) -> Vec<f64> {
+        let quality = self.noise.fit.quality;
+        quality
+            .iter()
+            .flat_map(|quality| [quality.tau_min_s, quality.tau_max_s])
+            .map(|tau_s| self.deviation(tau_s))
+            .collect()
+    }
+
     /// IEEE Std 952, annex C.
     fn deviation(&self, tau_s: f64) -> f64 {
         let square = |value: Option<f64>, of_one: f64| value.map_or(0.0, |value| value * value * of_one);
@@ -177,7 +193,7 @@ impl<'a> Model<'a> {
         [
             self.white.map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
             self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", lowest, FLAT * flicker, 0.0)),
-            self.random_walk.map(|walk| reference(Dash::DashDot, "K", 3.0, walk, 0.5)),
+            self.random_walk.map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
         ]
         .into_iter()
         .flatten()

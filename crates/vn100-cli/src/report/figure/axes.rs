@@ -82,7 +82,7 @@ impl Scale {
 }
 
 fn linear_ticks(from: f64, to: f64, exponent: i32) -> Vec<Tick> {
-    const ABOUT: f64 = 5.0;
+    const ABOUT: f64 = 6.5;
     let raw = (to - from) / ABOUT;
     let power = 10_f64.powf(raw.log10().floor());
     let step = power * [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|nice| nice * power >= raw).unwrap_or(10.0);

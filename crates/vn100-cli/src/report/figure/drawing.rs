@@ -56,7 +56,8 @@ pub(crate) enum Dash {
     Solid,
     Dashed,
     Dotted,
-    DashDot,
+    /// Long and short by turns.
+    Mixed,
 }
 
 impl Dash {
@@ -65,7 +66,7 @@ impl Dash {
             Self::Solid => &[],
             Self::Dashed => &[6.0, 3.5],
             Self::Dotted => &[1.5, 3.0],
-            Self::DashDot => &[7.0, 3.0, 1.5, 3.0],
+            Self::Mixed => &[7.0, 3.0, 1.5, 3.0],
         }
     }
 }
@@ -169,7 +170,7 @@ impl Dash {
         match series % 4 {
             0 => Self::Solid,
             1 => Self::Dashed,
-            2 => Self::DashDot,
+            2 => Self::Mixed,
             _ => Self::Dotted,
         }
     }

@@ -33,8 +33,8 @@ pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Result<Option
     // nothing is drawn across a gap
     for run in blocks.chunk_by(|a, b| b.start_s - a.start_s <= 1.5 * a.duration_s) {
         let std = |block: &BlockValues| block.std.unwrap_or(0.0);
-        marks.push(band(&plot, run, &start, &end, |block| (block.min, block.max), 0.25));
-        marks.push(band(&plot, run, &start, &end, |block| (block.mean - std(block), block.mean + std(block)), 0.35));
+        marks.push(band(&plot, run, start, end, |block| (block.min, block.max), 0.25));
+        marks.push(band(&plot, run, start, end, |block| (block.mean - std(block), block.mean + std(block)), 0.35));
         let steps = run.iter().flat_map(|block| [(start(block), block.mean), (end(block), block.mean)]);
         marks.push(plot.line(steps, solid(1, 1.6)));
     }

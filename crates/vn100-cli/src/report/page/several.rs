@@ -27,7 +27,7 @@ pub(super) fn several(records: &[Record<'_>], together: &Figures, options: &Meas
         section id="comparison" {
             h2 { "Comparison" }
             (list(records))
-            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text) "." } }
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.trim_end_matches('.')) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes))
             (rankings(&comparison))
@@ -73,7 +73,7 @@ fn list(records: &[Record<'_>]) -> Markup {
 fn rankings(comparison: &Comparison) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
-            h3 { "White noise of the " (crate::text::sensor(ranking.quantity)) ", " (pretty_unit(&ranking.unit)) ", the quietest first" }
+            h3 { "White noise of the " (crate::text::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
             div.scroll {
                 table {
                     thead { tr { th scope="col" { "record" } th scope="col" { "N of its axes together" } th scope="col" { "axes" } } }
@@ -143,7 +143,7 @@ fn disturbances(comparison: &Comparison) -> Markup {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
             @for disturbance in &comparison.disturbances {
-                p.warning { b { (letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text) "." }
+                p.warning { b { (letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text.trim_end_matches('.')) "." }
             }
         }
     }

@@ -116,12 +116,11 @@ fn slow_noise(
             })
         })
         .collect();
-    (!told.is_empty()).then(|| {
-        format!(
-            "The {name} of the {}, in {}: {}. \"At most\" means that this record does not show it: it may be absent.",
-            sensor.name,
-            pretty_unit(unit.unit),
-            listed(&told)
-        )
-    })
+    if told.is_empty() {
+        return None;
+    }
+    let any_bounded = sensor.axes.iter().filter_map(of).any(|parameter| parameter.status == Status::Bounded);
+    let meaning =
+        if any_bounded { " \"At most\" means that this record does not show it: it may be absent." } else { "" };
+    Some(format!("The {name} of the {}, in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&told)))
 }

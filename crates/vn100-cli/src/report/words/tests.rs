@@ -7,12 +7,7 @@ use super::*;
 use crate::report::findings::{AxisFindings, SensorFindings};
 
 fn estimated(value: f64) -> Parameter {
-    Parameter {
-        status: Status::Estimated,
-        value: Some(value),
-        lower: Some(0.98 * value),
-        upper: Some(1.02 * value),
-    }
+    Parameter { status: Status::Estimated, value: Some(value), lower: Some(0.98 * value), upper: Some(1.02 * value) }
 }
 
 fn bounded(upper: f64) -> Parameter {
@@ -96,14 +91,15 @@ fn a_flawless_record_is_not_talked_down() {
     ] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
     }
-    for part in ["warm", "--skip", "Record longer", "shook", "folds", "not known"] {
+    for part in ["warming", "--skip", "Record longer", "shook", "folds", "not known", "At most"] {
         assert!(!text.contains(part), "{part:?} is in:\n{text}");
     }
 }
 
 #[test]
 fn each_state_of_a_parameter_has_its_words() {
-    let white = |parameter: Parameter| move |findings: &mut Findings| findings.sensors[0].axes[0].white = Some(parameter);
+    let white =
+        |parameter: Parameter| move |findings: &mut Findings| findings.sensors[0].axes[0].white = Some(parameter);
     changes(white(bounded(3e-4)), &["gyro_x: white noise N is at most 3.000·10⁻⁴"]);
     changes(white(Parameter::without_value(Status::NotObservable)), &["gyro_x: white noise is not observable"]);
     changes(
@@ -138,7 +134,12 @@ fn what_stands_between_stream_and_sensor_is_told() {
             let onboard = findings.sensors[0].onboard.as_mut().unwrap();
             (onboard.window.length, onboard.window_known) = (4, false);
         },
-        &["2.24 ± 0.22 times", "which this record does not tell", "--window 20", "about gyro_x 2.6·10⁻³ and gyro_y 2.6·10⁻³ °/s/√Hz"],
+        &[
+            "2.24 ± 0.22 times",
+            "which this record does not tell",
+            "--window 20",
+            "about gyro_x 2.6·10⁻³ and gyro_y 2.6·10⁻³ °/s/√Hz",
+        ],
     );
     changes(
         |findings| findings.sensors[0].onboard.as_mut().unwrap().window.length = 60,
@@ -169,7 +170,10 @@ fn what_befell_the_record_is_told_with_its_cure() {
         },
         &["gyro_x was disturbed for moments; gyro_y changed its level", "nobody walks"],
     );
-    changes(|findings| findings.sensors[0].axes[0].warm_up_s = Some(601.0), &["still warming up", "leave the first 11 min out"]);
+    changes(
+        |findings| findings.sensors[0].axes[0].warm_up_s = Some(601.0),
+        &["still warming up", "leave the first 11 min out"],
+    );
     changes(
         |findings| (findings.missing, findings.gaps) = (24, 1),
         &["24 of 1\u{202f}440\u{202f}024 samples are missing, in 1 gaps"],
@@ -178,7 +182,12 @@ fn what_befell_the_record_is_told_with_its_cure() {
     changes(|findings| findings.warnings.push(WarningKind::RateOffNominal), &["not the one taken"]);
     changes(
         |findings| (findings.has_stamps, findings.has_registers, findings.has_conditions) = (false, false, false),
-        &["for want of arrival times", "--record FILE.mcap", "registers are not in the record", "were not written down"],
+        &[
+            "for want of arrival times",
+            "--record FILE.mcap",
+            "registers are not in the record",
+            "were not written down",
+        ],
     );
     changes(|findings| findings.duration_s = 600.0, &["10 min of data", "Record longer"]);
 }
