@@ -59,10 +59,10 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
         .zip(&names)
         .map(|(record, name)| Figures::of(record, &prefix(name)))
         .collect::<Result<Vec<_>>>()?;
+    let together = if records.len() > 1 { Figures::together(&records, &names)? } else { Figures::default() };
     if let Some(path) = output.page() {
-        let together = if records.len() > 1 { Figures::together(&records, &names)? } else { Figures::default() };
         output.write(path, page::page(&records, &figures, &together, &files.measure)?.as_bytes())?;
     }
-    exports.write(&records, &figures)?;
+    exports.write(&records, &figures, &together)?;
     Ok(all.iter().map(|measured| measured.exit).max().unwrap_or(Exit::Good))
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use super::{figures::Figures, output::Output, record::Record};
+use super::{figure::Figure, figures::Figures, output::Output, record::Record};
 use crate::args::{ExportForm, ReportArgs};
 
 /// What comes out of a report beside its page.
@@ -45,7 +45,9 @@ impl<'a> Exports<'a> {
     }
 
     /// Writes all of them. A form that a record does not allow is an error; the others are written before it is told.
-    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures]) -> Result<()> {
+    ///
+    /// `together` are the figures of several records, which only SVG and PNG hold.
+    pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<()> {
         let mut refused = None;
         for form in &self.forms {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
@@ -55,6 +57,19 @@ impl<'a> Exports<'a> {
                 }
                 if let Err(error) = self.write_one(*form, index, record, figures) {
                     refused.get_or_insert(error);
+                }
+            }
+        }
+        if records.len() > 1 {
+            for form in &self.forms {
+                match form {
+                    ExportForm::Svg => self.write_figures(&self.output.beside(SVG), "svg", together, |figure| {
+                        Ok(figure.svg_file().into_bytes())
+                    })?,
+                    ExportForm::Png => {
+                        self.write_figures(&self.output.beside(PNG), "png", together, Figure::png_file)?;
+                    }
+                    ExportForm::Csv | ExportForm::Json | ExportForm::Kalibr | ExportForm::Mcap => {}
                 }
             }
         }
@@ -79,18 +94,10 @@ impl<'a> Exports<'a> {
                 yaml.complete()?;
                 self.output.write(&path(KALIBR), yaml.text().as_bytes())
             }
-            ExportForm::Svg | ExportForm::Png => {
-                let folder = path(if form == ExportForm::Svg { SVG } else { PNG });
-                self.output.make_folder(&folder)?;
-                for figure in figures.all() {
-                    let (ending, bytes) = match form {
-                        ExportForm::Svg => ("svg", figure.svg_file().into_bytes()),
-                        _ => ("png", figure.png_file()?),
-                    };
-                    self.output.write(&folder.join(format!("{}.{ending}", figure.id)), &bytes)?;
-                }
-                Ok(())
+            ExportForm::Svg => {
+                self.write_figures(&path(SVG), "svg", figures, |figure| Ok(figure.svg_file().into_bytes()))
             }
+            ExportForm::Png => self.write_figures(&path(PNG), "png", figures, Figure::png_file),
             ExportForm::Mcap => {
                 let files = &self.args.files;
                 let input = files.files.get(index).context("no such capture")?;
@@ -98,6 +105,20 @@ impl<'a> Exports<'a> {
                 self.output.write(&path(MCAP), &bytes)
             }
         }
+    }
+
+    fn write_figures(
+        &self,
+        folder: &Path,
+        ending: &str,
+        figures: &Figures,
+        bytes: impl Fn(&Figure) -> Result<Vec<u8>>,
+    ) -> Result<()> {
+        self.output.make_folder(folder)?;
+        for figure in figures.all() {
+            self.output.write(&folder.join(format!("{}.{ending}", figure.id)), &bytes(figure)?)?;
+        }
+        Ok(())
     }
 
     /// Captures are numbered from 1 where there are several.

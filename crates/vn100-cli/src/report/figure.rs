@@ -144,6 +144,12 @@ impl Plot {
         Mark::Text { at: (left + off, top - 5.0), text, size: LETTERS, anchor, upwards: false }
     }
 
+    /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
+    fn note_at_edge(&self, y: f64, text: String) -> Mark {
+        let (left, top) = (self.place.area.left, self.place.of(1.0, y).1);
+        Mark::Text { at: (left + 8.0, top - 5.0), text, size: LETTERS, anchor: Anchor::Start, upwards: false }
+    }
+
     fn done(self, series: Vec<Series>) -> Figure {
         Figure { series, ..self.figure }
     }

@@ -97,6 +97,21 @@ impl Findings {
         self.sensors.iter().find(|found| found.sensor == sensor)
     }
 
+    /// The axis that moved most, and how much it varied: no sensor at rest does.
+    pub(crate) fn moved(&self) -> Option<&AxisFindings> {
+        let limit = |sensor: &SensorFindings| match sensor.sensor {
+            // rad/s and m/s²: a hundred times and more what a small sensor's own noise is in a sample
+            Sensor::Gyroscope => Some(0.1),
+            Sensor::Accelerometer => Some(2.0),
+            Sensor::Magnetometer => None,
+        };
+        self.sensors.iter().find_map(|sensor| {
+            let limit = limit(sensor)?;
+            let moved = sensor.axes.iter().filter(|axis| axis.std.is_some_and(|std| std > limit));
+            moved.max_by(|a, b| a.std.unwrap_or(0.0).total_cmp(&b.std.unwrap_or(0.0)))
+        })
+    }
+
     pub(crate) fn axes(&self) -> impl Iterator<Item = &AxisFindings> {
         self.sensors.iter().flat_map(|sensor| &sensor.axes)
     }

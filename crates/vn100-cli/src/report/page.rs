@@ -2,6 +2,7 @@
 
 mod facts;
 mod figures;
+mod method;
 mod parameters;
 mod points;
 mod readings;

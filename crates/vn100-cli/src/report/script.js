@@ -118,7 +118,8 @@
       frame.replaceChildren();
       const line = (d, kind) => frame.append(svg('path', { class: 'l ' + kind, fill: 'none', 'stroke-width': '0.8', d }));
       const label = (x, y, text, anchor) => {
-        const element = svg('text', { x, y, 'font-size': '11.5', 'text-anchor': anchor });
+        // small at the side: there may be longer numbers than the room was made for
+        const element = svg('text', { x, y, 'font-size': anchor === 'end' ? '9' : '11.5', 'text-anchor': anchor });
         element.textContent = text.replace('-', '−');
         frame.append(element);
       };

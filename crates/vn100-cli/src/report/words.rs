@@ -1,6 +1,7 @@
 //! Conclusions in words. Every sentence rests on a number of the record; where there is none, it says so.
 
 mod advice;
+mod filters;
 mod limits;
 mod noise;
 #[cfg(test)]
@@ -24,6 +25,7 @@ pub(crate) fn conclusions(findings: &Findings) -> Vec<Answer> {
         ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings)),
         ("What limits this record?", limits::limits(findings)),
         ("What would make a better one?", advice::advice(findings)),
+        ("What do I give a filter, or Kalibr?", filters::filters(findings)),
         ("What was not tested?", limits::not_tested(findings)),
     ];
     answers.into_iter().map(|(question, sentences)| Answer { question, sentences }).collect()

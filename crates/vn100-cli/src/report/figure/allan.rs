@@ -185,14 +185,18 @@ impl<'a> Model<'a> {
 
     /// One for each term that is there.
     fn lines(&self, plot: &Plot) -> Vec<Reference> {
-        const STEPS: i32 = 60;
         let (from, to) = plot.place.x.ends();
-        let taus = (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS)));
-        let lowest = taus.min_by(|a, b| self.deviation(*a).total_cmp(&self.deviation(*b))).unwrap_or(1.0);
+        // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
+        let flat = |flicker: f64| {
+            let begins = self.white.map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
+            let last = self.noise.fit.quality.map_or(to, |quality| quality.tau_max_s);
+            let ends = self.random_walk.map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
+            (begins * ends.max(begins)).sqrt()
+        };
         let reference = |dash, letter, tau_s, deviation, slope| Reference { dash, letter, tau_s, deviation, slope };
         [
             self.white.map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
-            self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", lowest, FLAT * flicker, 0.0)),
+            self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
             self.random_walk.map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
         ]
         .into_iter()
@@ -225,9 +229,12 @@ impl<'a> Model<'a> {
             let tau_s = (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS)));
             marks.push(plot.line(tau_s.map(|tau_s| (tau_s, self.deviation(tau_s))), model_stroke()));
         }
-        for Reference { letter, tau_s, deviation, .. } in self.lines(plot) {
+        for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));
-            marks.push(plot.note(tau_s, deviation, letter.into()));
+            marks.push(match slope {
+                0.0 => plot.note_at_edge(deviation, letter.into()),
+                _ => plot.note(tau_s, deviation, letter.into()),
+            });
         }
         let classical = &self.noise.classical;
         let read = [(Shape::Ring, 1.0, classical.white), (Shape::HollowTriangle, 3.0, classical.rate_random_walk)];

@@ -1,18 +1,19 @@
 //! What was measured, with what, and how: everything somebody needs to do it again.
 
-use std::collections::BTreeMap;
-
-use imu_noise::{Arrivals, Deviation, Estimator};
+use imu_noise::Arrivals;
 use maud::{Markup, html};
 use vn100_pipeline::{MissingFrom, RateFrom};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, ReferenceFrameRotation, Register,
+    AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterValue, StartupGyroBias, VpeControl,
 };
 
-use super::super::{
-    numbers::{duration, grouped, trimmed},
-    record::Record,
+use super::{
+    super::{
+        numbers::{duration, grouped, trimmed},
+        record::Record,
+    },
+    method,
 };
 use crate::{args::MeasureArgs, recorded::RecordedDocument};
 
@@ -45,15 +46,15 @@ const REGISTERS: [Register; 10] = [
     Register::IMU_FILTER,
 ];
 
-type Row = (String, String);
+pub(super) type Row = (String, String);
 
 pub(super) fn facts(record: &Record<'_>, options: &MeasureArgs) -> Markup {
     html! {
         h3 { "Capture" } (table(&capture(record)))
         h3 { "Sensor" } (table(&sensor(record)))
-        h3 { "Conditions" } (table(&conditions(record.origin().meta.as_ref())))
+        h3 { "Conditions" } (table(&conditions(record)))
         h3 { "Time base and losses" } (table(&timing(record)))
-        h3 { "Method" } (table(&method(record, options)))
+        h3 { "Method" } (table(&method::method(record, options)))
     }
 }
 
@@ -69,7 +70,7 @@ fn table(rows: &[Row]) -> Markup {
     }
 }
 
-fn row(name: &str, value: impl Into<String>) -> Row {
+pub(super) fn row(name: &str, value: impl Into<String>) -> Row {
     (name.to_owned(), value.into())
 }
 
@@ -205,9 +206,13 @@ fn averaging(filter: ImuFilter) -> String {
     )
 }
 
-fn conditions(meta: Option<&BTreeMap<String, String>>) -> Vec<Row> {
+fn conditions(record: &Record<'_>) -> Vec<Row> {
+    let meta = record.origin().meta.as_ref();
     let of = |name: &str| meta.and_then(|meta| meta.get(name)).cloned();
     let mut rows: Vec<Row> = CONDITIONS.iter().map(|(name, shown)| or_not_recorded(shown, of(name))).collect();
+    let temperature = record.of(Quantity::Temperature).first().and_then(|channel| channel.min.zip(channel.max));
+    let temperature = temperature.map(|(min, max)| format!("{min:.1} to {max:.1} °C"));
+    rows.push(or_not_recorded("Temperature of the sensor", temperature));
     let others = meta.into_iter().flatten().filter(|(name, _)| CONDITIONS.iter().all(|(known, _)| known != name));
     rows.extend(others.map(|(name, value)| row(name, value.clone())));
     rows
@@ -289,77 +294,6 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         ),
         row("Reconnections", link.connects.saturating_sub(1).to_string()),
     ]
-}
-
-fn method(record: &Record<'_>, options: &MeasureArgs) -> Vec<Row> {
-    let snapshot = record.snapshot();
-    vec![
-        row(
-            "Deviation",
-            match snapshot.deviation {
-                Deviation::Allan => "Allan, over octaves τ = 1, 2, 4, … sample intervals [1, 2]",
-                Deviation::Hadamard => "Hadamard, over octaves τ = 1, 2, 4, … sample intervals [2]",
-            },
-        ),
-        row(
-            "Estimator",
-            match snapshot.estimator {
-                Estimator::Strided => {
-                    "windows at stride τ/16: all overlaps up to τ = 16 samples, within 1 % of the information of all overlaps beyond"
-                }
-                Estimator::Full => "all overlaps (OADEV)",
-                Estimator::Plain => "no overlap (ADEV)",
-            },
-        ),
-        row("Detrended", if snapshot.detrended { "a regression line was taken from each channel" } else { "no" }),
-        row(
-            "Confidence",
-            format!(
-                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; each interval holds alone",
-                trimmed(100.0 * record.assessment().confidence, 2)
-            ),
-        ),
-        row(
-            "Model",
-            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are left out until p ≥ 0.01",
-        ),
-        row(
-            "Conventions",
-            "N is two-sided, as data sheets and Kalibr print it; a one-sided amplitude density is √2 N. B is the flat part of the curve over 0.664",
-        ),
-        row("Options", options_in_words(options)),
-    ]
-}
-
-/// As somebody would give them again.
-fn options_in_words(options: &MeasureArgs) -> String {
-    let mut words: Vec<String> = Vec::new();
-    let mut option = |name: &str, value: Option<String>| {
-        words.extend(
-            value.map(|value| if value.is_empty() { format!("--{name}") } else { format!("--{name} {value}") }),
-        );
-    };
-    let flag = |set: bool| set.then(String::new);
-    let length = |length: std::time::Duration| humantime::format_duration(length).to_string();
-    option("rate", options.rate.map(|hz| hz.to_string()));
-    option("estimator", Some(format!("{:?}", options.estimator).to_lowercase()));
-    option("deviation", Some(format!("{:?}", options.deviation).to_lowercase()));
-    option("skip", Some(length(options.skip)).filter(|_| !options.skip.is_zero()));
-    option("duration", options.duration.map(length));
-    for goal in &options.until {
-        option("until", Some(format!("\"{goal}\"")));
-    }
-    option("detrend", options.detrend.map(|_| "linear".into()));
-    option("confidence", options.confidence.map(|level| level.to_string()));
-    for figure in &options.fail_on {
-        option("fail-on", Some(format!("\"{figure}\"")));
-    }
-    // without its folder: the page says the same wherever the files lie
-    let sheet = options.datasheet.as_deref().and_then(std::path::Path::file_name);
-    option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
-    option("filter-models", flag(options.filter_models));
-    option("accept-unchecked", flag(options.accept_unchecked));
-    words.join(" ")
 }
 
 fn capitalised(text: &str) -> String {

@@ -38,6 +38,7 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
                     }
                 }
             }
+            @if findings.moved().is_some() { p { b { "The sensor was moved: these figures describe the motion, not its noise." } } }
             p {
                 @match warnings {
                     0 => "Nothing was found that would spoil these numbers.",

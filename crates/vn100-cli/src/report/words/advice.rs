@@ -10,6 +10,9 @@ use super::super::{
 
 pub(super) fn advice(findings: &Findings) -> Vec<String> {
     let mut advice = Vec::new();
+    if findings.moved().is_some() {
+        advice.push("Let the sensor lie still, and record that.".into());
+    }
     let is_ours = findings.message.is_some();
     if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTaus::Compensated) {
         advice.push(

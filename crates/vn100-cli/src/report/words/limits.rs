@@ -19,6 +19,9 @@ pub(super) fn against_data_sheet(findings: &Findings) -> Vec<String> {
                 .into(),
         ];
     };
+    if findings.moved().is_some() {
+        return vec![format!("The sensor was moved: nothing here compares with {sheet}, whatever the table says.")];
+    }
     let mut sentences = verdicts(findings, sheet);
     let explained: Vec<String> =
         findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)).collect();
@@ -42,7 +45,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
         (Verdict::Pass, "pass"),
         (Verdict::Fail, "fail: beyond the figure, whatever the stream does to it"),
         (Verdict::Consistent, "consistent; the averaging window is not known, so that nothing passes or fails by it"),
-        (Verdict::Undecided, "undecided: the interval holds both"),
+        (Verdict::Undecided, "undecided: the interval holds both, or there is none"),
         (Verdict::NotComparable, "not comparable: this message does not carry it"),
     ];
     let letters = [(Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")];

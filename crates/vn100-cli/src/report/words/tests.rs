@@ -114,6 +114,14 @@ fn each_state_of_a_parameter_has_its_words() {
         &["gyro_y at most 5.000·10⁻⁷", "Record longer"],
     );
     changes(
+        |findings| findings.sensors[0].axes.iter_mut().for_each(|axis| axis.random_walk = Some(bounded(5e-7))),
+        &["no random walk was seen"],
+    );
+    changes(
+        |findings| findings.sensors[0].axes.iter_mut().for_each(|axis| axis.white = Some(bounded(5e-4))),
+        &["no noise density is known"],
+    );
+    changes(
         |findings| findings.sensors[0].axes[1].bias_instability = Some(Parameter::without_value(Status::NotObservable)),
         &["gyro_y not observable"],
     );
@@ -160,7 +168,7 @@ fn what_befell_the_record_is_told_with_its_cure() {
             findings.sensors[0].axes[1].quality.as_mut().unwrap().tau_min_s = 0.8;
             findings.warnings.push(WarningKind::VibrationLine);
         },
-        &["gyro_y at 18.4 Hz (41 %", "gyro_y below 0.8 s", "Stop what shakes at 18.4 Hz"],
+        &["gyro_y 18.4 Hz (41 %)", "gyro_y below 0.8 s", "Stop what shakes at 18.4 Hz"],
     );
     changes(
         |findings| {
@@ -168,7 +176,7 @@ fn what_befell_the_record_is_told_with_its_cure() {
             findings.sensors[0].axes[1].steps = true;
             findings.warnings.push(WarningKind::NotStationary);
         },
-        &["gyro_x was disturbed for moments; gyro_y changed its level", "nobody walks"],
+        &["disturbed for moments: gyro_x; with a change of level: gyro_y", "nobody walks"],
     );
     changes(
         |findings| findings.sensors[0].axes[0].warm_up_s = Some(601.0),
@@ -176,7 +184,7 @@ fn what_befell_the_record_is_told_with_its_cure() {
     );
     changes(
         |findings| (findings.missing, findings.gaps) = (24, 1),
-        &["24 of 1\u{202f}440\u{202f}024 samples are missing, in 1 gaps"],
+        &["24 of 1\u{202f}440\u{202f}024 samples are missing, in 1 gap."],
     );
     changes(|findings| findings.rate_from = RateFrom::Assumed, &["is assumed", "--rate"]);
     changes(|findings| findings.warnings.push(WarningKind::RateOffNominal), &["not the one taken"]);
@@ -188,6 +196,10 @@ fn what_befell_the_record_is_told_with_its_cure() {
             "registers are not in the record",
             "were not written down",
         ],
+    );
+    changes(
+        |findings| findings.sensors[0].axes[1].std = Some(4.6),
+        &["the sensor was moved. gyro_y varies by 4.6 rad/s", "nothing here compares", "lie still"],
     );
     changes(|findings| findings.duration_s = 600.0, &["10 min of data", "Record longer"]);
 }

@@ -5,6 +5,7 @@ use vn100_pipeline::{RateFrom, WarningKind};
 
 use super::{
     super::{
+        figure::pretty_unit,
         findings::{AxisFindings, Findings},
         numbers::{digits, grouped, trimmed},
     },
@@ -13,6 +14,7 @@ use super::{
 
 pub(super) fn trust(findings: &Findings) -> Vec<String> {
     let sentences = [
+        moved(findings),
         time_base(findings),
         losses(findings),
         fits(findings),
@@ -21,6 +23,17 @@ pub(super) fn trust(findings: &Findings) -> Vec<String> {
         alone(findings),
     ];
     sentences.into_iter().flatten().collect()
+}
+
+/// First of all: noise is measured at rest.
+fn moved(findings: &Findings) -> Option<String> {
+    let axis = findings.moved()?;
+    Some(format!(
+        "No: the sensor was moved. {} varies by {} {} from sample to sample, which no sensor at rest does. All figures describe the motion, none of them the noise.",
+        axis.name,
+        digits(axis.std?, 2),
+        pretty_unit(&axis.unit)
+    ))
 }
 
 fn time_base(findings: &Findings) -> Option<String> {
@@ -55,9 +68,10 @@ fn losses(findings: &Findings) -> Option<String> {
             grouped(*samples)
         ),
         _ => format!(
-            "{} of {} samples are missing, in {gaps} gaps. No average was taken across a gap; few gaps do no harm, many shorten the record.",
+            "{} of {} samples are missing, in {}. No average was taken across a gap; few gaps do no harm, many shorten the record.",
             grouped(*missing),
-            grouped(samples + missing)
+            grouped(samples + missing),
+            if *gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
         ),
     })
 }
@@ -85,7 +99,7 @@ fn vibration(findings: &Findings) -> Option<String> {
     let shaken: Vec<String> = (findings.axes())
         .filter_map(|axis| {
             let (hz, share) = axis.lines.first()?;
-            Some(format!("{} at {hz:.1} Hz ({:.0} % of its short-term variance)", axis.name, 100.0 * share))
+            Some(format!("{} {hz:.1} Hz ({:.0} %)", axis.name, 100.0 * share))
         })
         .collect();
     let trimmed_fits: Vec<String> = (findings.axes())
@@ -100,7 +114,10 @@ fn vibration(findings: &Findings) -> Option<String> {
     }
     let mut text = match shaken.is_empty() {
         true => "No line stands out of a spectrum.".to_owned(),
-        false => format!("Something shook the sensor: {}.", listed(&shaken)),
+        false => format!(
+            "Something shook the sensor; the strongest line of each axis, and its share in the short-term variance: {}.",
+            listed(&shaken)
+        ),
     };
     if !trimmed_fits.is_empty() {
         text += &format!(
@@ -123,13 +140,13 @@ fn one_piece(findings: &Findings) -> Option<String> {
         return judged.then(|| "No disturbance, step or warm-up was found: the record is of one piece.".into());
     }
     let parts =
-        [("was disturbed for moments", disturbed), ("changed its level", stepped), ("was still warming up", warming)];
+        [("disturbed for moments", disturbed), ("with a change of level", stepped), ("still warming up", warming)];
     let told: Vec<String> = (parts.into_iter())
         .filter(|(_, names)| !names.is_empty())
-        .map(|(what, names)| format!("{} {what}", listed(&names)))
+        .map(|(what, names)| format!("{what}: {}", listed(&names)))
         .collect();
     Some(format!(
-        "The record is not of one piece: {}; the warnings say when. Deviations at averaging times longer than a disturbance contain it.",
+        "The record is not of one piece ({}); the warnings say when. Deviations at averaging times longer than a disturbance contain it.",
         told.join("; ")
     ))
 }
