@@ -332,6 +332,7 @@ fn a_browser_shows_it_without_complaint() {
         .output()
         .unwrap();
     let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "the browser itself failed: {:?}\n{log}", output.status);
     assert!(!log.contains("CONSOLE"), "{log}");
     let figures = html.matches("<figure ").count();
     assert!(dom.contains(&format!("data-ready=\"{figures}\"")), "{figures} figures, all made alive");

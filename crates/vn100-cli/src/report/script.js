@@ -43,6 +43,7 @@
     return found;
   };
 
+  let alive = 0;
   for (const reading of readings) {
     const figure = document.getElementById('figure-' + reading.id);
     if (!figure) continue;
@@ -180,6 +181,7 @@
     reset.addEventListener('click', () => { shown = { x: { ...whole.x }, y: { ...whole.y } }; redraw(); });
     tools.append(reset);
     figure.append(tools);
+    alive += 1;
   }
   const contents = document.querySelector('nav');
   if (contents) {
@@ -190,5 +192,5 @@
   }
   // paper has no triangle to click on
   window.addEventListener('beforeprint', () => document.querySelectorAll('details').forEach((details) => { details.open = true; }));
-  document.documentElement.dataset.ready = String(readings.length);
+  document.documentElement.dataset.ready = String(alive);
 })();
