@@ -21,11 +21,12 @@ use vn100_pipeline::{Assessments, Outcome, Settings, every_second, start};
 use crate::{
     args::FileArgs,
     conditions::{conditions, measured_duration, measured_until},
-    document::{Document, Origin},
+    document::Document,
     interrupt::stop_on_interrupt,
     judging::Judging,
     measured::{Measured, print_line},
     progress::Progress,
+    source_document::Origin,
 };
 
 /// Whether the documents of every second are written on the way.

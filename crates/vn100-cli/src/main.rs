@@ -26,6 +26,7 @@ mod replay;
 mod report;
 mod signal_document;
 mod sim;
+mod source_document;
 mod status;
 mod text;
 mod units;

@@ -9,9 +9,10 @@ use vn100_driver::RecordingState;
 use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind};
 
 use crate::{
-    document::{Document, Origin},
+    document::Document,
     exit::{Exit, print, report},
     judging::Verdicts,
+    source_document::Origin,
     text,
 };
 

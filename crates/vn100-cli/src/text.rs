@@ -24,10 +24,10 @@ use statistics::write_statistics;
 use verdict::write_verdicts;
 
 use crate::{
-    document::Origin,
     exit::printable,
     measured::Measured,
     recorded::RecordedDocument,
+    source_document::Origin,
     units::{ChannelValues, Point, channel_values},
 };
 

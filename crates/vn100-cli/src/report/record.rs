@@ -5,8 +5,8 @@ use vn100_protocol::Quantity;
 
 use super::capture_file::CaptureFile;
 use crate::{
-    document::Origin,
     measured::Measured,
+    source_document::Origin,
     units::{ChannelValues, NormValues, channel_values, norm_values},
 };
 

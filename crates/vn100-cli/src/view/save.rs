@@ -12,7 +12,7 @@ use super::{
     state::State,
     svg,
 };
-use crate::document::{Document, Origin};
+use crate::{document::Document, source_document::Origin};
 
 /// Writes both; what to tell the user.
 pub(crate) fn save(state: &State, source: &Source) -> String {
