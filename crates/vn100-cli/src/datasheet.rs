@@ -52,9 +52,10 @@ fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
     };
     let si = |value: f64| value / convention.factor;
     let (claim, low, high) = match claim {
-        Claim::Limit(limit) => (Claim::Limit(si(limit)), limit, limit),
-        Claim::Typical { from, to } => (Claim::Typical { from: si(from), to: si(to) }, from, to),
+        Claim::Limit(limit) => (Claim::Limit(si(limit)), si(limit), si(limit)),
+        Claim::Typical { from, to } => (Claim::Typical { from: si(from), to: si(to) }, si(from), si(to)),
     };
+    // in SI: a number can be within 64 bits in one unit and beyond them in the other
     if !(low > 0.0 && high >= low && high.is_finite()) {
         bail!("{number} {} is not positive, or not in order", printed.unit);
     }
@@ -148,6 +149,8 @@ impl From<ParameterName> for Term {
 
 #[cfg(test)]
 mod tests {
+    use proptest::{collection::vec, prelude::*, sample::Index};
+
     use super::*;
 
     fn claim(sheet: &Datasheet, sensor: Sensor, term: Term) -> Vec<Claim> {
@@ -188,12 +191,37 @@ mod tests {
             (figure("unit = \"deg/sqrt(h)\""), "limit"),
             (figure("unit = \"deg/sqrt(h)\"\nlimit = 1.0\ntypical = 1.0"), "one of"),
             (figure("unit = \"deg/sqrt(h)\"\nlimit = -1.0"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = 1e-322"), "not positive"),
             (figure("unit = \"deg/sqrt(h)\"\ntypical = [2.0, 1.0]"), "in order"),
             (figure("unit = \"deg/sqrt(h)\"\nlimitt = 1.0"), "limitt"),
             ("name = \"x\"\n[[figure]]\nsensor = \"gyro\"".to_owned(), "gyroscope"),
         ] {
             let error = format!("{:#}", parse(&text).unwrap_err());
             assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_sheet_is_refused_or_has_figures_to_judge_by(
+            edits in vec((any::<Index>(), any::<bool>(), "[0-9a-z_=.,\"#\\[\\]\n -]{0,12}|[1-9]e-?3[0-2][0-9]|-0.0|inf|nan|\\[1.0, inf\\]|\\[1e-30, 1e300\\]"), 1..4),
+        ) {
+            let mut lines: Vec<String> = BUILT_IN.lines().map(str::to_owned).collect();
+            for (at, value_alone, put) in edits {
+                let line = at.get_mut(&mut lines);
+                let kept = line.find('=').filter(|_| value_alone).map_or(0, |equals| equals + 1);
+                line.replace_range(kept.., &put);
+            }
+            match parse(&lines.join("\n")) {
+                Err(error) => prop_assert!(!error.to_string().is_empty()),
+                Ok(sheet) => for figure in sheet.figures {
+                    let (low, high) = match figure.claim {
+                        Claim::Limit(limit) => (limit, limit),
+                        Claim::Typical { from, to } => (from, to),
+                    };
+                    prop_assert!(low > 0.0 && low <= high && high.is_finite(), "{:?}", figure);
+                },
+            }
         }
     }
 }
