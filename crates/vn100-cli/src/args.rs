@@ -340,3 +340,6 @@ fn on_or_off(text: &str) -> Result<bool, String> {
         _ => Err("neither \"on\" nor \"off\"".into()),
     }
 }
+
+#[cfg(test)]
+mod tests;
