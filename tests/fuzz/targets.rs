@@ -1,0 +1,32 @@
+//! What is fuzzed: a name, what must hold of any bytes, and the seeds that mutations begin with.
+//!
+//! Each check takes any bytes and panics where a promise is broken. Two callers share them: the gate's short test in `main.rs`, and the
+//! long search of libFuzzer in `libfuzzer.rs`.
+#![allow(dead_code, reason = "each of the two callers uses its part")]
+#![allow(clippy::unwrap_used, reason = "a check fails by panicking")]
+
+mod captures;
+mod framer;
+mod messages;
+mod options;
+mod packets;
+mod seeds;
+mod session;
+
+/// One thing that is fuzzed.
+pub(crate) struct Target {
+    pub(crate) name: &'static str,
+    pub(crate) check: fn(&[u8]),
+    pub(crate) seeds: fn() -> Vec<Vec<u8>>,
+}
+
+#[rustfmt::skip]
+pub(crate) const TARGETS: [Target; 7] = [
+    Target { name: "framer", check: framer::check, seeds: seeds::streams },
+    Target { name: "messages", check: messages::check, seeds: seeds::bodies },
+    Target { name: "packets", check: packets::check, seeds: seeds::packets },
+    Target { name: "session", check: session::check, seeds: seeds::conversations },
+    Target { name: "captures", check: captures::check, seeds: seeds::captures },
+    Target { name: "timing", check: captures::check_with_sidecar, seeds: seeds::sidecars },
+    Target { name: "options", check: options::check, seeds: seeds::options },
+];

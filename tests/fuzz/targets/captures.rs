@@ -1,0 +1,134 @@
+//! Any bytes as a file: refused with a reason, or read to an end; every byte and every sample counted, however the file is cut into reads.
+
+use std::{
+    fs,
+    io::{self, Cursor, Read},
+};
+
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{Capture, ColumnMap, CsvReport, Event, Format, LinkCounts, OpenError, ReadOptions};
+use vn100_pipeline::{Analysis, Assessment, Settings};
+
+/// All that a capture tells, whatever its batches are.
+#[derive(Debug, Default, PartialEq)]
+struct Told {
+    rows: Vec<Vec<i32>>,
+    /// With the number of rows before each.
+    marks: Vec<(usize, String)>,
+    link_events: Vec<(usize, String)>,
+    counts: LinkCounts,
+    csv: Option<CsvReport>,
+    error: Option<String>,
+}
+
+/// The first byte sets the options, the second the size of the reads.
+pub(crate) fn check(input: &[u8]) {
+    let [options, size, bytes @ ..] = input else { return };
+    let map: Option<ColumnMap> = (options & 4 == 4).then(|| "gyro_x=1:deg/s,accel_z=az:g,t=t:ns".parse().unwrap());
+    let open = |piece| Capture::from_reader(Dribble { bytes: Cursor::new(bytes.to_vec()), piece }, map.as_ref());
+    let line_by_line = options & 2 == 2;
+    let read = |piece, line_by_line| {
+        open(piece).map_err(|error| error.to_string()).map(|capture| {
+            let plain = capture.stored_bytes.is_none() && !is_packed(bytes);
+            told(
+                capture,
+                ReadOptions { accept_unchecked: options & 1 == 1, line_by_line },
+                plain.then_some(bytes.len()),
+            )
+        })
+    };
+    let whole = read(usize::MAX, false);
+    assert_eq!(read(usize::from(*size) + 1, line_by_line), whole);
+}
+
+/// As [`check`], with what stands before the first zero as the times of the reads of the rest.
+pub(crate) fn check_with_sidecar(input: &[u8]) {
+    let end = input.iter().position(|&byte| byte == 0).unwrap_or(input.len());
+    let (timing, bytes) = (&input[..end], input.get(end + 1..).unwrap_or_default());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c");
+    fs::write(&path, bytes).unwrap();
+    fs::write(folder.path().join("c.timing"), timing).unwrap();
+    let read = |line_by_line| {
+        let opened: Result<_, OpenError> = Capture::open(&path, None);
+        let all = (!is_packed(bytes)).then_some(bytes.len());
+        opened
+            .map_err(|error| error.to_string())
+            .map(|capture| told(capture, ReadOptions { line_by_line, ..ReadOptions::default() }, all))
+    };
+    assert_eq!(read(false), read(true));
+}
+
+/// Whether the bytes are not those that are read: a container.
+fn is_packed(bytes: &[u8]) -> bool {
+    [&b"\x1f\x8b"[..], b"\x28\xb5\x2f\xfd", b"\x89MCAP"].iter().any(|magic| bytes.starts_with(magic))
+}
+
+/// Reads and measures a capture. `length` are the bytes in it, where they are all read.
+fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
+    let is_csv = capture.format == Format::Csv;
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    let mut told = Told::default();
+    let mut analysis = Analysis::new(Settings::default());
+    runtime.block_on(async {
+        let mut events = capture.read(options, CancellationToken::new()).unwrap();
+        let mut has_ended = false;
+        while let Some(event) = events.recv().await {
+            assert!(!has_ended, "nothing follows an end");
+            match event {
+                Event::Batch(batch) => {
+                    let before = told.rows.len();
+                    told.marks
+                        .extend(batch.marks.iter().map(|mark| (before + mark.before_row, format!("{:?}", mark.kind))));
+                    told.rows.extend(batch.rows().map(<[i32]>::to_vec));
+                    told.counts = batch.link;
+                    assert_eq!(batch.link.samples(), told.rows.len() as u64);
+                    analysis.absorb(&batch);
+                }
+                Event::Link(event) => {
+                    analysis.take_link_event(&event);
+                    told.link_events.push((told.rows.len(), format!("{event:?}")));
+                }
+                Event::End(end) => {
+                    has_ended = true;
+                    told.error = end.error.map(|error| error.to_string());
+                    told.csv = end.csv;
+                }
+            }
+        }
+        assert!(has_ended, "the reader has died");
+    });
+    assert_counted(&told, length, is_csv);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    assert_eq!(snapshot.timing.samples + snapshot.timing.left_out, told.rows.len() as u64);
+    if snapshot.timing.samples > 0 {
+        _ = Assessment::new(&snapshot, 0.95);
+    }
+    told
+}
+
+fn assert_counted(told: &Told, length: Option<usize>, is_csv: bool) {
+    let (counts, tally) = (&told.counts, &told.counts.tally);
+    assert_eq!(tally.good_lines(), counts.samples() + tally.replies + counts.other_messages());
+    if let (Some(length), None) = (length, &told.error) {
+        assert_eq!(counts.bytes(), length as u64);
+    }
+    assert_eq!(told.csv.is_some(), is_csv);
+    if let Some(csv) = &told.csv {
+        assert_eq!(csv.lines, csv.rows + csv.skipped_lines + csv.odd.iter().map(|odd| odd.count).sum::<u64>());
+    }
+}
+
+/// Gives at most so many bytes at a time.
+struct Dribble {
+    bytes: Cursor<Vec<u8>>,
+    piece: usize,
+}
+
+impl Read for Dribble {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = self.piece.min(buffer.len());
+        self.bytes.read(&mut buffer[..most])
+    }
+}
