@@ -38,7 +38,12 @@ pub(crate) fn check(input: &[u8]) {
         })
     };
     let whole = read(usize::MAX, false);
-    assert_eq!(read(usize::from(*size) + 1, line_by_line), whole);
+    let pieces = read(usize::from(*size) + 1, line_by_line);
+    // an unpacker that meets damage keeps what it made of the same read: how much that is depends on the read
+    let is_fault = |told: &Result<Told, String>| told.as_ref().map_or(true, |told| told.error.is_some());
+    if !(is_compressed(bytes) && (is_fault(&whole) || is_fault(&pieces))) {
+        assert_eq!(pieces, whole);
+    }
 }
 
 /// As [`check`], with what stands before the first zero as the times of the reads of the rest.
@@ -61,7 +66,11 @@ pub(crate) fn check_with_sidecar(input: &[u8]) {
 
 /// Whether the bytes are not those that are read: a container.
 fn is_packed(bytes: &[u8]) -> bool {
-    [&b"\x1f\x8b"[..], b"\x28\xb5\x2f\xfd", b"\x89MCAP"].iter().any(|magic| bytes.starts_with(magic))
+    is_compressed(bytes) || bytes.starts_with(b"\x89MCAP")
+}
+
+fn is_compressed(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x1f\x8b") || bytes.starts_with(b"\x28\xb5\x2f\xfd")
 }
 
 /// Reads and measures a capture. `length` are the bytes in it, where they are all read.
