@@ -12,6 +12,9 @@ use vn100_driver::{
     protocol::{Answer, AsyncRate, BaudRate, Command, Register, RequestFailure},
 };
 
+/// Both rates, with a speed that carries them.
+const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
+
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
@@ -167,19 +170,21 @@ async fn the_link_follows_the_sensor_to_another_speed() {
 
 #[tokio::test(start_paused = true)]
 async fn a_restart_of_the_sensor_begins_a_new_segment() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    link.run(ms(2000)).await;
-    sensor.world().says = Some("VNERR,0A");
-    link.until_down().await;
-    link.until_up().await;
-    let cause = "VNERR 0A: the sensor was restarted by its watchdog".into();
-    assert!(link.told.link.iter().any(|(_, kind)| *kind == LinkEventKind::Down { cause: String::clone(&cause) }));
-    link.run(ms(2000)).await;
-    let told = link.stop().await;
-    assert_eq!((told.counts.connects, sensor.world().opened.len()), (2, 1));
-    assert_eq!(told.registers.len(), 8, "identified again");
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        link.run(ms(2000)).await;
+        sensor.world().says = Some("VNERR,0A");
+        link.until_down().await;
+        link.until_up().await;
+        let cause = "VNERR 0A: the sensor was restarted by its watchdog".into();
+        assert!(link.told.link.iter().any(|(_, kind)| *kind == LinkEventKind::Down { cause: String::clone(&cause) }));
+        link.run(ms(2000)).await;
+        let told = link.stop().await;
+        assert_eq!((told.counts.connects, sensor.world().opened.len()), (2, 1));
+        assert_eq!(told.registers.len(), 8, "identified again");
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -199,41 +204,43 @@ async fn the_temperature_is_read_between_the_lines() {
 
 #[tokio::test(start_paused = true)]
 async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    let mut state = link.handle.state();
-    link.until_up().await;
-    link.run(ms(1000)).await;
-    sensor.world().cut_at = Some(50);
-    link.until_down().await;
-    let down_at = sensor.world().opened.len();
-    // 0.1 + 0.2 + 0.4 + 0.8 + 1.6 + 3.2 + 5 + 5 s
-    link.run(ms(17_000)).await;
-    {
-        let world = sensor.world();
-        let at: Vec<_> = world.opened[down_at..].iter().map(|(at, _)| at.as_millis()).collect();
-        let waits: Vec<_> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        assert_eq!(waits, [200, 400, 800, 1600, 3200, 5000, 5000]);
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        let mut link = sensor.link(LinkOptions::default());
+        let mut state = link.handle.state();
+        link.until_up().await;
+        link.run(ms(1000)).await;
+        sensor.world().cut_at = Some(50);
+        link.until_down().await;
+        let down_at = sensor.world().opened.len();
+        // 0.1 + 0.2 + 0.4 + 0.8 + 1.6 + 3.2 + 5 + 5 s
+        link.run(ms(17_000)).await;
+        {
+            let world = sensor.world();
+            let at: Vec<_> = world.opened[down_at..].iter().map(|(at, _)| at.as_millis()).collect();
+            let waits: Vec<_> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            assert_eq!(waits, [200, 400, 800, 1600, 3200, 5000, 5000]);
+        }
+        assert!(matches!(&*state.borrow_and_update(), LinkState::Down { retry_in, .. } if *retry_in == ms(5000)));
+        sensor.world().plugged = true;
+        link.until_up().await;
+        link.run(ms(500)).await;
+        // with good data the waits begin from the shortest again
+        sensor.world().cut_at = Some(LINE.len());
+        link.until_down().await;
+        sensor.world().plugged = true;
+        link.until_up().await;
+        assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
+        let told = link.stop().await;
+        let ups: Vec<_> = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Up { .. })).collect();
+        let downs: Vec<_> = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Down { .. })).collect();
+        assert_eq!((ups.len(), downs.len(), told.counts.connects), (3, 2, 3));
+        assert!(ups[2].0 - downs[1].0 < 200, "{:?}", told.link);
+        assert_eq!(told.counts.tally.bad.truncated, 1);
+        assert_eq!(told.counts.bytes(), sensor.world().bytes);
+        // the last whole line came with the hang-up
+        assert_eq!(told.rows, sensor.world().lines + 1);
     }
-    assert!(matches!(&*state.borrow_and_update(), LinkState::Down { retry_in, .. } if *retry_in == ms(5000)));
-    sensor.world().plugged = true;
-    link.until_up().await;
-    link.run(ms(500)).await;
-    // with good data the waits begin from the shortest again
-    sensor.world().cut_at = Some(LINE.len());
-    link.until_down().await;
-    sensor.world().plugged = true;
-    link.until_up().await;
-    assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
-    let told = link.stop().await;
-    let ups: Vec<_> = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Up { .. })).collect();
-    let downs: Vec<_> = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Down { .. })).collect();
-    assert_eq!((ups.len(), downs.len(), told.counts.connects), (3, 2, 3));
-    assert!(ups[2].0 - downs[1].0 < 200, "{:?}", told.link);
-    assert_eq!(told.counts.tally.bad.truncated, 1);
-    assert_eq!(told.counts.bytes(), sensor.world().bytes);
-    // the last whole line came with the hang-up
-    assert_eq!(told.rows, sensor.world().lines + 1);
 }
 
 #[tokio::test(start_paused = true)]
@@ -254,23 +261,46 @@ async fn the_speed_it_had_is_tried_first() {
 
 #[tokio::test(start_paused = true)]
 async fn a_garbled_session_is_closed_within_a_third_of_a_second_and_opened_again() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    // its answers would stay readable
-    link.run(ms(6000)).await;
-    sensor.world().garbled = true;
-    let garbled_at = sensor.world().bytes;
-    let began = tokio::time::Instant::now();
-    link.until_down().await;
-    assert!(began.elapsed() <= ms(350), "{:?}", began.elapsed());
-    let bytes = sensor.world().bytes - garbled_at;
-    let cause = format!("{bytes} bytes came in 300 ms and no good line was among them");
-    assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
-    link.until_up().await;
-    link.run(ms(500)).await;
-    let told = link.stop().await;
-    assert_eq!((told.counts.connects, told.rows), (2, sensor.world().lines));
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        // its answers would stay readable
+        link.run(ms(6000)).await;
+        sensor.world().garbled = true;
+        let garbled_at = sensor.world().bytes;
+        let began = tokio::time::Instant::now();
+        link.until_down().await;
+        assert!(began.elapsed() <= ms(350), "{:?}", began.elapsed());
+        let bytes = sensor.world().bytes - garbled_at;
+        let cause = format!("{bytes} bytes came in 300 ms and no good line was among them");
+        assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
+        link.until_up().await;
+        link.run(ms(500)).await;
+        let told = link.stop().await;
+        assert_eq!((told.counts.connects, told.rows), (2, sensor.world().lines));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_changes_its_speed_unasked_is_found_at_the_new_one() {
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        link.run(ms(6000)).await;
+        let before = sensor.world().lines;
+        sensor.world().baud = 460_800;
+        link.until_down().await;
+        assert_eq!(sensor.world().lines, before, "junk is no line");
+        link.until_up().await;
+        link.run(ms(1000)).await;
+        let told = link.stop().await;
+        let up = LinkEventKind::Up { port: "/dev/imu".into(), baud: Some(460_800) };
+        assert_eq!((&told.link.last().unwrap().1, told.counts.connects), (&up, 2));
+        let world = sensor.world();
+        assert_eq!((told.rows, told.counts.bytes()), (world.lines, world.bytes));
+    }
 }
 
 #[tokio::test(start_paused = true)]
