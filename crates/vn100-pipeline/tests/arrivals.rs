@@ -179,6 +179,19 @@ fn a_clock_set_back_is_told_and_costs_nothing() {
     assert!(warned(&snapshot, WarningKind::StampsBackwards) && !warned(&snapshot, WarningKind::StampsRefused));
 }
 
+#[test]
+fn time_that_leaps_ahead_is_a_gap_of_its_length() {
+    // in suspend nobody reads; to stamps of a wall clock that is set forward it looks the same
+    for rate_hz in [40.0, 200.0] {
+        let second = rate_hz as usize;
+        let mut lines = steady(rate_hz, 0, 30 * second);
+        lines.extend(steady(rate_hz, 3600 * 1_000_000_000, 30 * second));
+        let timing = analysed(&lines, 64, Settings::default()).timing;
+        assert_eq!((timing.samples, timing.segments), (60 * second as u64, 2), "{rate_hz} Hz");
+        assert_eq!(timing.missing, 3570 * second as u64, "{rate_hz} Hz: {timing:?}");
+    }
+}
+
 /// Steady, bunched, lossy, refused or changing streams.
 fn stream() -> impl Strategy<Value = Vec<Line>> {
     let lost = prop::collection::vec(0..700_usize, 0..4);
