@@ -1,0 +1,149 @@
+//! What befalls the program and its files: disks, pipes, and being killed.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Write},
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use serde_json::Value;
+use support::{replay, replay_log, vn100};
+use vn100_driver::{Input, RecordingReader};
+
+const CLEAN: &str = "clean-minute.vnymr";
+
+/// The exit code, and what was said on standard error.
+fn told(output: &Output) -> (Option<i32>, String) {
+    (output.status.code(), String::from_utf8(output.stderr.clone()).unwrap())
+}
+
+/// Runs the program by a shell, which can close what it inherits.
+fn by_shell(redirected: &str, arguments: &[&str]) -> Output {
+    let script = format!("exec \"$0\" \"$@\" {redirected}");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script, env!("CARGO_BIN_EXE_vn100")]).args(arguments).env_remove("RUST_BACKTRACE");
+    shell.stdin(Stdio::null()).output().unwrap()
+}
+
+#[test]
+fn a_closed_standard_input_is_no_source() {
+    for arguments in [["replay", "-"], ["attach", "-"]] {
+        let (exit, error) = told(&by_shell("<&-", &arguments));
+        assert_eq!(exit, Some(3), "{arguments:?}: {error}");
+        assert!(!error.contains("panicked"), "{error}");
+    }
+}
+
+#[test]
+fn a_closed_standard_output_is_no_error() {
+    let log = replay_log(CLEAN);
+    let (exit, error) = told(&by_shell(">&-", &["replay", log.to_str().unwrap()]));
+    assert_eq!((exit, error.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_ends_the_lines() {
+    let log = replay_log(CLEAN);
+    let mut replay =
+        vn100().args(["replay", "--ndjson"]).arg(&log).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(replay.stdout.take().unwrap());
+    let mut first = String::new();
+    lines.read_line(&mut first).unwrap();
+    assert!(serde_json::from_str::<Value>(&first).is_ok());
+    drop(lines);
+    let (exit, error) = told(&replay.wait_with_output().unwrap());
+    assert_eq!((exit, error.as_str()), (Some(0), ""));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_place_that_cannot_be_written_is_told_before_anything_is_measured() {
+    // no user may make files there
+    for place in ["/proc/x.mcap", "/sys/x.mcap", "/nowhere/x.mcap"] {
+        let (exit, error) = told(&vn100().args(["attach", "sim", "--record", place]).output().unwrap());
+        assert_eq!(exit, Some(3), "{place}: {error}");
+        assert!(error.contains(&format!("cannot record to {place}")), "{error}");
+        assert_eq!(error.matches("(os error").count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("capture");
+    fs::copy(replay_log(CLEAN), &path).unwrap();
+    let capture = vn100_driver::Capture::open(&path, None).unwrap();
+    fs::remove_file(&path).unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    let samples = runtime.block_on(async {
+        let mut events = capture.read(Default::default(), Default::default()).unwrap();
+        let mut samples = 0;
+        while let Some(event) = events.recv().await {
+            match event {
+                vn100_driver::Event::Batch(batch) => samples += batch.row_count(),
+                vn100_driver::Event::End(end) => assert!(end.error.is_none()),
+                vn100_driver::Event::Link(event) => panic!("{event:?}"),
+            }
+        }
+        samples
+    });
+    assert_eq!(samples, 2400);
+    let (exit, error) = told(&vn100().arg("replay").arg(&path).output().unwrap());
+    assert_eq!(exit, Some(3));
+    assert!(error.contains("cannot read"), "{error}");
+}
+
+/// All bytes of the stream in a recording.
+fn stream(path: &Path) -> Vec<u8> {
+    let mut reader = RecordingReader::open(fs::File::open(path).unwrap()).unwrap();
+    let inputs = std::iter::from_fn(|| reader.next_input().unwrap());
+    inputs
+        .filter_map(|input| if let Input::Chunk(chunk) = input { Some(chunk.bytes) } else { None })
+        .flatten()
+        .collect()
+}
+
+#[test]
+fn a_recording_killed_at_any_moment_holds_the_beginning_of_its_stream_and_can_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = fs::read(replay_log(CLEAN)).unwrap();
+    let mut random = 1_u64;
+    let mut goes_on = 0;
+    for round in 0..50 {
+        let path = folder.path().join(format!("{round}.mcap"));
+        let mut kept = Vec::new();
+        // begun and killed, gone on with and killed again
+        for resume in [false, true] {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let fed = (random >> 33) as usize % 200_000;
+            let mut record = vn100();
+            record.args(["record", "-", "-o"]).arg(&path).args(if resume { &["--resume"][..] } else { &[] });
+            let mut record = record.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+            let mut stdin = record.stdin.take().unwrap();
+            // what cannot go on ends at once
+            let _ = stdin.write_all(&log[..fed]);
+            record.kill().unwrap();
+            record.wait().unwrap();
+            // killed before the first byte was written, there is no recording yet
+            if !path.exists() || RecordingReader::open(fs::File::open(&path).unwrap()).is_err() {
+                assert!(kept.is_empty(), "round {round}: a recording was lost");
+                break;
+            }
+            let now = stream(&path);
+            assert!(now.starts_with(&kept), "round {round}: what was recorded has changed");
+            assert!(log[..fed].starts_with(&now[kept.len()..]), "round {round}: what was not sent was recorded");
+            goes_on += usize::from(!kept.is_empty() && now.len() > kept.len());
+            kept = now;
+        }
+        if !kept.is_empty() {
+            let samples = replay(&path, &[]).0["timing"]["samples"].as_u64().unwrap();
+            assert!(samples <= kept.len() as u64 / 122);
+        }
+    }
+    assert!(goes_on > 0, "no recording ever got so far");
+}
