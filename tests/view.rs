@@ -27,9 +27,9 @@ fn keys_lead_through_the_view_and_the_result_follows() {
     session.wait_for("Allan deviation");
     assert_ne!(Modes::of(&session.line), session.before, "keys are read one by one");
     session.press("?");
-    let help = session.wait_for("this help; any key closes it");
+    session.wait_to_see("this help; any other key closes it");
     session.press("x");
-    session.wait_for_after(help, "Allan deviation");
+    session.wait_to_see("Allan deviation");
     session.press("\t");
     session.wait_to_see("white noise");
     session.press("r");

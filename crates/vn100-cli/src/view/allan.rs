@@ -66,7 +66,7 @@ fn legend_line(theme: Theme, source: &Source, plot: &Plot) -> Line<'static> {
         spans.push(Span::styled(format!(" {sign} {} ", curve.name), theme.axis(curve.axis)));
     }
     if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
-        spans.push(Span::styled(" ┈ model and its parts ", theme.faint()));
+        spans.push(Span::styled(" ┈ model and parts ", theme.faint()));
     }
     if let Some((tau_s, wait_s)) = next_octave(source) {
         spans.push(Span::styled(format!(" next point: τ {} s in {}", tau(tau_s), time(wait_s)), theme.faint()));

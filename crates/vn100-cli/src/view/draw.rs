@@ -58,8 +58,8 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     let mut regions = Regions::default();
     if area.width < LEAST.0 || area.height < LEAST.1 {
         too_small(frame, area, scene);
-    } else if scene.state.help {
-        help::draw(frame, area, scene);
+    } else if let Some(page) = scene.state.help {
+        help::draw(frame, area, scene, page);
     } else if scene.state.overview {
         let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
         overview::draw(frame, body, scene);

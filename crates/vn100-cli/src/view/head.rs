@@ -110,7 +110,7 @@ fn second(theme: Theme, source: &Source, wide: bool) -> Line<'static> {
         if timing.rate_from == RateFrom::Assumed && timing.samples > 0 { theme.warning() } else { Style::new() };
     parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz)), style);
     if let Some((hz, ppm)) = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm)) {
-        let measured = if wide { format!("measured {hz:.3} ({ppm:+.0} ppm)") } else { format!("{ppm:+.0} ppm") };
+        let measured = if wide { format!("measured {hz:.3} ({ppm:+.0} ppm)") } else { format!("clock {ppm:+.0} ppm") };
         parts.add(measured, Style::new());
     }
     if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
@@ -118,7 +118,7 @@ fn second(theme: Theme, source: &Source, wide: bool) -> Line<'static> {
         let intervals = if wide {
             format!("intervals p50 {p50} p99 {p99} max {max} ms")
         } else {
-            format!("p50 {p50} p99 {p99} max {max} ms")
+            format!("intervals p99 {p99} max {max} ms")
         };
         parts.add(intervals, Style::new());
     }

@@ -1,19 +1,21 @@
-//! Every key, and what the signs mean.
+//! Every key, and what the signs mean; in pages where the screen is small.
 
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
+    style::{Modifier, Style},
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
 
 use super::draw::Scene;
 
-const KEYS: [(&str, &str); 21] = [
+const KEYS: [(&str, &str); 22] = [
     ("q  Ctrl-C", "quit: the result is printed"),
     ("Q", "quit, and keep this screen above the result"),
-    ("?", "this help; any key closes it"),
+    ("?", "this help; any other key closes it"),
     ("tab shift-tab", "next panel, the one before"),
+    ("!", "the warnings, each in full"),
     ("e enter  esc", "the panel alone, and back"),
     ("1 - 9", "sensor: gyro, accel, mag, orientation"),
     ("x y z  a", "one axis large with its model; all axes"),
@@ -22,7 +24,7 @@ const KEYS: [(&str, &str); 21] = [
     ("= -", "zoom around the cursor; in Signal: in time"),
     ("u", "next units of N, B, K and the curve"),
     ("f", "freeze the view; measuring goes on"),
-    ("s", "save what is known as JSON and SVG, here"),
+    ("s", "save the result so far as JSON, curve as SVG"),
     ("w", "warm-up is over: leave out what came so far"),
     ("r", "start over, as if attached now"),
     ("Ctrl-Z", "to the shell; nothing is read until fg"),
@@ -33,34 +35,59 @@ const KEYS: [(&str, &str); 21] = [
     ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 
-const MEANINGS: [&str; 8] = [
-    "σ(τ): how much means over τ seconds differ.",
-    "Bars and ± hold the truth with 95 %, unless",
-    "--confidence says other. ↑ ↓: a bar goes on.",
-    "N white noise, B bias instability, K random walk.",
-    "≤: at most. not yet seen: too short a record.",
-    "not in stream: the message does not carry it.",
-    "fit p: chance of a worse fit if the model holds.",
-    "! a warning: tab to Warnings reads it in full.",
+const MEANINGS: [(&str, &str); 17] = [
+    ("σ(τ)", "how much means over τ seconds differ"),
+    ("bars, ±", "the truth lies within: 95 % sure"),
+    ("↑ ↓", "the bar goes on outside the plot"),
+    ("edf", "degrees of freedom: few, a wide bar"),
+    ("N", "white noise: σ falls as 1/√τ"),
+    ("B", "bias instability: the flat floor of σ"),
+    ("K", "rate random walk: σ grows as √τ"),
+    ("≤", "at most this, and perhaps none at all"),
+    ("not yet seen", "the record is too short to tell"),
+    ("not in stream", "the message does not carry it"),
+    ("sensor", "the sensor's own N, without folding"),
+    ("verdict", "held against the data sheet"),
+    ("fit p", "below 0.01 the model does not fit"),
+    ("ppm", "the sensor's clock beside this host's"),
+    ("p50 p99 max", "ms between lines: half, 99 %, all"),
+    ("line", "how much of the line's speed is taken"),
+    ("missing", "lines that were sent and never came"),
 ];
 
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let block = Block::new().borders(Borders::ALL).title(" Keys ");
+/// Columns of the keys and of what they do.
+const KEY_COLUMNS: u16 = 62;
+
+/// Columns from which on the meanings stand beside the keys.
+const SIDE_BY_SIDE: u16 = 116;
+
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: usize) {
+    let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
-    frame.render_widget(block, area);
-    let keys: Vec<_> = (KEYS.iter())
-        .map(|(key, does)| {
-            Line::from(vec![Span::raw(format!(" {key:<16}")).style(ratatui::style::Modifier::BOLD), Span::raw(*does)])
-        })
-        .collect();
-    let meanings: Vec<_> = MEANINGS.iter().map(|text| Line::styled(format!(" {text}"), scene.theme.faint())).collect();
-    if inner.width >= 116 || inner.height < 21 {
-        let [left, right] = Layout::horizontal([Constraint::Length(66), Constraint::Fill(1)]).areas(inner);
+    let keys = lines(&KEYS, 16, Style::new());
+    let meanings = lines(&MEANINGS, 14, scene.theme.faint());
+    let height = usize::from(inner.height);
+    if inner.width >= SIDE_BY_SIDE && height >= keys.len() {
+        frame.render_widget(block.title(" Keys, and what the signs mean "), area);
+        let [left, right] = Layout::horizontal([Constraint::Length(KEY_COLUMNS), Constraint::Fill(1)]).areas(inner);
         frame.render_widget(Paragraph::new(keys), left);
         frame.render_widget(Paragraph::new(meanings), right);
-    } else {
-        let [above, below] = Layout::vertical([Constraint::Length(22), Constraint::Fill(1)]).areas(inner);
-        frame.render_widget(Paragraph::new(keys), above);
-        frame.render_widget(Paragraph::new(meanings), below);
+        return;
     }
+    let pages: Vec<&[Line<'_>]> = keys.chunks(height).chain(meanings.chunks(height)).collect();
+    let page = page % pages.len();
+    let of_keys = page < keys.len().div_ceil(height);
+    let subject = if of_keys { "Keys" } else { "What the signs mean" };
+    let title = format!(" {subject}: page {} of {}, → turns it ", page + 1, pages.len());
+    frame.render_widget(block.title(title), area);
+    frame.render_widget(Paragraph::new(pages[page].to_vec()), inner);
+}
+
+/// What is explained in bold, and behind it the explanation.
+fn lines(rows: &[(&'static str, &'static str)], width: usize, style: Style) -> Vec<Line<'static>> {
+    let line = |(sign, text): &(&str, &'static str)| {
+        let sign = Span::styled(format!(" {sign:<width$} "), Style::new().add_modifier(Modifier::BOLD));
+        Line::from(vec![sign, Span::styled(*text, style)])
+    };
+    rows.iter().map(line).collect()
 }

@@ -15,7 +15,7 @@ use super::{
 pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sources: &[Source]) -> Option<Request> {
     let at = Position::new(event.column, event.row);
     let source = sources.get(state.source)?;
-    if state.help || state.question.is_some() {
+    if state.help.is_some() || state.question.is_some() {
         return None;
     }
     match event.kind {

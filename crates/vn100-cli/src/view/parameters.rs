@@ -24,8 +24,12 @@ use crate::{judging::verdict_name, units::ChannelValues};
 /// Of an axis.
 const COLUMN: usize = 15;
 
+/// Columns of a label, and of one that has its values beside it.
+const LABEL: usize = 9;
+const LONG_LABEL: usize = 33;
+
 /// Columns of the label and of three axes, with the frame.
-pub(crate) const WIDTH: u16 = 9 + 3 * COLUMN as u16 + 2;
+pub(crate) const WIDTH: u16 = (LABEL + 3 * COLUMN) as u16 + 2;
 
 const TERMS: [(Term, &str, &str); 3] = [
     (Term::White, "N", "white noise"),
@@ -40,7 +44,16 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
     let block = framed(scene, Panel::Parameters, title);
     let inner = block.inner(area);
     frame.render_widget(block, area);
-    let lines = lines(scene, source, &group);
+    let beside = usize::from(inner.width) >= LONG_LABEL + 3 * COLUMN;
+    let mut lines = lines(scene, source, &group, if beside { LONG_LABEL } else { LABEL });
+    let height = usize::from(inner.height);
+    if lines.len() > height {
+        let hidden = lines.len() + 1 - height.min(lines.len());
+        lines.truncate(height.saturating_sub(1));
+        let shared = area.width < frame.area().width;
+        let where_else = if shared { "tab to Noise, then e" } else { "on a larger screen" };
+        lines.push(Line::styled(format!(" {hidden} lines more: {where_else}"), scene.theme.warning()));
+    }
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }), inner);
 }
 
@@ -63,7 +76,7 @@ pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Optio
     Some(Line::from(spans))
 }
 
-fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>> {
+fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
     let theme = scene.theme;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor(group.quantity) else {
@@ -77,15 +90,13 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
         Axes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
         _ => theme.axis(axis),
     };
-    let row = |label: &str, cells: Vec<String>| {
-        let mut spans = vec![Span::raw(format!(" {label:<8}"))];
-        spans.extend(
-            cells
-                .into_iter()
-                .enumerate()
-                .map(|(axis, cell)| Span::styled(format!("{cell:>COLUMN$}"), column_style(axis))),
-        );
+    let with_cells = |mut spans: Vec<Span<'static>>, cells: Vec<String>| {
+        let cells = cells.into_iter().enumerate();
+        spans.extend(cells.map(|(axis, cell)| Span::styled(format!("{cell:>COLUMN$}"), column_style(axis))));
         Line::from(spans)
+    };
+    let row = |label: &str, cells: Vec<String>| {
+        with_cells(vec![Span::raw(format!(" {label:<width$}", width = label_columns - 1))], cells)
     };
     let mut lines: Vec<Line<'static>> =
         doubts(source, &axes).into_iter().map(|text| Line::styled(text, theme.warning())).collect();
@@ -116,16 +127,22 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group) -> Vec<Line<'static>>
                 .and_then(|parameter| Some(spread(parameter.value?, parameter.lower?, parameter.upper?)))
                 .unwrap_or_default()
         };
-        lines.push(Line::from(vec![
+        let term_name = format!(" {name}, {}", written(unit));
+        let beside = term_name.chars().count() + 2 <= label_columns;
+        let mut titled = vec![
             Span::styled(format!(" {letter}"), Style::new().bold()),
-            Span::raw(format!(" {name}, {}", written(unit))),
-        ]));
+            Span::raw(format!("{term_name:<width$}", width = label_columns - 2)),
+        ];
+        if !beside {
+            lines.push(Line::from(titled));
+            titled = vec![Span::raw(" ".repeat(label_columns))];
+        }
         let (values, intervals) = (parameters.iter().map(value), parameters.iter().map(interval));
         let together: Vec<String> = values.clone().zip(intervals.clone()).map(|(v, i)| format!("{v} {i}")).collect();
         if together.iter().all(|cell| cell.trim_end().chars().count() < COLUMN) {
-            lines.push(row("", together.iter().map(|cell| cell.trim_end().to_owned()).collect()));
+            lines.push(with_cells(titled, together.iter().map(|cell| cell.trim_end().to_owned()).collect()));
         } else {
-            lines.push(row("", values.collect()));
+            lines.push(with_cells(titled, values.collect()));
             if intervals.clone().any(|interval| !interval.is_empty()) {
                 lines.push(row("", intervals.collect()));
             }
@@ -187,9 +204,7 @@ fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
     let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
     match long_taus {
         Some(LongTaus::Compensated) => {
-            doubts.push(
-                "! B and K are not in this message: its filter takes the bias out; VNIMU carries them".to_owned(),
-            );
+            doubts.push("! no B, K in this message: its filter takes the bias out; VNIMU has them".to_owned());
         }
         Some(LongTaus::LooksCompensated) => {
             doubts.push("! something takes the bias out: B and K are not given".to_owned());

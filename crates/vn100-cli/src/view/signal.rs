@@ -13,7 +13,7 @@ use ratatui::{
 
 use super::{
     draw::{Scene, framed},
-    format::{digits, time},
+    format::time,
     source::{Group, Source},
     state::Panel,
     theme::Theme,
@@ -37,6 +37,17 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
     draw_histogram(frame, histogram, scene, channel, color);
 }
 
+/// The rows of a title, of what is drawn, and of the scale below it.
+fn parts(area: Rect) -> [Rect; 3] {
+    Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area)
+}
+
+/// Columns for the values of a channel at the left of a chart, the same above and below each other.
+fn values_width(channel: &ChannelValues) -> u16 {
+    let width = |value: Option<f64>| value.map_or(0, |value| format!("{value:.*}", channel.decimals).len());
+    width(channel.min).max(width(channel.max)) as u16 + 1
+}
+
 fn axis(group: &Group, place: usize) -> usize {
     group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
@@ -49,22 +60,37 @@ fn draw_strip(
     place: usize,
     color: ratatui::style::Color,
 ) {
-    let [title, chart] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
+    let decimals = source.values[place].decimals;
+    let labels = values_width(&source.values[place]);
+    let [title, chart, below] = parts(area);
+    let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
     let slots = MOST_SLOTS >> scene.state.strip_zoom;
     let Some(strip) = source.strip(place, dots, slots).filter(|strip| !strip.columns.is_empty()) else { return };
     let columns = strip.columns.iter().flatten();
     let (low, high) = columns
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), column| (low.min(column.min), high.max(column.max)));
-    let decimals = source.values[place].decimals;
     let span_s = strip.column_s * strip.columns.len() as f64;
-    let text = format!(" last {}: {low:.decimals$} to {high:.decimals$}", time(span_s));
+    let unit = &source.values[place].unit;
+    let text = format!(" last {}: min {low:.decimals$}, max {high:.decimals$} {unit}", time(span_s));
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let (low, high) = if high > low { (low, high) } else { (low - 1.0, high + 1.0) };
     let canvas =
         Canvas::default().marker(Marker::Braille).x_bounds([0.0, (dots.max(2) - 1) as f64]).y_bounds([low, high]);
     // as wide as there are columns for, the latest on the right
     let first = dots.saturating_sub(strip.columns.len());
+    let label = |value: f64| Line::styled(format!("{value:.decimals$}"), scene.theme.faint()).right_aligned();
+    let rows = usize::from(chart.height);
+    let last = rows.saturating_sub(1);
+    for row in if rows < 5 { vec![0, last] } else { vec![0, rows / 2, last] } {
+        let value = high - (high - low) * row as f64 / last.max(1) as f64;
+        let at = Rect::new(area.x, chart.y + row as u16, labels.saturating_sub(1), 1);
+        frame.render_widget(label(value), at.intersection(area));
+    }
+    let begin = Rect { x: chart.x + (first / 2) as u16, ..below }.intersection(below);
+    let past = Line::styled(format!("{} ago", time(span_s)), scene.theme.faint());
+    frame.render_widget(past, begin);
+    frame.render_widget(Line::styled("now", scene.theme.faint()).right_aligned(), below);
     frame.render_widget(
         canvas.paint(|context| {
             for (at, column) in strip.columns.iter().enumerate() {
@@ -85,17 +111,26 @@ fn draw_histogram(
     channel: &ChannelValues,
     color: ratatui::style::Color,
 ) {
-    let [title, chart] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
+    let labels = values_width(channel);
+    let [title, chart, below] = parts(area);
+    let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let Some(bars) = &channel.bars else { return };
     let shape = match (channel.skewness, channel.excess_kurtosis) {
-        (Some(skewness), Some(kurtosis)) => {
-            format!(", skewness {}, excess kurtosis {}", digits(skewness, 2), digits(kurtosis, 2))
-        }
+        (Some(skewness), Some(kurtosis)) => format!("; skewness {skewness:.2}, excess kurtosis {kurtosis:.2}"),
         _ => String::new(),
     };
-    let text = format!(" by value; dots: the normal curve{shape}");
+    let fits = |text: &String| text.chars().count() <= usize::from(area.width);
+    let texts = [" how often which value; dots: the normal curve", " dots: normal curve", " dots: normal"];
+    let text = texts.map(|text| format!("{text}{shape}")).into_iter().find(fits).unwrap_or(shape);
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let end = bars.first + bars.width * bars.counts.len() as f64;
+    let label = |value: f64| Line::styled(format!("{value:.*}", channel.decimals), scene.theme.faint());
+    let scale = Rect { x: chart.x, width: chart.width, ..below };
+    frame.render_widget(label(bars.first), scale);
+    if usize::from(scale.width) > 3 * usize::from(labels) {
+        frame.render_widget(label(f64::midpoint(bars.first, end)).centered(), scale);
+    }
+    frame.render_widget(label(end).right_aligned(), scale);
     let total: u64 = bars.counts.iter().sum();
     let normal = |x: f64| {
         let (mean, std) = (channel.mean?, channel.std.filter(|std| *std > 0.0)?);
@@ -108,6 +143,11 @@ fn draw_histogram(
         .collect();
     let highest = bars.counts.iter().copied().max().unwrap_or(1).max(1) as f64;
     let top = curve.iter().map(|(_, y)| *y).fold(highest, f64::max);
+    let most = Rect::new(area.x, chart.y, labels.saturating_sub(1), 1).intersection(area);
+    let count = format!("{top:.0}");
+    if count.len() <= usize::from(most.width) {
+        frame.render_widget(Line::styled(count, scene.theme.faint()).right_aligned(), most);
+    }
     let columns = u32::from(chart.width).max(1);
     frame.render_widget(
         Canvas::default().marker(Marker::Block).x_bounds([bars.first, end]).y_bounds([0.0, top]).paint(|context| {

@@ -94,7 +94,8 @@ pub(crate) struct State {
     pub(crate) zoom: u8,
     pub(crate) strip_zoom: u8,
     pub(crate) frozen: bool,
-    pub(crate) help: bool,
+    /// The page of the help, where that is shown.
+    pub(crate) help: Option<usize>,
     pub(crate) question: Option<Question>,
     pub(crate) warning: usize,
     /// What was done last, until the next key.
@@ -119,7 +120,7 @@ impl State {
             zoom: 0,
             strip_zoom: 0,
             frozen: false,
-            help: false,
+            help: None,
             question: None,
             warning: 0,
             message: None,
@@ -170,17 +171,25 @@ impl State {
         if let Some(question) = self.question.take() {
             return self.answer(question, key.code);
         }
-        if self.help {
-            self.help = false;
-            // any key closes it; those that end the program also do that
-            if !matches!(key.code, KeyCode::Char('q' | 'Q')) {
-                return None;
+        if let Some(page) = self.help.take() {
+            match key.code {
+                KeyCode::Right | KeyCode::Down | KeyCode::Tab | KeyCode::Char('?' | ' ' | 'l' | 'j') => {
+                    self.help = Some(page + 1);
+                    return None;
+                }
+                KeyCode::Left | KeyCode::Up | KeyCode::BackTab | KeyCode::Char('h' | 'k') => {
+                    self.help = Some(page.saturating_sub(1));
+                    return None;
+                }
+                // any other key closes it; those that end the program also do that
+                KeyCode::Char('q' | 'Q') => {}
+                _ => return None,
             }
         }
         match key.code {
             KeyCode::Char('q') => return Some(Request::Quit { keep_screen: false }),
             KeyCode::Char('Q') => return Some(Request::Quit { keep_screen: true }),
-            KeyCode::Char('?') | KeyCode::F(1) => self.help = true,
+            KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(0),
             KeyCode::Char('f') => self.frozen = !self.frozen,
             KeyCode::Char('s') => return Some(Request::Save),
             KeyCode::Char('o') if sources.len() > 1 => self.overview = !self.overview,
@@ -215,6 +224,7 @@ impl State {
         match code {
             KeyCode::Tab => self.next_panel(1),
             KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
+            KeyCode::Char('!') => self.panel = Panel::Warnings,
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,

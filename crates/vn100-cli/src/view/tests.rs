@@ -10,6 +10,7 @@ use std::{env, fmt::Write, fs, path::Path};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_driver::LinkState;
+use vn100_pipeline::{Warning, WarningKind};
 
 use super::{
     draw::{Regions, Scene, draw},
@@ -94,6 +95,61 @@ fn a_damaged_stream_says_what_it_suffers_from() {
 }
 
 #[test]
+fn every_warning_is_listed_and_read_in_full() {
+    let every = {
+        use vn100_pipeline::WarningKind::*;
+        [
+            RecordingFailed,
+            NoValidLines,
+            OtherMessages,
+            CompensatedStream,
+            DecimatedStream,
+            RateAssumed,
+            RateChanged,
+            RateOffNominal,
+            StampsBackwards,
+            StampsRefused,
+            BunchedArrival,
+            Gaps,
+            BadLines,
+            UncheckedLines,
+            RepeatedLines,
+            PrintFormat,
+            StuckDigits,
+            VibrationLine,
+            NotStationary,
+            WarmUp,
+            QuantisationFloor,
+            FullRange,
+            AngleRestarted,
+            GravityMagnitude,
+            FieldMagnitude,
+            YawFromMagnetometer,
+            TooShort,
+        ]
+    };
+    // the words of the real ones are tested where they are made
+    let warning = |kind: WarningKind| Warning {
+        kind,
+        channels: vec!["accel_x".into(), "accel_y".into()],
+        text: format!("of {}, {}and this is its end", kind.name(), "with much to be said about it, ".repeat(5)),
+    };
+    let source = Source { warnings: every.map(warning).into(), ..measured() };
+    check("warning-first", &State { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));
+    for (place, kind) in every.into_iter().enumerate() {
+        let state = State { panel: Panel::Warnings, warning: place, ..one() };
+        for size in SIZES {
+            // lines of text begin at the frame
+            let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size).0);
+            let words: Vec<&str> = screen.split(['│', '\n']).flat_map(str::split_whitespace).collect();
+            let said = words.join(" ");
+            assert!(said.contains(&format!("{} accel_x accel_y", kind.name())), "{screen}");
+            assert!(said.contains("and this is its end"), "{} at {size:?}:\n{screen}", kind.name());
+        }
+    }
+}
+
+#[test]
 fn waiting_says_for_what_and_why_it_may_fail() {
     let port = || "/dev/ttyUSB0".to_owned();
     for (name, link) in [
@@ -123,7 +179,8 @@ fn frozen_asked_told_and_helped() {
     check("frozen", &State { frozen: true, ..one() }, &[measured()]);
     check("question", &State { question: Some(Question::StartOver), ..one() }, &[measured()]);
     check("message", &State { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
-    check("help", &State { help: true, ..one() }, &[measured()]);
+    check("help", &State { help: Some(0), ..one() }, &[measured()]);
+    check("help-second-page", &State { help: Some(1), ..one() }, &[measured()]);
 }
 
 #[test]
@@ -145,10 +202,13 @@ fn several_sources_have_an_overview() {
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
     check_with("ascii", &one(), &[damaged()], theme);
-    for state in [one(), State { help: true, ..one() }, State { axes: Axes::One(0), ..one() }] {
+    for state in [one(), State { help: Some(0), ..one() }, State { axes: Axes::One(0), ..one() }] {
         let (buffer, _) = drawn(&state, &[damaged()], theme, (200, 60));
         assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
-        assert!(!text(&buffer).contains('?') || state.help || text(&buffer).matches('?').count() == 1, "unknown signs");
+        assert!(
+            !text(&buffer).contains('?') || state.help.is_some() || text(&buffer).matches('?').count() == 1,
+            "unknown signs"
+        );
     }
 }
 

@@ -25,7 +25,11 @@ pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     let count = texts.len().min(rows);
     let lines: Vec<_> = (texts.into_iter().take(rows).enumerate())
         .map(|(row, (text, style))| {
-            let more = if row + 1 == count && hidden > 0 { format!(" +{hidden} more") } else { String::new() };
+            let more = match (row + 1 == count, hidden) {
+                (true, 1..) => format!(" +{hidden}, press !"),
+                _ if text.chars().count() >= width => " press !".into(),
+                _ => String::new(),
+            };
             Line::from(vec![
                 Span::styled(shortened(&text, width.saturating_sub(more.len() + 1)), style),
                 Span::styled(more, style),

@@ -2,7 +2,7 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
-use super::{PLAIN, damaged, drawn, measured, nothing, one};
+use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::{
     pace::{Position, Speed},
     view::{
@@ -50,6 +50,28 @@ fn quitting_is_asked_for_in_every_usual_way() {
     assert_eq!(state.key(control('z'), &[]), Some(Request::Suspend));
     assert_eq!(state.key(control('q'), &[]), None);
     assert_eq!(pressed("q", &[nothing()]).1, quit(false), "before anything is known");
+}
+
+#[test]
+fn the_help_has_pages_and_closes() {
+    let sources = [measured()];
+    let page = |keys: &str| pressed(keys, &sources).0.help;
+    assert_eq!([page("?"), page("? "), page("??j"), page("??k"), page("?k")], [0, 1, 2, 0, 0].map(Some));
+    assert_eq!([page("?x"), page("??s")], [None; 2]);
+    assert_eq!(pressed("?x", &sources).0, one(), "a key that closes it does nothing else");
+    for (height, pages) in [(16, 4), (24, 2), (40, 2), (60, 2)] {
+        let all: String = (0..pages)
+            .map(|page| text(&drawn(&State { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
+            .collect();
+        for told in ["quit: the result", "click panels", "how much means", "sent and never came"] {
+            assert_eq!(all.matches(told).count(), 1, "{told} at {height} rows:\n{all}");
+        }
+    }
+}
+
+#[test]
+fn a_key_leads_to_the_warnings() {
+    assert_eq!(pressed("!", &[measured()]).0, State { panel: Panel::Warnings, ..one() });
 }
 
 #[test]
