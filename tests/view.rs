@@ -132,7 +132,38 @@ fn without_its_terminal_only_a_recording_goes_on() {
     session.wait_for(NORMAL_SCREEN);
     let _ = session.wait();
     let (document, _) = replay(&recording, &[]);
-    assert_eq!(document["timing"]["samples"], 160, "all of it was recorded");
+    // a machine that is too busy makes the emulator drop lines
+    let timing = |name: &str| document["timing"][name].as_u64().unwrap();
+    assert_eq!(timing("samples") + timing("missing"), 160, "all of it was recorded");
+}
+
+#[test]
+fn a_recording_says_what_was_left_out_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("left-out.mcap");
+    let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
+    session.wait_for("Allan deviation");
+    for (key, told) in [("w", "are left out, as by --skip"), ("r", "started over after"), ("w", "as by --skip")] {
+        session.press(key);
+        session.wait_to_see("y / n");
+        session.press("y");
+        session.wait_to_see(told);
+    }
+    session.wait_to_see("next point");
+    session.press("q");
+    session.assert_left_well();
+    let (whole, _) = replay(&recording, &[]);
+    let reason = whole["source"]["recorded"]["end_reason"].as_str().unwrap();
+    let skip = reason.strip_prefix("stopped; left out by hand, as by --skip ").unwrap_or_else(|| panic!("{reason}"));
+    let (document, _) = replay(&recording, &["--skip", skip]);
+    assert!(document["timing"]["samples"].as_u64() < whole["timing"]["samples"].as_u64());
+    let output = session.output();
+    let result = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
+    let samples = format!("{} samples of VNYMR", document["timing"]["samples"]);
+    assert!(result.contains(&samples), "{samples}: {result}");
+    // to the last digit printed
+    let std = document["channels"][9]["statistics"]["std"].as_f64().unwrap();
+    assert!(result.contains(&format!("{std:.9}")), "{std}: {result}");
 }
 
 #[test]
@@ -190,7 +221,7 @@ fn what_is_shown_is_saved_beside_other_files() {
     session.assert_left_well();
     let file = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let saved: serde_json::Value = serde_json::from_str(&file("vn100-clean-minute-vnymr-2400.json")).unwrap();
-    assert_eq!((&saved["schema"], &saved["timing"]["samples"]), (&"vn100.analysis/1".into(), &2400.into()));
+    assert_eq!(saved, replay(&log, &[]).0, "nothing of the result is left out");
     let svg = file("vn100-clean-minute-vnymr-2400-2.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("gyro_x"));
 }

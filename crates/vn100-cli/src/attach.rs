@@ -25,7 +25,7 @@ use crate::{
     measured::{Measured, Teller, Telling, all_of, print_line},
     source_document::Origin,
     status::Status,
-    view::{self, Live, Notices, Stand, View, feed, obey},
+    view::{self, LeftOut, Live, Notices, Stand, View, feed},
 };
 
 /// A sensor that is heard and sends no measurement in this time will send none: it is set to something else.
@@ -217,7 +217,7 @@ async fn measure_and_record(
     };
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);
-    let outcome = measure(opened, recording, &origin, job, stand, stop).await?;
+    let (outcome, left_out) = measure(opened, recording, &origin, job, stand, stop).await?;
     if let Some(link) = &link {
         closed(link).await;
     }
@@ -230,13 +230,18 @@ async fn measure_and_record(
     let judging = Arc::clone(&job.judging);
     let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
     if let Some(recorder) = recorder {
+        // the recording has all samples: a replay must be told what was left out here
+        let reason = match left_out.option() {
+            Some(option) => format!("{reason}; left out by hand, as by {option}"),
+            None => reason,
+        };
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
         measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);
     }
     Ok(measured)
 }
 
-/// Measures one source to its end, showing where it is and writing the documents of every second meanwhile.
+/// Measures one source to its end, showing where it is and writing the documents of every second meanwhile; tells what was left out.
 async fn measure(
     opened: Opened,
     recording: Option<watch::Receiver<RecordingState>>,
@@ -244,12 +249,13 @@ async fn measure(
     job: &Job,
     stand: &Stand,
     stop: &CancellationToken,
-) -> Result<Outcome> {
+) -> Result<(Outcome, LeftOut)> {
     let state = opened.link.as_ref().map(|link| link.state());
     let measurement = start(opened.events, job.settings.clone(), None);
     let mut latest = measurement.latest.clone();
     let (wishes, mut wished) = view::controls();
     stand.measuring(Live {
+        origin: Arc::new(origin.clone()),
         latest: latest.clone(),
         link: state.clone(),
         recording: recording.clone(),
@@ -264,9 +270,10 @@ async fn measure(
     let mut told_second = 0;
     let mut assessments = Assessments::new(job.settings.confidence);
     let mut heard = None;
+    let mut left_out = LeftOut::default();
     loop {
         tokio::select! {
-            outcome = &mut outcome => return Ok(outcome?),
+            outcome = &mut outcome => return Ok((outcome?, left_out)),
             // a writer that stalls misses seconds and delays nothing
             Ok(()) = latest.changed(), if job.telling == Telling::Ndjson => {
                 let snapshot = Arc::clone(&latest.borrow_and_update());
@@ -282,7 +289,7 @@ async fn measure(
                 }
             }
             Some(wish) = wished.recv() => {
-                if let Some(told) = obey(wish, &controls).await {
+                if let Some(told) = left_out.obey(wish, &controls).await {
                     job.status.report(&format!("{}: {told}", origin.name));
                 }
             }

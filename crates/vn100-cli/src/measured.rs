@@ -31,19 +31,17 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
+    /// The result of a source as it would be if it ended now.
+    pub(crate) fn so_far(origin: Origin, snapshot: Arc<Snapshot>, confidence: f64) -> Self {
+        let assessment = Assessment::new(&snapshot, confidence);
+        let (filter_models, unmet) = (Vec::new(), Vec::new());
+        Self { origin, snapshot, assessment, filter_models, verdicts: None, unmet, exit: Exit::Good }
+    }
+
     /// The result of a source that could not be opened, as `origin` says.
     pub(crate) fn nothing(origin: Origin, settings: &Settings) -> Self {
         let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
-        let assessment = Assessment::new(&snapshot, settings.confidence);
-        Self {
-            origin,
-            snapshot,
-            assessment,
-            filter_models: Vec::new(),
-            verdicts: None,
-            unmet: Vec::new(),
-            exit: Exit::NoData,
-        }
+        Self { exit: Exit::NoData, ..Self::so_far(origin, snapshot, settings.confidence) }
     }
 
     /// The result of a source that ended.

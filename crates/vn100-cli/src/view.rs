@@ -41,7 +41,7 @@ use anyhow::{Context, Result, anyhow};
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use feed::{Feed, Live, Notices, Stand, controls, feed, obey};
+pub(crate) use feed::{Feed, LeftOut, Live, Notices, Stand, controls, feed};
 pub(crate) use state::SourceRequest;
 pub(crate) use terminal::{give_back, is_there};
 

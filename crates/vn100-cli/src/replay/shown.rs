@@ -19,13 +19,14 @@ use vn100_pipeline::{DEFAULT_RATE_HZ, Outcome, Settings, start};
 
 use crate::{
     args::FileArgs,
+    document::Origin,
     exit::Exit,
     files::{Opened, name, open, open_capture, unreadable},
     interrupt::stop_on_interrupt,
     judging::Judging,
     measured::{Measured, Teller, all_of},
     pace::{Beginning, PaceWish, Speed, paced},
-    view::{self, Live, Notices, SourceRequest, Stand, View, feed, obey},
+    view::{self, LeftOut, Live, Notices, SourceRequest, Stand, View, feed},
 };
 
 /// Wishes that may wait for the pace.
@@ -107,7 +108,7 @@ async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measur
         if count.is_none() {
             count = Some(task::spawn(count_samples(path.clone(), Arc::clone(&job), counted.clone())));
         }
-        match replay_once(capture, &settings, &job, &stand, &total, beginning, &origin.name).await? {
+        match replay_once(capture, &settings, &job, &stand, &total, beginning, &origin).await? {
             Next::From(place) => beginning = place,
             Next::Over { outcome, whole } => {
                 let measured = Measured::of(origin, outcome, &settings);
@@ -137,8 +138,9 @@ async fn replay_once(
     stand: &Stand,
     total: &watch::Receiver<Option<u64>>,
     beginning: Beginning,
-    name: &str,
+    origin: &Origin,
 ) -> Result<Next> {
+    let name = &origin.name;
     // this replay alone; a task that still waits ends with it
     let ends = job.stop.child_token();
     let _ends = ends.clone().drop_guard();
@@ -151,6 +153,7 @@ async fn replay_once(
     let controls = measurement.controls.clone();
     let (wishes, mut wished) = view::controls();
     stand.measuring(Live {
+        origin: Arc::new(origin.clone()),
         latest: latest.clone(),
         link: None,
         recording: None,
@@ -160,6 +163,7 @@ async fn replay_once(
     let outcome = measurement.outcome();
     tokio::pin!(outcome);
     let mut over = None;
+    let mut left_out = LeftOut::default();
     let mut ticks = time::interval(LOOK);
     loop {
         tokio::select! {
@@ -187,7 +191,7 @@ async fn replay_once(
                         PaceWish::RunTo(place)
                     }
                     SourceRequest::EndWarmUp | SourceRequest::StartOver => {
-                        let told = obey(wish, &controls).await;
+                        let told = left_out.obey(wish, &controls).await;
                         job.notices.tell(told.map_or("the capture is over".into(), |told| format!("{name}: {told}")));
                         continue;
                     }

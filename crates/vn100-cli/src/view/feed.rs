@@ -11,7 +11,7 @@ use vn100_driver::{LinkState, RecordingState};
 use vn100_pipeline::{Analysis, Assessment, Controls, Settings, Snapshot};
 
 use super::{source::Source, state::SourceRequest};
-use crate::{exit::printable, pace::Position};
+use crate::{document::Origin, exit::printable, pace::Position};
 
 /// Wishes of the view that may wait; more are refused, and told so.
 const WAITING_REQUESTS: usize = 8;
@@ -31,6 +31,8 @@ pub(crate) enum SourceStage {
 /// A measurement under way. The view looks at the latest of everything and delays nobody.
 #[derive(Debug, Clone)]
 pub(crate) struct Live {
+    /// Where the samples come from, as the result will say.
+    pub(crate) origin: Arc<Origin>,
     pub(crate) latest: watch::Receiver<Arc<Snapshot>>,
     pub(crate) link: Option<watch::Receiver<LinkState>>,
     pub(crate) recording: Option<watch::Receiver<RecordingState>>,
@@ -52,7 +54,8 @@ impl Feed {
     pub(crate) fn nothing(&self, confidence: f64) -> Source {
         let snapshot = Analysis::new(Settings::default()).snapshot();
         let assessment = Assessment::new(&snapshot, confidence);
-        Source::new(self.name.clone(), self.kind, Arc::new(snapshot), Arc::new(assessment))
+        let origin = Origin { name: self.name.clone(), kind: self.kind, ..Origin::default() };
+        Source::new(self.name.clone(), origin, Arc::new(snapshot), Arc::new(assessment))
     }
 }
 
@@ -128,17 +131,36 @@ impl Notices {
     }
 }
 
-/// Passes a wish on to the measurement; what to tell of it. Wishes for a capture are not its business.
-pub(crate) async fn obey(wish: SourceRequest, controls: &Controls) -> Option<String> {
-    let time = |time: Duration| super::format::time(time.as_secs_f64());
-    match wish {
-        SourceRequest::EndWarmUp => controls
-            .end_warm_up()
-            .await
-            .map(|skip| format!("the first {} are left out, as by --skip {:.3}s", time(skip), skip.as_secs_f64())),
-        SourceRequest::StartOver => {
-            controls.start_over().await.map(|past| format!("started over after {}", time(past)))
+/// What was left out by hand while a source was measured.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOut {
+    /// Data time before the measurement was last started over.
+    before: Duration,
+    /// Data time behind that, which was warm-up.
+    warm_up: Duration,
+}
+
+impl LeftOut {
+    /// Passes a wish on to the measurement; what to tell of it. Wishes for a capture are not its business.
+    pub(crate) async fn obey(&mut self, wish: SourceRequest, controls: &Controls) -> Option<String> {
+        let time = |time: Duration| super::format::time(time.as_secs_f64());
+        match wish {
+            SourceRequest::EndWarmUp => {
+                self.warm_up = controls.end_warm_up().await?;
+                Some(format!("the first {} are left out, as by {}", time(self.warm_up), self.option()?))
+            }
+            SourceRequest::StartOver => {
+                let past = controls.start_over().await?;
+                *self = Self { before: self.before.saturating_add(past), warm_up: Duration::ZERO };
+                Some(format!("started over after {}", time(past)))
+            }
+            _ => None,
         }
-        _ => None,
+    }
+
+    /// The option by which the whole record gives the same samples; `None` where nothing was left out.
+    pub(crate) fn option(&self) -> Option<String> {
+        let skip = self.before.saturating_add(self.warm_up);
+        (!skip.is_zero()).then(|| format!("--skip {:.3}s", skip.as_secs_f64()))
     }
 }

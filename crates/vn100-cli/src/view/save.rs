@@ -1,31 +1,29 @@
-//! What is shown of a source, written to files in the working folder: the document, and the plot.
+//! What is measured of a source, written to files in the working folder: the document that the result would be if it ended now, and the
+//! plot that is shown. What only the end of a source tells, such as why it ended, is not in it.
 
 use std::{
     fs::OpenOptions,
     io::{self, Write},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
-use super::{
-    curve::Plot,
-    source::{Source, Stage},
-    state::State,
-    svg,
-};
-use crate::{document::Document, source_document::Origin};
+use super::{curve::Plot, source::Source, state::State, svg};
+use crate::{judging::Judging, measured::Measured};
 
 /// Writes both; what to tell the user.
-pub(crate) fn save(state: &State, source: &Source) -> String {
-    match write(Path::new("."), state, source) {
+pub(crate) fn save(state: &State, source: &Source, judging: &Judging) -> String {
+    match write(Path::new("."), state, source, judging) {
         Ok(files) => format!("saved {}", files.map(|file| file.display().to_string()).join(" and ")),
         Err(error) => format!("not saved: {error}"),
     }
 }
 
-fn write(folder: &Path, state: &State, source: &Source) -> io::Result<[PathBuf; 2]> {
-    let origin = Origin { name: source.name.clone(), kind: source.kind, ..Origin::default() };
-    let ended = matches!(source.stage, Stage::Ended(_));
-    let document = Document::new(&origin, &source.snapshot, &source.assessment, ended);
+fn write(folder: &Path, state: &State, source: &Source, judging: &Judging) -> io::Result<[PathBuf; 2]> {
+    let confidence = source.assessment.confidence;
+    // the one shown may be of a record a twentieth shorter
+    let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
+    let document = judging.complete(measured).document();
     let json = serde_json::to_string_pretty(&document)? + "\n";
     let group = state.group(source);
     let svg = group.map_or_else(String::new, |group| svg::plot(&Plot::new(state, source, &group), source));

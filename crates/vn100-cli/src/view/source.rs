@@ -7,15 +7,15 @@ use vn100_pipeline::{Assessment, Snapshot, Warning};
 use vn100_protocol::Quantity;
 
 use crate::units::{ChannelValues, channel_values};
-use crate::{exit::printable, judging::Verdicts, pace::Position};
+use crate::{document::Origin, exit::printable, judging::Verdicts, pace::Position};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
     /// Without anything that steers a terminal.
     pub(crate) name: String,
-    /// Its form, as documents name it.
-    pub(crate) kind: Option<&'static str>,
+    /// Where the samples come from, as the result will say; only of what is known by now.
+    pub(crate) origin: Arc<Origin>,
     pub(crate) stage: Stage,
     /// `None` for what is no link.
     pub(crate) link: Option<LinkState>,
@@ -72,15 +72,10 @@ const ORDER: [Quantity; 6] = [
 
 impl Source {
     /// A source of which nothing is known.
-    pub(crate) fn new(
-        name: String,
-        kind: Option<&'static str>,
-        snapshot: Arc<Snapshot>,
-        assessment: Arc<Assessment>,
-    ) -> Self {
+    pub(crate) fn new(name: String, origin: Origin, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
         Self {
             name,
-            kind,
+            origin: Arc::new(origin),
             stage: Stage::Preparing,
             link: None,
             recording: None,

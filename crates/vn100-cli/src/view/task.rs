@@ -80,6 +80,7 @@ impl Followed {
         }
         self.shown.stage = stage;
         let Some(live) = live else { return changed };
+        self.shown.origin = Arc::clone(&live.origin);
         let link = live.link.as_ref().map(|link| link.borrow().clone());
         changed |= self.shown.link != link;
         self.shown.link = link;
@@ -198,7 +199,7 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
                 dirty = true;
             }
             Some(Request::Save) => {
-                let saved = shown.get(state.source).map(|source| save(&state, source));
+                let saved = shown.get(state.source).map(|source| save(&state, source, &shared.judging));
                 state.message = saved;
             }
             Some(Request::Control(request)) => {

@@ -15,6 +15,7 @@ use vn100_pipeline::{Analysis, Assessment, RateFrom, Settings, Snapshot};
 
 use crate::{
     args::MeasureArgs,
+    document::Origin,
     judging::Judging,
     view::source::{Source, Stage},
 };
@@ -25,7 +26,8 @@ const SAMPLES: usize = 20_000;
 pub(super) fn nothing() -> Source {
     let snapshot = Analysis::new(Settings::default()).snapshot();
     let assessment = Assessment::new(&snapshot, 0.95);
-    let source = Source::new("/dev/ttyUSB0".into(), Some("serial"), Arc::new(snapshot), Arc::new(assessment));
+    let origin = Origin { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..Origin::default() };
+    let source = Source::new("/dev/ttyUSB0".into(), origin, Arc::new(snapshot), Arc::new(assessment));
     Source { elapsed: Duration::from_secs(2), ..source }
 }
 
