@@ -5,6 +5,7 @@ mod colours;
 mod fixture;
 mod keys;
 mod restored;
+mod stills;
 
 use std::{env, fmt::Write, fs, path::Path};
 
