@@ -149,7 +149,7 @@ fn a_recording_says_what_was_left_out_by_hand() {
         session.press("y");
         session.wait_to_see(told);
     }
-    session.wait_to_see("next point");
+    session.wait_to_see("next: ");
     session.press("q");
     session.assert_left_well();
     let (whole, _) = replay(&recording, &[]);

@@ -20,7 +20,7 @@ use super::{
     format::{digits, tau, time},
     parameters,
     plot::LogAxis,
-    source::{Source, short_name},
+    source::{Source, Stage, short_name},
     state::Panel,
     theme::{SIGNS, Theme},
 };
@@ -68,8 +68,10 @@ fn legend_line(theme: Theme, source: &Source, plot: &Plot) -> Line<'static> {
     if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
         spans.push(Span::styled(" ┈ model and parts ", theme.faint()));
     }
-    if let Some((tau_s, wait_s)) = next_octave(source) {
-        spans.push(Span::styled(format!(" next point: τ {} s in {}", tau(tau_s), time(wait_s)), theme.faint()));
+    // nothing is to be waited for behind the end
+    let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.position.at_end);
+    if let Some((tau_s, wait_s)) = next_octave(source).filter(|_| !over) {
+        spans.push(Span::styled(format!(" next: τ {} s in {}", tau(tau_s), time(wait_s)), theme.faint()));
     }
     Line::from(spans)
 }

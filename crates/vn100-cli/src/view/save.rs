@@ -25,8 +25,9 @@ fn write(folder: &Path, state: &State, source: &Source, judging: &Judging) -> io
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
     let document = judging.complete(measured).document();
     let json = serde_json::to_string_pretty(&document)? + "\n";
-    let group = state.group(source);
-    let svg = group.map_or_else(String::new, |group| svg::plot(&Plot::new(state, source, &group), source));
+    let nothing = Plot { unit: String::new(), curves: Vec::new() };
+    let plot = state.group(source).map_or(nothing, |group| Plot::new(state, source, &group));
+    let svg = svg::plot(&plot, source);
     let stem = stem(source);
     Ok([new_file(folder, &stem, "json", &json)?, new_file(folder, &stem, "svg", &svg)?])
 }
