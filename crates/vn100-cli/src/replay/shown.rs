@@ -19,13 +19,13 @@ use vn100_pipeline::{DEFAULT_RATE_HZ, Outcome, Settings, start};
 
 use crate::{
     args::FileArgs,
-    document::Origin,
     exit::Exit,
     files::{Opened, name, open, open_capture, unreadable},
     interrupt::stop_on_interrupt,
     judging::Judging,
     measured::{Measured, Teller, all_of},
     pace::{Beginning, PaceWish, Speed, paced},
+    source_document::Origin,
     view::{self, LeftOut, Live, Notices, SourceRequest, Stand, View, feed},
 };
 

@@ -11,7 +11,7 @@ use vn100_driver::{LinkState, RecordingState};
 use vn100_pipeline::{Analysis, Assessment, Controls, Settings, Snapshot};
 
 use super::{source::Source, state::SourceRequest};
-use crate::{document::Origin, exit::printable, pace::Position};
+use crate::{exit::printable, pace::Position, source_document::Origin};
 
 /// Wishes of the view that may wait; more are refused, and told so.
 const WAITING_REQUESTS: usize = 8;

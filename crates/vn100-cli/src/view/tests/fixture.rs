@@ -15,8 +15,8 @@ use vn100_pipeline::{Analysis, Assessment, RateFrom, Settings, Snapshot};
 
 use crate::{
     args::MeasureArgs,
-    document::Origin,
     judging::Judging,
+    source_document::Origin,
     view::source::{Source, Stage},
 };
 
