@@ -52,12 +52,20 @@ pub(crate) enum Command {
     Sim(SimArgs),
     /// List the serial ports, those a VN-100 is likely on first
     Ports(PortsArgs),
+    /// Print the completions of the command line for a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(ManArgs),
 }
 
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct AttachArgs {
     /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for a serial server, or "-"
     /// for bytes on standard input
+    ///
+    /// A serial server is trusted as a cable is: what passes between is neither encrypted nor authenticated, so that whoever is on the
+    /// way can read, forge or change it, commands too. The checksums of the lines find accidents only. Keep it to a network you trust,
+    /// or tunnel it.
     #[arg(required = true, value_name = "SOURCE")]
     pub(crate) sources: Vec<SourceName>,
 
@@ -321,6 +329,20 @@ pub(crate) struct PortsArgs {
     /// Print a JSON array
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct CompletionsArgs {
+    /// For bash: vn100 completions bash > ~/.local/share/bash-completion/completions/vn100
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ManArgs {
+    /// Write vn100.1 and one page for each command into this folder; an existing page is never replaced
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 fn output_rate(text: &str) -> Result<AsyncRate, String> {

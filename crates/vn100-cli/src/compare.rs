@@ -6,7 +6,7 @@ use vn100_pipeline::{Comparison, DEFAULT_CONFIDENCE, Record};
 use crate::{
     args::FileArgs,
     comparison_document::ComparisonDocument,
-    exit::{Exit, print, report},
+    exit::{Exit, print, print_json, report},
     files::{EachSecond, measure_files},
     measured::{Measured, Telling},
     text,
@@ -27,7 +27,7 @@ pub(crate) fn compare(args: &FileArgs) -> Result<Exit> {
     let comparison = Comparison::of(&records, args.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
     if telling == Telling::Json {
         let document = ComparisonDocument::new(&all, &comparison);
-        print(&(serde_json::to_string_pretty(&document)? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&document)?)?;
     } else {
         print(&text::comparison(&all, &comparison))?;
     }

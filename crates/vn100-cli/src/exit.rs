@@ -2,7 +2,7 @@
 
 use std::{
     io::{self, Write},
-    process::ExitCode,
+    process::{self, ExitCode},
 };
 
 use anyhow::{Context, Result};
@@ -37,10 +37,45 @@ pub(crate) fn report(message: &str) {
     let _ = writeln!(io::stderr(), "vn100: {}", printable(message));
 }
 
-/// Writes results to standard output, at once.
+/// Writes lines of text to standard output, at once, without anything that steers a terminal.
 pub(crate) fn print(text: &str) -> Result<()> {
+    let text: String = text.chars().map(|c| if c == '\n' { c } else { shown(c) }).collect();
+    write(&text)
+}
+
+/// Writes a JSON document and a line end to standard output, at once. What steers a terminal is escaped, so that the document means the
+/// same: serde_json leaves DEL, the control characters above ASCII and those that turn the direction of text as they are.
+pub(crate) fn print_json(json: &str) -> Result<()> {
+    let mut text = String::with_capacity(json.len() + 1);
+    for c in json.chars() {
+        // a line end stands between the values of a document, never within one
+        if c != '\n' && steers(c) {
+            // all of them are below U+10000
+            text.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            text.push(c);
+        }
+    }
+    text.push('\n');
+    write(&text)
+}
+
+fn write(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
+}
+
+/// Tells of a wrong command line, or gives the help that was asked for, and ends the program. The line is repeated in it, and is no
+/// more ours than a file name: scripts pass on what they find.
+pub(crate) fn usage(error: &clap::Error) -> ! {
+    if !error.use_stderr() {
+        error.exit();
+    }
+    let text = error.render().to_string();
+    let text: String = text.chars().map(|c| if c == '\n' { c } else { shown(c) }).collect();
+    // with stderr gone there is nobody left to tell
+    let _ = write!(io::stderr(), "{text}");
+    process::exit(error.exit_code())
 }
 
 /// Whether whoever read the output has left: enough was seen.
@@ -48,9 +83,23 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// The text without anything that steers a terminal: file names and captures are not ours.
+/// The text in one line, with a mark for all that steers a terminal: file names, captures and what a sensor says are not ours.
 pub(crate) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+    text.chars().map(shown).collect()
+}
+
+fn shown(c: char) -> char {
+    if steers(c) { char::REPLACEMENT_CHARACTER } else { c }
+}
+
+/// Control characters, ends of lines and paragraphs, and what turns the direction of text (Unicode's property Bidi_Control): with these a
+/// name can look like another.
+fn steers(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+        )
 }
 
 #[cfg(test)]
@@ -60,5 +109,11 @@ mod tests {
     #[test]
     fn control_characters_do_not_reach_the_terminal() {
         assert_eq!(printable("a\x1b[2Jb\u{9b}c\nd"), "a\u{fffd}[2Jb\u{fffd}c\u{fffd}d");
+    }
+
+    #[test]
+    fn a_name_cannot_be_turned_round_to_look_like_another() {
+        assert_eq!(printable("night\u{202e}pacm.exe\u{2066}\u{200f}"), "night\u{fffd}pacm.exe\u{fffd}\u{fffd}");
+        assert_eq!(printable("größe 夜 שלום"), "größe 夜 שלום");
     }
 }

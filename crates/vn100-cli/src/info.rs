@@ -15,7 +15,7 @@ use vn100_driver::{
 
 use crate::{
     args::InfoArgs,
-    exit::{Exit, print, printable},
+    exit::{Exit, print, print_json, printable},
     interrupt::stop_on_interrupt,
     live_source::LiveSource,
 };
@@ -37,7 +37,11 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
         let live = LiveSource::new(args.source, args.link)?;
         live.ask(&stop, async |link| ask(&link, name).await).await
     })?;
-    print(&if args.json { serde_json::to_string_pretty(&info)? + "\n" } else { info.text() })?;
+    if args.json {
+        print_json(&serde_json::to_string_pretty(&info)?)?
+    } else {
+        print(&info.text())?
+    }
     Ok(Exit::Good)
 }
 

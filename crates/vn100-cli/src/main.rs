@@ -4,6 +4,7 @@ mod args;
 mod attach;
 mod compare;
 mod comparison_document;
+mod completions;
 mod conditions;
 mod configure;
 mod datasheet;
@@ -14,6 +15,7 @@ mod info;
 mod interrupt;
 mod judging;
 mod live_source;
+mod man;
 mod measured;
 mod noise_document;
 mod pace;
@@ -43,7 +45,7 @@ use crate::{
 };
 
 fn main() -> ExitCode {
-    let result = match Args::parse().command {
+    let result = match Args::try_parse().unwrap_or_else(|error| exit::usage(&error)).command {
         Command::Attach(args) => attach::attach(args),
         Command::Record(args) => attach::record(args),
         Command::Info(args) => info::info(args),
@@ -54,6 +56,8 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),
+        Command::Completions(args) => completions::completions(&args),
+        Command::Man(args) => man::man(&args),
     };
     let exit = match result {
         Ok(exit) => exit,

@@ -10,7 +10,7 @@ use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings
 
 use crate::{
     document::Document,
-    exit::{Exit, print, report},
+    exit::{Exit, print, print_json, report},
     judging::Verdicts,
     source_document::Origin,
     text,
@@ -178,7 +178,7 @@ impl Teller {
                 [document] => serde_json::to_string_pretty(document),
                 documents => serde_json::to_string_pretty(documents),
             };
-            print(&(document? + "\n"))?;
+            print_json(&document?)?;
         }
         Ok(self.exit)
     }
@@ -186,5 +186,5 @@ impl Teller {
 
 /// Writes a document in a line.
 pub(crate) fn print_line(document: &Document) -> Result<()> {
-    print(&(serde_json::to_string(document)? + "\n"))
+    print_json(&serde_json::to_string(document)?)
 }

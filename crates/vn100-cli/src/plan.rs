@@ -8,7 +8,7 @@ use vn100_protocol::BaudRate;
 use crate::{
     args::PlanArgs,
     datasheet,
-    exit::{Exit, print},
+    exit::{Exit, print, print_json},
     plan_document::PlanDocument,
     text,
 };
@@ -41,7 +41,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     let sheet = args.datasheet.as_deref().map_or_else(datasheet::vn100, datasheet::open)?;
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
-        print(&(serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked))? + "\n"))?;
+        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked))?)?;
     } else {
         print(&text::plan(&plan, given, &sheet, asked))?;
     }

@@ -8,18 +8,17 @@ use vn100_driver::{PortEntry, list_ports};
 
 use crate::{
     args::PortsArgs,
-    exit::{Exit, print, printable},
+    exit::{Exit, print, print_json, printable},
 };
 
 pub(crate) fn ports(args: &PortsArgs) -> Result<Exit> {
     let ports = list_ports();
-    let text = if args.json {
+    if args.json {
         let ports: Vec<_> = ports.iter().map(Port::new).collect();
-        serde_json::to_string_pretty(&ports)? + "\n"
+        print_json(&serde_json::to_string_pretty(&ports)?)?;
     } else {
-        listing(&ports)
-    };
-    print(&text)?;
+        print(&listing(&ports))?;
+    }
     Ok(Exit::Good)
 }
 

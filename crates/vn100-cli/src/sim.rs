@@ -1,7 +1,7 @@
 //! `vn100 sim`: the emulated sensor on a serial port, or a capture of it.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufWriter, Write},
     path::Path,
     time::Duration,
@@ -81,8 +81,10 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
         return Ok(Exit::Good);
     }
     let context = || format!("cannot write {}", output.display());
-    let file = if args.force { File::create(output) } else { File::create_new(output) };
-    let file = match file {
+    if args.force {
+        make_room(output)?;
+    }
+    let file = match File::create_new(output) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             bail!("{} exists; --force replaces it", output.display())
         }
@@ -94,6 +96,18 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
         write(file, &mut generator, message, samples).with_context(context)?;
     }
     Ok(Exit::Good)
+}
+
+/// Removes the capture that shall be replaced. Only a file of that very name: through a link another would be written over.
+fn make_room(output: &Path) -> Result<()> {
+    match fs::symlink_metadata(output) {
+        Ok(found) if found.is_file() => {
+            fs::remove_file(output).with_context(|| format!("cannot replace {}", output.display()))
+        }
+        Ok(_) => bail!("{} is not a file of its own, and --force replaces nothing else", output.display()),
+        // whatever else is wrong shows when it is written
+        Err(_) => Ok(()),
+    }
 }
 
 fn write(out: impl Write, generator: &mut Generator, message: CaptureMessage, samples: u64) -> io::Result<()> {

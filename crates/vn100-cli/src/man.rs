@@ -1,0 +1,38 @@
+//! `vn100 man`: the manual pages, made of the same words as `--help`.
+
+use std::{fs::File, io::Write, path::Path};
+
+use anyhow::{Context, Result};
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+
+use crate::{
+    args::{Args, ManArgs},
+    exit::{Exit, print},
+};
+
+pub(crate) fn man(args: &ManArgs) -> Result<Exit> {
+    let mut vn100 = Args::command().disable_help_subcommand(true);
+    // gives the commands their whole names
+    vn100.build();
+    match &args.output {
+        Some(folder) => {
+            write_page(folder, &vn100)?;
+            vn100.get_subcommands().try_for_each(|command| write_page(folder, command))?;
+        }
+        None => print(&String::from_utf8(page(&vn100)?)?)?,
+    }
+    Ok(Exit::Good)
+}
+
+fn page(command: &Command) -> Result<Vec<u8>> {
+    let mut page = Vec::new();
+    Man::new(command.clone()).source(concat!("vn100 ", env!("CARGO_PKG_VERSION"))).render(&mut page)?;
+    Ok(page)
+}
+
+fn write_page(folder: &Path, command: &Command) -> Result<()> {
+    let path = folder.join(Man::new(command.clone()).get_filename());
+    let write = || -> Result<()> { Ok(File::create_new(&path)?.write_all(&page(command)?)?) };
+    write().with_context(|| format!("cannot write {}", path.display()))
+}
