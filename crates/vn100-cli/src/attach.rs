@@ -62,7 +62,11 @@ async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<Strin
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
     let judging = Arc::new(Judging::new(&args.measure)?);
     let notices = (telling == Telling::Text && view::is_there()).then(Notices::default);
-    let settings = Settings { recent: notices.is_some(), ..args.measure.settings() };
+    let mut settings = Settings { recent: notices.is_some(), ..args.measure.settings() };
+    if notices.is_none() && telling != Telling::Ndjson {
+        // nobody looks more often
+        settings.watch_every = Status::PERIOD;
+    }
     let status = Status::new(notices.clone());
     let job = Arc::new(Job { settings, judging, telling, metadata, status, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));

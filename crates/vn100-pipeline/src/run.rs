@@ -25,13 +25,10 @@ const WAITING_SECONDS: usize = 4;
 /// Wishes that may wait to be taken; whoever has one then waits.
 const WAITING_WISHES: usize = 4;
 
-/// How often watchers get a new snapshot, if anything changed.
-const WATCH_PERIOD: Duration = Duration::from_millis(100);
-
 /// A measurement under way.
 #[derive(Debug)]
 pub struct Measurement {
-    /// The latest snapshot, at most ten a second.
+    /// The latest snapshot, as often as the [settings](Settings::watch_every) say.
     pub latest: watch::Receiver<Arc<Snapshot>>,
     /// What may be asked of it meanwhile.
     pub controls: Controls,
@@ -148,7 +145,7 @@ async fn analyse(
     watchers: watch::Sender<Arc<Snapshot>>,
     every_second: Option<mpsc::Sender<Arc<Snapshot>>>,
 ) -> Outcome {
-    let mut ticks = time::interval(WATCH_PERIOD);
+    let mut ticks = time::interval(analysis.settings().watch_every);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut changed = false;
     let mut seconds = 0;

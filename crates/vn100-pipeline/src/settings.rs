@@ -33,10 +33,12 @@ pub struct Settings {
     pub confidence: f64,
     /// Keep the last minutes of every channel, for a screen; no result depends on it.
     pub recent: bool,
+    /// How often watchers get a new snapshot at most, longer than zero; no result depends on it.
+    pub watch_every: Duration,
 }
 
 impl Default for Settings {
-    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals at 95 %.
+    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals at 95 %, ten snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,
@@ -48,6 +50,7 @@ impl Default for Settings {
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,
+            watch_every: Duration::from_millis(100),
         }
     }
 }

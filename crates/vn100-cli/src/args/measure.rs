@@ -80,7 +80,7 @@ impl MeasureArgs {
             detrend: self.detrend.is_some(),
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
-            recent: false,
+            ..Settings::default()
         }
     }
 
