@@ -80,8 +80,9 @@ impl LinkOutput {
     }
 
     /// Waits until nobody receives the events any more.
-    pub(crate) async fn nobody_listens(&self) {
-        self.events.closed().await;
+    pub(crate) fn nobody_listens(&self) -> impl Future<Output = ()> + use<> {
+        let events = self.events.clone();
+        async move { events.closed().await }
     }
 
     /// Ends the stream.

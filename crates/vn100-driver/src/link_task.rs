@@ -1,6 +1,6 @@
 //! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
 
-use std::{convert::Infallible, io, time::Duration};
+use std::{convert::Infallible, io, pin::pin, time::Duration};
 
 use thiserror::Error;
 use tokio::{
@@ -271,23 +271,33 @@ impl<C: Connect> LinkTask<C> {
         self.output.take_replies();
         let mut heard = Instant::now();
         let mut silent_since = None;
+        // kept from line to line: to begin to wait costs more than to look
+        let stop = self.stop.clone();
+        let mut stopped = pin!(stop.cancelled());
+        let mut nobody_listens = pin!(self.output.nobody_listens());
+        let mut timer = pin!(sleep_until(heard));
         loop {
             while let Some(line) = self.conversation.next_line(self.start.elapsed(), up.baud) {
                 connection.write(&line).await?;
             }
             let silence = silent_since.map_or(heard + health.silent_after(), |since| since + SILENCE);
             let wake = self.conversation.wake_at().map(|wake| self.start + wake);
+            let due = wake.unwrap_or(silence).min(silence);
+            // silence is put off by every line; to wake once too early now and then costs less than to set the timer each time
+            if due < timer.deadline() || timer.is_elapsed() {
+                timer.as_mut().reset(due);
+            }
             let input = select! {
                 // checked first: a link that always has data must not outrun the request to stop
                 biased;
-                () = self.stop.cancelled() => return Err(Trouble::Stopped),
-                () = self.output.nobody_listens() => return Err(Trouble::NobodyListens),
+                () = &mut stopped => return Err(Trouble::Stopped),
+                () = &mut nobody_listens => return Err(Trouble::NobodyListens),
                 Some(request) = self.requests.recv() => {
                     self.conversation.ask(request);
                     None
                 }
                 input = connection.next_input() => Some(input?.ok_or(Trouble::Closed)?),
-                () = sleep_until(wake.unwrap_or(silence).min(silence)) => None,
+                () = &mut timer => None,
             };
             let mut consequences = Vec::new();
             if let Some(input) = input {
