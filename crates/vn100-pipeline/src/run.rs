@@ -145,7 +145,7 @@ async fn analyse(
     watchers: watch::Sender<Arc<Snapshot>>,
     every_second: Option<mpsc::Sender<Arc<Snapshot>>>,
 ) -> Outcome {
-    let mut ticks = time::interval(analysis.settings().watch_every);
+    let mut ticks = time::interval(analysis.settings().watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut changed = false;
     let mut seconds = 0;

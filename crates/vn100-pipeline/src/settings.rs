@@ -33,7 +33,7 @@ pub struct Settings {
     pub confidence: f64,
     /// Keep the last minutes of every channel, for a screen; no result depends on it.
     pub recent: bool,
-    /// How often watchers get a new snapshot at most, longer than zero; no result depends on it.
+    /// How often watchers get a new snapshot at most, down to a millisecond; no result depends on it.
     pub watch_every: Duration,
 }
 
