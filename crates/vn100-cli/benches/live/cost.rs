@@ -31,6 +31,8 @@ pub(crate) fn measure() {
         configure(sensors, rate_hz, baud);
         let Cost { cpu, reading_cpu, switches_hz, peak_mib, missing } = attach(sensors);
         let bare_cpu = read_only(sensors, baud);
+        // a sensor takes a fresh pseudo-terminal when its host has left
+        sleep(Duration::from_millis(200));
         let name = format!("{ports} at {rate_hz} Hz, {baud} baud");
         println!(
             "{name:<28}{:>8.2}{:>14.2}{:>14.2}{switches_hz:>16.0}{peak_mib:>10.1}{missing:>9}",
