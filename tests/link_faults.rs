@@ -6,7 +6,7 @@ use std::{collections::VecDeque, io, time::Duration};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Chunk, Event, Input, ReadOptions, Source, read_samples};
 use vn100_pipeline::{Analysis, Settings, Snapshot};
-use vn100_protocol::{Decoder, Options, xor8};
+use vn100_protocol::{Decoder, Item, Options, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
 /// Both rates, with a speed that carries them.
@@ -16,6 +16,8 @@ const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
 const START: Duration = Duration::from_secs(3);
 
 const SECONDS: u64 = 12;
+
+const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
 /// What came of the bytes of a link.
 struct Measured {
@@ -170,12 +172,11 @@ fn lines_that_come_in_bursts_cost_nothing() {
 
 #[test]
 fn a_line_without_end_is_bounded_and_costs_itself() {
-    const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
     let mut decoder = Decoder::new(Options::default());
     let endless = [b"$VNYMR,", &b"+000.000,".repeat(500_000)[..]].concat();
     let (mut samples, mut bad) = (0, 0);
-    let mut count = |item: vn100_protocol::Item<'_>| match item {
-        vn100_protocol::Item::Ymr(_) => samples += 1,
+    let mut count = |item: Item<'_>| match item {
+        Item::Ymr(_) => samples += 1,
         _ => bad += 1,
     };
     for piece in [LINE, &endless, LINE].concat().chunks(997) {
@@ -187,7 +188,6 @@ fn a_line_without_end_is_bounded_and_costs_itself() {
 
 #[test]
 fn a_text_capture_cut_at_any_byte_gives_its_whole_lines() {
-    const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
     let capture = LINE.repeat(3);
     for cut in 0..=capture.len() {
         let mut decoder = Decoder::new(Options::default());

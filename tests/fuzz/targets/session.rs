@@ -4,12 +4,13 @@ use std::{collections::BTreeMap, time::Duration};
 
 use vn100_protocol::{Check, Command, Decoder, Fields, Item, Options, Register, Reply, RequestId, Session, xor8};
 
-/// A request, and how often it was sent.
+/// A request that the session has taken.
 struct Asked {
     is_repeatable: bool,
     has_ended: bool,
 }
 
+/// A session, and what must be remembered to judge it.
 struct Conversation {
     session: Session,
     now: Duration,
