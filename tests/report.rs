@@ -101,9 +101,10 @@ fn the_same_capture_gives_the_same_bytes() {
 #[test]
 fn names_are_text_and_no_markup() {
     let folder = TempDir::new().unwrap();
-    let capture = simulated(&folder, "<img onerror=alert(1)>&\".vnymr", &[]);
+    let capture = simulated(&folder, "<img onerror=alert(1)>&\"\u{1b}[31m.vnymr", &[]);
     let (_, html) = report(&folder, &[&capture], &[]);
     assert!(!html.contains("<img"), "a name became an element");
+    assert!(!html.contains('\u{1b}'), "a name commands a terminal");
     assert!(html.contains("&lt;img onerror=alert(1)&gt;&amp;"));
 }
 
@@ -121,7 +122,13 @@ fn registers_told_within_the_stream_are_in_the_report() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "a.vnymr", &[]);
     let mut lines = fs::read_to_string(&capture).unwrap();
-    for body in ["VNRRG,01,VN-100S-CR", "VNRRG,03,0100012345", "VNRRG,85,0,20,20,4,0,0,3,3,3,0", "VNRRG,35,1,0,1,1"] {
+    for body in [
+        "VNRRG,01,VN-100S-CR",
+        "VNRRG,03,0100012345",
+        "VNRRG,85,0,20,20,4,0,0,3,3,3,0",
+        "VNRRG,35,1,0,1,1",
+        "VNRRG,54,+00.2103,+00.0010,+00.4300,-00.012,-00.023,-09.806,-00.010537,+00.013973,+00.032961,+22.1,+00101.329",
+    ] {
         let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
         lines.push_str(&format!("${body}*{checksum:02X}\r\n"));
     }
@@ -129,6 +136,10 @@ fn registers_told_within_the_stream_are_in_the_report() {
     let (_, html) = report(&folder, &[&capture], &[]);
     for told in ["0100012345", "averages 20 refreshes of the gyroscope (both)", "on, heading absolute", "<b>pass</b>"] {
         assert!(html.contains(told), "{told}");
+    }
+    assert!(html.contains("uncompensated_gyro_x"), "its mean");
+    for untold in ["uncompensated_gyro_x: white noise", "histogram-uncompensated_gyro_x", "the worst known axis"] {
+        assert!(!html.contains(untold), "{untold}: one value that was asked for has no noise");
     }
 }
 
@@ -262,7 +273,22 @@ fn a_capture_of_nothing_says_so() {
     let output = vn100(&["report", text(&capture), "-o", text(&page)]);
     assert_eq!(output.status.code(), Some(3));
     let html = fs::read_to_string(&page).unwrap();
-    assert!(html.contains("no valid sample") && html.contains("Too short a record"));
+    assert!(html.contains("no valid sample") && html.contains("nothing to conclude from"));
+    assert!(!html.contains("would spoil these numbers") && !html.contains("noise_density"), "it has no numbers");
+}
+
+#[test]
+fn a_capture_of_motion_gives_no_figures_to_a_filter() {
+    let Some(captures) = support::real_captures() else { return };
+    let capture = captures.join("vn100-shake-iwale-153s.vnymr");
+    let folder = TempDir::new().unwrap();
+    let page = folder.path().join("r.html");
+    let output = vn100(&["report", text(&capture), "-o", text(&page), "--export", "kalibr", "--filter-models"]);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && told.contains("the sensor was moved"), "{told}");
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(html.contains("No: the sensor was moved") && !html.contains("noise_density: "));
+    assert!(!folder.path().join("r.imu.yaml").exists());
 }
 
 #[test]

@@ -34,7 +34,11 @@ impl<'a> Exports<'a> {
         for form in &exports.forms {
             for index in 0..inputs.len() {
                 for ending in endings(*form) {
-                    output.check(&exports.path(index, ending), inputs)?;
+                    let path = exports.path(index, ending);
+                    match form {
+                        ExportForm::Svg | ExportForm::Png => output.check_folder(&path, inputs)?,
+                        _ => output.check(&path, inputs)?,
+                    }
                 }
             }
         }

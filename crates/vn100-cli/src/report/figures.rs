@@ -43,7 +43,7 @@ impl Figures {
             all.segments.extend(segments(id, name, &axes, skipped_s)?);
         }
         all.segments.extend(segments("attitude", "Orientation", &record.of(Quantity::Angle), skipped_s)?);
-        for channel in &record.channels {
+        for channel in record.streamed() {
             all.times.extend(envelope(channel, skipped_s)?);
             all.histograms.extend(histogram(channel)?);
         }

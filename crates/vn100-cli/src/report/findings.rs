@@ -47,6 +47,8 @@ pub(crate) struct AxisFindings {
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) white: Option<Parameter>,
+    /// What the graphical rule reads for N, in SI units: whatever else is in the curve is in it, too.
+    pub(crate) white_by_rule: Option<f64>,
     pub(crate) bias_instability: Option<Parameter>,
     pub(crate) random_walk: Option<Parameter>,
     pub(crate) quality: Option<FitQuality>,
@@ -63,6 +65,34 @@ pub(crate) struct AxisFindings {
     pub(crate) std: Option<f64>,
     /// Of the figures of the data sheet, each with what was compared, in words.
     pub(crate) verdicts: Vec<(Term, Verdict, String)>,
+}
+
+/// Of the axes of one sensor that with the largest estimate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Worst<'a> {
+    pub(crate) axis: &'a AxisFindings,
+    pub(crate) value: f64,
+    /// Whether it is known that no other axis is worse.
+    is_worst: bool,
+}
+
+impl Worst<'_> {
+    /// `gyro_y, the worst axis`, or that there may be a worse one.
+    pub(crate) fn named(&self) -> String {
+        format!("{}, the worst {}axis", self.axis.name, if self.is_worst { "" } else { "known " })
+    }
+}
+
+impl SensorFindings {
+    /// By a parameter; `None` where no axis has an estimate.
+    pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
+        let estimate = |axis| of(axis).filter(|found| found.status == Status::Estimated).and_then(|found| found.value);
+        let known = self.axes.iter().filter_map(|axis| Some((axis, estimate(axis)?)));
+        let (axis, value) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let most = |axis| of(axis).and_then(|found| found.value.or(found.upper));
+        let is_worst = self.axes.iter().all(|axis| most(axis).is_some_and(|most| most <= value));
+        Some(Worst { axis, value, is_worst })
+    }
 }
 
 impl Findings {
@@ -132,7 +162,8 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
     ];
     all.into_iter()
         .filter_map(|(quantity, sensor, name)| {
-            let channels = record.of(quantity);
+            let channels: Vec<&ChannelValues> =
+                record.streamed().iter().filter(|channel| channel.quantity == quantity).collect();
             let long_taus = channels.first()?.noise.as_ref()?.long_taus;
             let assessed = record.channels.iter().zip(&record.assessment().channels);
             let onboard =
@@ -166,6 +197,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
         name: channel.name.clone(),
         unit: channel.unit.clone(),
         white: parameter(Term::White),
+        white_by_rule: channel.noise.as_ref().and_then(|noise| noise.classical.white),
         bias_instability: parameter(Term::BiasInstability),
         random_walk: parameter(Term::RateRandomWalk),
         quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),

@@ -49,6 +49,7 @@ pub(crate) fn with_interval(value: f64, lower: f64, upper: f64) -> String {
 /// A length of time, to three digits: `330.6 s`, `25 min`, `5.01 h`.
 pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
+        ..10.0 => format!("{} s", trimmed(seconds, 3)),
         ..600.0 => format!("{} s", trimmed(seconds, 1)),
         ..7200.0 => format!("{} min", trimmed(seconds / 60.0, 1)),
         ..172_800.0 => format!("{} h", trimmed(seconds / 3600.0, 2)),
@@ -95,7 +96,10 @@ mod tests {
         assert_eq!(with_interval(1.2634e-4, 1.2461e-4, 1.2812e-4), "1.263 (1.246 to 1.281)·10⁻⁴");
         assert_eq!(with_interval(0.4397, 0.4351, 0.4443), "0.4397 (0.4351 to 0.4443)");
         assert_eq!(with_interval(5.0, 1.0, 30.0), "5.0 (1.0 to 30.0)");
-        assert_eq!([59.96, 600.0, 18_000.0, 200_000.0].map(duration), ["60 s", "10 min", "5 h", "2.31 days"]);
+        assert_eq!(
+            [0.05, 59.96, 600.0, 18_000.0, 200_000.0].map(duration),
+            ["0.05 s", "60 s", "10 min", "5 h", "2.31 days"]
+        );
         assert_eq!([0, 999, 13_223, 1_234_567].map(grouped), ["0", "999", "13\u{202f}223", "1\u{202f}234\u{202f}567"]);
     }
 }

@@ -41,6 +41,21 @@ impl Output {
 
     /// Fails early: before a long measurement, and before anything is written.
     pub(crate) fn check(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
+        if is_folder(path) {
+            bail!("{} is a folder: give another name", path.display());
+        }
+        self.check_place(path, inputs)
+    }
+
+    /// The same for a folder of many files.
+    pub(crate) fn check_folder(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
+        if self.force && fs::symlink_metadata(path).is_ok() && !is_folder(path) {
+            bail!("{} is no folder, and figures are to lie in it: give another name", path.display());
+        }
+        self.check_place(path, inputs)
+    }
+
+    fn check_place(&self, path: &Path, inputs: &[PathBuf]) -> Result<()> {
         let same = |input: &PathBuf| {
             fs::canonicalize(input).ok().zip(fs::canonicalize(path).ok()).is_some_and(|(a, b)| a == b)
         };
@@ -67,7 +82,10 @@ impl Output {
         partial.push(".partial");
         let partial = folder(path).join(partial);
         create(&partial, bytes)?;
-        fs::rename(&partial, path).with_context(|| format!("cannot replace {}", path.display()))
+        fs::rename(&partial, path).with_context(|| {
+            let _ = fs::remove_file(&partial);
+            format!("cannot replace {}", path.display())
+        })
     }
 
     /// The folder for many files.
@@ -134,5 +152,11 @@ mod tests {
         assert!(forced.check(&file, std::slice::from_ref(&file)).is_err(), "not over the capture, whatever is asked");
         forced.write(&file, b"fourth").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"fourth");
+        let sub = folder.path().join("c.html");
+        fs::create_dir(&sub).unwrap();
+        assert!(forced.check(&sub, &[]).is_err() && forced.check_folder(&sub, &[]).is_ok());
+        assert!(forced.check_folder(&file, &[]).is_err() && careful.check_folder(&sub, &[]).is_err());
+        assert!(forced.write(&sub, b"fifth").is_err() && sub.is_dir());
+        assert!(!folder.path().join("c.html.partial").exists(), "what failed leaves nothing");
     }
 }

@@ -41,6 +41,7 @@ pub(crate) fn page(
         [record] => format!("Noise report: {}", record.origin().name),
         _ => format!("Noise report of {} captures", records.len()),
     };
+    let is_empty = |record: &Record<'_>| record.snapshot().timing.samples == 0;
     let readings = readings::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
     let page = html! {
         (DOCTYPE)
@@ -66,7 +67,7 @@ pub(crate) fn page(
                             }
                         }
                     }
-                    section id="references" { h2 { "References" } (references::references()) }
+                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } (references::references()) } }
                 }
                 footer { p { "Made by vn100 " (env!("CARGO_PKG_VERSION")) ", commit " (facts::commit()) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
@@ -74,7 +75,8 @@ pub(crate) fn page(
             }
         }
     };
-    Ok(page.into_string())
+    // names and notes may hold what a terminal obeys; in HTML it is an error
+    Ok(page.into_string().replace(|c: char| c.is_control() && !matches!(c, '\n' | '\t'), "\u{fffd}"))
 }
 
 /// Everything of one record. `prefix` makes its anchors unique.
@@ -96,6 +98,14 @@ fn one(record: &Record<'_>, figures: &Figures, options: &MeasureArgs, prefix: &s
         let (anchor, name) = sections[index];
         html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
     };
+    if record.snapshot().timing.samples == 0 {
+        return html! {
+            p.warning { (lead(record)) }
+            p { "There is nothing to conclude from. What is known of the capture follows." }
+            @if !record.snapshot().warnings.is_empty() { (section(1, warnings(record))) }
+            (section(9, facts::facts(record, options)))
+        };
+    }
     html! {
         p.lead { (lead(record)) }
         nav { @for (anchor, name) in sections { a href={ "#" (prefix) (anchor) } { (name) } " " } }
@@ -118,8 +128,9 @@ fn lead(record: &Record<'_>) -> String {
     let timing = &snapshot.timing;
     match &snapshot.layout {
         Some(layout) if timing.samples > 0 => format!(
-            "{} samples of {} in {} at {} Hz.",
+            "{} {} of {} in {} at {} Hz.",
             grouped(timing.samples),
+            if timing.samples == 1 { "sample" } else { "samples" },
             layout.message,
             duration(timing.duration_s()),
             trimmed(timing.rate_hz, 4)

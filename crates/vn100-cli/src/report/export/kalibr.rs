@@ -6,7 +6,10 @@ use anyhow::{Result, bail};
 use imu_noise::{Sensor, Status, Term, over_bound};
 use vn100_protocol::Quantity;
 
-use super::super::record::Record;
+use super::super::{
+    findings::{Findings, SensorFindings},
+    record::Record,
+};
 use crate::{noise_document::status, text::LEAST_EDF, units::ChannelValues};
 
 /// The lines of the file, and what it lacks.
@@ -14,6 +17,7 @@ use crate::{noise_document::status, text::LEAST_EDF, units::ChannelValues};
 pub(crate) struct Yaml {
     lines: Vec<String>,
     lacks: Vec<String>,
+    was_moved: bool,
 }
 
 /// Of each sensor the worst axis. Where its random walk is not estimated, and `with_over_bound`, the white noise and the random walk that
@@ -28,12 +32,19 @@ pub(crate) fn yaml(record: &Record<'_>, with_over_bound: bool) -> Yaml {
         snapshot.timing.rate_hz,
         record.assessment().confidence
     ));
+    let findings = Findings::of(record);
+    if findings.moved().is_some() {
+        yaml.was_moved = true;
+        yaml.comment("nothing for a filter: the sensor was moved, and its noise is not seen");
+        return yaml;
+    }
     yaml.comment("continuous-time densities of this stream at this rate, as measured: nothing is divided out");
     for (quantity, sensor, name) in [
         (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
         (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
     ] {
-        yaml.sensor(&record.of(quantity), sensor, name, with_over_bound);
+        let axes = record.of(quantity);
+        yaml.sensor(&axes, findings.sensor(sensor), (sensor, name), with_over_bound);
     }
     yaml.lines.push("rostopic: /imu/data".into());
     yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));
@@ -48,6 +59,11 @@ impl Yaml {
     /// # Errors
     /// Where a figure is not known: Kalibr does not start without it, and a guess would pass for a measurement.
     pub(crate) fn complete(&self) -> Result<()> {
+        if self.was_moved {
+            bail!(
+                "no imu.yaml for Kalibr: the sensor was moved in this record, and its noise is not seen. Record it at rest"
+            );
+        }
         if self.lacks.is_empty() {
             return Ok(());
         }
@@ -65,19 +81,22 @@ impl Yaml {
         self.lines.push(format!("{name}: {}", decimal(value)));
     }
 
-    fn sensor(&mut self, axes: &[&ChannelValues], sensor: Sensor, name: &str, with_over_bound: bool) {
+    fn sensor(
+        &mut self,
+        axes: &[&ChannelValues],
+        found: Option<&SensorFindings>,
+        (sensor, name): (Sensor, &str),
+        with_over_bound: bool,
+    ) {
         let (white_name, walk_name) = (format!("{name}_noise_density"), format!("{name}_random_walk"));
-        let white = worst(axes, Term::White);
-        let walk = worst(axes, Term::RateRandomWalk);
+        let white = found.and_then(|found| found.worst(|axis| axis.white));
+        let walk = found.and_then(|found| found.worst(|axis| axis.random_walk));
         let unit = |term| imu_noise::conventions(sensor, term).first().map_or("", |si| si.unit);
-        if let (Some((white_axis, white)), Some((walk_axis, walk))) = (white, walk) {
-            self.comment(&format!("{name}: white noise of {white_axis}, its worst axis, {}", unit(Term::White)));
-            self.figure(&white_name, white);
-            self.comment(&format!(
-                "{name}: random walk of {walk_axis}, its worst axis, {}",
-                unit(Term::RateRandomWalk)
-            ));
-            self.figure(&walk_name, walk);
+        if let (Some(white), Some(walk)) = (white, walk) {
+            self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
+            self.figure(&white_name, white.value);
+            self.comment(&format!("{name}: random walk of {}, in {}", walk.named(), unit(Term::RateRandomWalk)));
+            self.figure(&walk_name, walk.value);
             return;
         }
         let estimated = white;
@@ -89,35 +108,24 @@ impl Yaml {
         if let Some((white, walk)) = above {
             self.comment(&format!("{name}: {reason}. The next two are no estimates: together they"));
             self.comment("lie above the upper bounds of the whole curve of every axis, and make a filter careful");
-            if let Some((axis, white)) = estimated {
-                self.comment(&format!(
-                    "({axis}, its worst axis, has an estimated white noise of {} alone)",
-                    decimal(white)
-                ));
+            if let Some(worst) = estimated {
+                let value = decimal(worst.value);
+                self.comment(&format!("({}, has an estimated white noise of {value} alone)", worst.named()));
             }
             self.figure(&white_name, white);
             self.figure(&walk_name, walk);
             return;
         }
         match white {
-            Some((axis, white)) => {
-                self.comment(&format!("{name}: white noise of {axis}, its worst axis, {}", unit(Term::White)));
-                self.figure(&white_name, white);
+            Some(white) => {
+                self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
+                self.figure(&white_name, white.value);
             }
             None => self.comment(&format!("{white_name}: not known")),
         }
         self.comment(&format!("{walk_name}: not known, {reason}"));
         self.lacks.push(reason);
     }
-}
-
-/// The largest value among the axes that have one, with the name of the axis.
-fn worst<'a>(axes: &[&'a ChannelValues], term: Term) -> Option<(&'a str, f64)> {
-    let values = axes.iter().filter_map(|axis| {
-        let parameter = axis.noise.as_ref()?.parameter(term)?;
-        Some((axis.name.as_str(), parameter.value.filter(|_| parameter.status == Status::Estimated)?))
-    });
-    values.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {

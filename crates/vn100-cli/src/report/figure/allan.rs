@@ -19,7 +19,7 @@ pub(crate) const FLAT: f64 = 0.664_28;
 /// One axis: its curve with the fitted model, the lines of N, B and K, and what the graphical rules read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
-    let fitted = model.as_ref().map_or_else(Vec::new, Model::ends);
+    let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
     let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
@@ -163,14 +163,23 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Its deviations at either end of the fit.
-    fn ends(&self) -> Vec<f64> {
-        let quality = self.noise.fit.quality;
-        quality
-            .iter()
-            .flat_map(|quality| [quality.tau_min_s, quality.tau_max_s])
-            .map(|tau_s| self.deviation(tau_s))
-            .collect()
+    /// Bounds alone make no line.
+    fn has_terms(&self) -> bool {
+        [self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
+    }
+
+    /// Averaging times from one end of the fit to the other.
+    fn fitted_taus(&self) -> Vec<f64> {
+        const STEPS: i32 = 48;
+        let Some(quality) = self.noise.fit.quality.filter(|_| self.has_terms()) else { return Vec::new() };
+        let (from, to) = (quality.tau_min_s, quality.tau_max_s);
+        (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS))).collect()
+    }
+
+    /// Its deviations, and where its letters stand: all of that is to be seen.
+    fn reaches(&self) -> Vec<f64> {
+        let fitted = self.fitted_taus().into_iter().map(|tau_s| self.deviation(tau_s));
+        fitted.chain([self.white, self.random_walk].into_iter().flatten()).collect()
     }
 
     /// IEEE Std 952, annex C.
@@ -205,7 +214,7 @@ impl<'a> Model<'a> {
     }
 
     fn legend(&self, legend: &mut Vec<(Sample, String)>) {
-        if self.noise.fit.quality.is_some() {
+        if self.noise.fit.quality.is_some() && self.has_terms() {
             legend.push((Sample::Line(model_stroke()), "fitted model".into()));
         }
         let classical = &self.noise.classical;
@@ -222,12 +231,10 @@ impl<'a> Model<'a> {
     }
 
     fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Mark> {
-        const STEPS: i32 = 48;
         let mut marks = Vec::new();
-        if let Some(quality) = self.noise.fit.quality {
-            let (from, to) = (quality.tau_min_s, quality.tau_max_s);
-            let tau_s = (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS)));
-            marks.push(plot.line(tau_s.map(|tau_s| (tau_s, self.deviation(tau_s))), model_stroke()));
+        let fitted = self.fitted_taus();
+        if !fitted.is_empty() {
+            marks.push(plot.line(fitted.into_iter().map(|tau_s| (tau_s, self.deviation(tau_s))), model_stroke()));
         }
         for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));

@@ -40,19 +40,20 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
         .map(|(index, (channel, _))| (Sample::Line(stroke(index)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend)?;
+    let mut peaks: Vec<Peak> =
+        curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
+    peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     let mut told: Vec<f64> = Vec::new();
-    for (index, (channel, points)) in curves.iter().enumerate() {
+    for Peak { hz, is_told, .. } in &mut peaks {
+        // at its highest, and not again on another axis; the strongest leave room for few others
+        *is_told = told.len() < MOST_TOLD && told.iter().all(|other| (other / *hz).ln().abs() > APART);
+        told.extend(is_told.then_some(*hz));
+    }
+    for (index, (_, points)) in curves.iter().enumerate() {
         let mut marks = vec![plot.line(points.iter().copied(), stroke(index))];
-        let lines = channel.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
-        for (hz, _) in lines {
-            let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
-            let Some((frequency, amplitude)) = near.max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            marks.push(plot.symbol(frequency, amplitude, Shape::of_series(index), Colour::Series(index)));
-            // the same line on another axis is not told again, and the strongest leave room for few others
-            if told.len() < MOST_TOLD && told.iter().all(|other| (other / hz).ln().abs() > APART) {
-                marks.push(plot.note(frequency, amplitude, format!("{hz:.1} Hz")));
-                told.push(hz);
-            }
+        for Peak { hz, frequency, amplitude, is_told, .. } in peaks.iter().filter(|peak| peak.series == index) {
+            marks.push(plot.symbol(*frequency, *amplitude, Shape::of_series(index), Colour::Series(index)));
+            marks.extend(is_told.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
         }
         plot.draw(index, marks);
     }
@@ -62,4 +63,25 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
     };
     let series = curves.iter().map(series).collect();
     Ok(Some(plot.done(series)))
+}
+
+/// Where a line stands out of a curve.
+struct Peak {
+    series: usize,
+    /// Of the line.
+    hz: f64,
+    /// Of the nearby point of the curve that is highest.
+    frequency: f64,
+    amplitude: f64,
+    is_told: bool,
+}
+
+fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {
+    let lines = channel.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
+    let peak = |(hz, _): (f64, f64)| {
+        let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
+        let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Peak { series, hz, frequency, amplitude, is_told: false })
+    };
+    lines.into_iter().filter_map(peak).collect()
 }

@@ -32,7 +32,7 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
                                 td data-label=(COLUMNS[1]) { (white(sensor)) }
                                 td data-label=(COLUMNS[2]) { (slow(sensor, Term::BiasInstability, |axis| axis.bias_instability)) }
                                 td data-label=(COLUMNS[3]) { (slow(sensor, Term::RateRandomWalk, |axis| axis.random_walk)) }
-                                td data-label=(COLUMNS[4]) { (verdict(sensor)) }
+                                td data-label=(COLUMNS[4]) { @if findings.moved().is_some() { (NOTHING) } @else { (verdict(sensor)) } }
                             }
                         }
                     }
@@ -53,17 +53,28 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
 /// The largest N, in the unit that people compare.
 fn white(sensor: &SensorFindings) -> String {
     let (unit, factor) = shown_in(sensor.sensor, Term::White);
-    let estimated =
-        sensor.axes.iter().filter_map(|axis| Some((axis, axis.white.filter(|white| white.value.is_some())?)));
-    let worst = estimated.max_by(|(_, a), (_, b)| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)));
-    match worst {
-        Some((axis, Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. })) => format!(
-            "{} {} ({})",
-            with_interval(value * factor, lower * factor, upper * factor),
-            pretty_unit(unit),
-            axis.name
-        ),
-        _ => sensor.axes.iter().find_map(|axis| axis.white).map_or(NOTHING, |white| in_words(white.status)).into(),
+    let worst = sensor.worst(|axis| axis.white).map(|worst| worst.axis);
+    match worst.and_then(|axis| Some((axis, axis.white?))) {
+        Some((axis, Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. })) => {
+            let others: Vec<&str> = (sensor.axes.iter())
+                .filter(|other| other.white_value().is_none())
+                .map(|other| other.name.as_str())
+                .collect();
+            let unknown = if others.is_empty() { String::new() } else { format!("; not known: {}", others.join(", ")) };
+            format!(
+                "{} {} ({}{unknown})",
+                with_interval(value * factor, lower * factor, upper * factor),
+                pretty_unit(unit),
+                axis.name
+            )
+        }
+        _ => {
+            let found = || sensor.axes.iter().filter_map(|axis| axis.white);
+            match found().filter_map(|white| white.upper).reduce(f64::max) {
+                Some(upper) => format!("≤ {} {}", digits(upper * factor, 2), pretty_unit(unit)),
+                None => found().next().map_or(NOTHING, |white| in_words(white.status)).into(),
+            }
+        }
     }
 }
 

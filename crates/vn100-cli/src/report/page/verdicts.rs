@@ -2,10 +2,13 @@
 
 use maud::{Markup, html};
 
-use super::super::{
-    figure::pretty_unit,
-    numbers::{NOTHING, digits, four_digits},
-    record::Record,
+use super::{
+    super::{
+        figure::pretty_unit,
+        numbers::{NOTHING, digits, four_digits},
+        record::Record,
+    },
+    statistics::ORDER,
 };
 use crate::{
     judging::verdict_name,
@@ -22,16 +25,15 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
             p { "None was compared: the built-in figures are for the VN-100's own messages; " code { "--datasheet FILE.toml" } " gives those of another sensor." }
         };
     };
-    let rows: Vec<(&ChannelValues, &FigureVerdict)> = record
-        .channels
-        .iter()
+    let rows: Vec<(&ChannelValues, &FigureVerdict)> = (ORDER.iter())
+        .flat_map(|(quantity, _)| record.of(*quantity))
         .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
         .collect();
     html! {
         h3 { "Beside the data sheet: " (verdicts.datasheet) }
         @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
         div.scroll {
-            table {
+            table.verdicts {
                 thead { tr { @for name in ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"] { th scope="col" { (name) } } } }
                 tbody {
                     @for (channel, verdict) in &rows {

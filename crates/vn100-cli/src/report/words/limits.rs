@@ -45,7 +45,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
         (Verdict::Pass, "pass"),
         (Verdict::Fail, "fail: beyond the figure, whatever the stream does to it"),
         (Verdict::Consistent, "consistent; the averaging window is not known, so that nothing passes or fails by it"),
-        (Verdict::Undecided, "undecided: the interval holds both, or there is none"),
+        (Verdict::Undecided, "undecided: the interval holds both, there is none, or the averaging window would decide"),
         (Verdict::NotComparable, "not comparable: this message does not carry it"),
     ];
     let letters = [(Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")];
@@ -63,12 +63,9 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
         sentences.push(format!("Beside the figures of {sheet}, in the table below: {}.", told.join("; ")));
     }
     sentences.extend(findings.sensors.iter().filter_map(|sensor| {
-        let white = |axis: &AxisFindings| axis.white_value().unwrap_or(0.0);
-        let worst = sensor.axes.iter().max_by(|a, b| white(a).total_cmp(&white(b)))?;
-        let (.., text) = worst.verdicts.iter().find(|(term, ..)| *term == Term::White)?;
-        worst
-            .white_value()
-            .map(|_| format!("{}, the worst axis of the {}: {}.", worst.name, sensor.name, pretty_unit(text)))
+        let worst = sensor.worst(|axis| axis.white)?;
+        let (.., text) = worst.axis.verdicts.iter().find(|(term, ..)| *term == Term::White)?;
+        Some(format!("{} of the {}: {}.", worst.named(), sensor.name, pretty_unit(text)))
     }));
     sentences
 }
@@ -139,7 +136,7 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
             duration(findings.duration_s),
             duration(tau_s)
         ),
-        None => format!("Its length: {} samples are too few for any deviation with an interval.", findings.samples),
+        None => format!("Its length: {} too few for any deviation with an interval.", samples_are(findings.samples)),
     });
     if findings.compensated {
         limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
@@ -157,6 +154,10 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
         limits.push("Its form: without arrival times neither the true rate nor lines lost whole can be seen.".into());
     }
     limits
+}
+
+fn samples_are(count: u64) -> String {
+    if count == 1 { "1 sample is".into() } else { format!("{count} samples are") }
 }
 
 pub(super) fn not_tested(findings: &Findings) -> Vec<String> {

@@ -15,6 +15,10 @@ use super::{
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
     let mut sentences: Vec<String> =
         findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.rate_hz)).collect();
+    if findings.moved().is_some() {
+        sentences
+            .insert(0, "The sensor was moved: what follows is of the motion, and tells nothing of its noise.".into());
+    }
     if sentences.is_empty() {
         sentences.push("There are no axes of a sensor in this record, or no samples.".into());
     }
@@ -66,14 +70,13 @@ fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
             });
             let one = axis.std.map_or_else(String::new, |std| {
                 let unit = pretty_unit(&axis.unit);
-                // what white noise of that density alone would give a sample
+                // what white noise of that density alone would give a sample: more, where it was fitted to long times only
                 let alone = value * rate_hz.sqrt();
-                format!(
-                    "; one sample at {} Hz varies by {} {unit}, of which white noise is {}",
-                    trimmed(rate_hz, 3),
-                    digits(std, 3),
-                    digits(alone, 3)
-                )
+                let share = match digits(alone, 3) {
+                    alone_in_digits if alone < 1.01 * std => format!(", of which white noise is {alone_in_digits}"),
+                    _ => String::new(),
+                };
+                format!("; one sample at {} Hz varies by {} {unit}{share}", trimmed(rate_hz, 3), digits(std, 3))
             });
             format!(
                 "{}: white noise N = {} {}{other}{one}.",
@@ -87,14 +90,27 @@ fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
         }
         Some(Parameter { status: Status::ModelRejected, .. }) => {
             format!(
-                "{}: no range of averaging times follows a noise model, so that no N is given; see what disturbs it below.",
-                axis.name
+                "{}: no range of averaging times follows a noise model, so that no N is given{}; see what disturbs it below.",
+                axis.name,
+                by_rule(axis, units[0].unit)
             )
         }
+        _ if !axis.lines.is_empty() => format!(
+            "{}: white noise is not observable: what shakes the sensor covers the averaging times that would show it{}.",
+            axis.name,
+            by_rule(axis, units[0].unit)
+        ),
         _ => {
             format!("{}: white noise is not observable: the record is too short, or the values do not vary.", axis.name)
         }
     }
+}
+
+/// What older reports would have called N.
+fn by_rule(axis: &AxisFindings, unit: &str) -> String {
+    axis.white_by_rule.map_or_else(String::new, |read| {
+        format!("; at 1 s the curve reads {} {}, the disturbance included", four_digits(read), pretty_unit(unit))
+    })
 }
 
 fn slow_noise(

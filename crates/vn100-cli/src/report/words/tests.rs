@@ -19,6 +19,7 @@ fn axis(name: &str) -> AxisFindings {
         name: name.into(),
         unit: "rad/s".into(),
         white: Some(estimated(1e-4)),
+        white_by_rule: Some(1.1e-4),
         bias_instability: Some(estimated(2e-5)),
         random_walk: Some(estimated(1e-6)),
         quality: Some(FitQuality { tau_min_s: 0.025, tau_max_s: 3277.0, chi2: 9.0, dof: 12, p: 0.7 }),
@@ -107,7 +108,12 @@ fn each_state_of_a_parameter_has_its_words() {
             let axis = &mut findings.sensors[0].axes[0];
             (axis.white, axis.quality) = (Some(Parameter::without_value(Status::ModelRejected)), None);
         },
-        &["gyro_x: no range of averaging times", "It explains no range of gyro_x"],
+        &[
+            "gyro_x: no range of averaging times",
+            "at 1 s the curve reads 1.100·10⁻⁴ rad/s/√Hz",
+            "It explains no range of gyro_x",
+            "gyro_y, the worst known axis",
+        ],
     );
     changes(
         |findings| findings.sensors[0].axes[1].random_walk = Some(bounded(5e-7)),
@@ -199,9 +205,40 @@ fn what_befell_the_record_is_told_with_its_cure() {
     );
     changes(
         |findings| findings.sensors[0].axes[1].std = Some(4.6),
-        &["the sensor was moved. gyro_y varies by 4.6 rad/s", "nothing here compares", "lie still"],
+        &[
+            "the sensor was moved. gyro_y has a standard deviation of 4.6 rad/s",
+            "nothing here compares",
+            "lie still",
+            "what follows is of the motion",
+            "Nothing of this record",
+        ],
     );
     changes(|findings| findings.duration_s = 600.0, &["10 min of data", "Record longer"]);
+}
+
+#[test]
+fn the_file_for_kalibr_is_promised_only_where_nothing_lacks() {
+    let mut findings = flawless();
+    let accelerometer =
+        SensorFindings { sensor: Sensor::Accelerometer, name: "accelerometer", ..findings.sensors[0].clone() };
+    findings.sensors.push(accelerometer);
+    let complete = told(&findings);
+    assert!(complete.contains("kalibr writes the file.") && !complete.contains("--filter-models"), "{complete}");
+    findings.sensors[1].axes.iter_mut().for_each(|axis| axis.random_walk = Some(bounded(5e-7)));
+    let lacking = told(&findings);
+    assert!(lacking.contains("accelerometer: no random walk was seen"), "{lacking}");
+    assert!(lacking.contains("only together with --filter-models"), "{lacking}");
+}
+
+#[test]
+fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
+    let walk = |parameter: Parameter| {
+        let mut findings = flawless();
+        findings.sensors[0].axes[1].random_walk = Some(parameter);
+        told(&findings)
+    };
+    assert!(walk(bounded(5e-7)).contains("(gyro_x, the worst axis)"));
+    assert!(walk(bounded(5e-6)).contains("(gyro_x, the worst known axis)"));
 }
 
 #[test]
@@ -209,4 +246,5 @@ fn a_record_of_nothing_says_so() {
     let findings = Findings { sensors: Vec::new(), samples: 0, duration_s: 0.0, ..flawless() };
     let text = told(&findings);
     assert!(text.contains("no axes of a sensor") && text.contains("0 samples are too few"), "{text}");
+    assert!(!text.contains("missing") && !text.contains("of one piece"), "{text}");
 }

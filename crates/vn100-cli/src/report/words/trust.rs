@@ -29,7 +29,7 @@ pub(super) fn trust(findings: &Findings) -> Vec<String> {
 fn moved(findings: &Findings) -> Option<String> {
     let axis = findings.moved()?;
     Some(format!(
-        "No: the sensor was moved. {} varies by {} {} from sample to sample, which no sensor at rest does. All figures describe the motion, none of them the noise.",
+        "No: the sensor was moved. {} has a standard deviation of {} {}, which no sensor at rest has. All figures describe the motion, none of them the noise.",
         axis.name,
         digits(axis.std?, 2),
         pretty_unit(&axis.unit)
@@ -59,6 +59,9 @@ fn time_base(findings: &Findings) -> Option<String> {
 
 fn losses(findings: &Findings) -> Option<String> {
     let Findings { samples, missing, gaps, .. } = findings;
+    if *samples < 2 {
+        return None;
+    }
     Some(match missing {
         0 if findings.has_stamps => {
             format!("No sample is missing among {}, as far as arrival times tell.", grouped(*samples))
@@ -99,7 +102,8 @@ fn vibration(findings: &Findings) -> Option<String> {
     let shaken: Vec<String> = (findings.axes())
         .filter_map(|axis| {
             let (hz, share) = axis.lines.first()?;
-            Some(format!("{} {hz:.1} Hz ({:.0} %)", axis.name, 100.0 * share))
+            let percent = if *share < 0.005 { "below 1".into() } else { format!("{:.0}", 100.0 * share) };
+            Some(format!("{} {hz:.1} Hz ({percent} %)", axis.name))
         })
         .collect();
     let trimmed_fits: Vec<String> = (findings.axes())
@@ -136,7 +140,9 @@ fn one_piece(findings: &Findings) -> Option<String> {
     let stepped = of(|axis| axis.steps);
     let warming = of(|axis| axis.warm_up_s.is_some());
     if disturbed.is_empty() && stepped.is_empty() && warming.is_empty() {
-        let judged = !findings.warns(WarningKind::NotStationary) && !findings.warns(WarningKind::TooShort);
+        // two samples have no pieces
+        let long_enough = findings.axes().any(|axis| axis.known_to_s.is_some());
+        let judged = long_enough && !findings.warns(WarningKind::NotStationary);
         return judged.then(|| "No disturbance, step or warm-up was found: the record is of one piece.".into());
     }
     let parts =
