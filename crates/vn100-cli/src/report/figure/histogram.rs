@@ -61,16 +61,24 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>> {
     Ok(Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }])))
 }
 
-/// Bars joined in pairs until none lies far below both its neighbours: values that come in steps would leave gaps between narrower bars, and
+/// Bars joined in pairs until none lies far below some near it on both sides: values that come in steps would leave gaps between narrower bars, and
 /// twice as high ones beside them.
 fn as_wide_as_steps(mut width: f64, counts: &[u64]) -> (f64, Vec<u64>) {
     // what chance alone hardly does to a bar between such neighbours
     const FULL: u64 = 20;
     const GAP: u64 = 4;
+    const NEAR: usize = 4;
     const FEWEST: usize = 12;
     let mut counts = counts.to_vec();
-    let is_gap = |bars: &[u64]| bars[0].min(bars[2]) >= FULL && bars[0].min(bars[2]) > GAP * bars[1];
-    while counts.len() >= 2 * FEWEST && counts.windows(3).any(is_gap) {
+    let highest = |bars: &[u64]| bars.iter().copied().max().unwrap_or(0);
+    let has_gap = |counts: &[u64]| {
+        (1..counts.len()).any(|bar| {
+            let before = highest(&counts[bar.saturating_sub(NEAR)..bar]);
+            let behind = highest(&counts[bar + 1..(bar + 1 + NEAR).min(counts.len())]);
+            before.min(behind) >= FULL && before.min(behind) > GAP * counts[bar]
+        })
+    };
+    while counts.len() >= 2 * FEWEST && has_gap(&counts) {
         counts = counts.chunks(2).map(|pair| pair.iter().sum()).collect();
         width *= 2.0;
     }
@@ -87,6 +95,8 @@ mod tests {
         assert_eq!(as_wide_as_steps(0.5, &smooth), (0.5, smooth.clone()));
         let steps: Vec<u64> = (0..64).map(|bar| if bar % 2 == 0 { 100 } else { 0 }).collect();
         assert_eq!(as_wide_as_steps(0.5, &steps), (1.0, vec![100; 32]));
+        let far: Vec<u64> = (0..64).map(|bar| if bar % 4 == 0 { 100 } else { 0 }).collect();
+        assert_eq!(as_wide_as_steps(0.5, &far), (2.0, vec![100; 16]));
         let rare = [0, 3, 0, 5, 0, 90, 70, 0, 4, 0].repeat(3);
         assert_eq!(as_wide_as_steps(1.0, &rare).0, 1.0, "tails have gaps");
     }
