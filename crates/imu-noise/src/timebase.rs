@@ -19,7 +19,9 @@
 //!   lie on a straight line within 1.5 periods: bunching changes little. A rate of the sensor within 1 % of both is taken
 //!   after one stretch; of one of them after 4, if the other does not contradict; else by the stretches after 16. After
 //!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one it is
-//!   that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is one more of the sensor's.
+//!   that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is one more of the sensor's;
+//!   where neither tells one it is kept if it lies within 5 % of the lower edge, by the median step of the earliest of
+//!   32 lines, or of the fastest stretch: a backlog that drains bends a few steps. Else it has until line 1024.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
 //!   record, lost lines counted. The length of a loss is counted with it.
 //! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It
@@ -133,8 +135,9 @@ impl Timebase {
 
     /// A time base for a sensor said to send at `known_hz`, one of its rates or not. Lines are held as by
     /// [`new`](Self::new), until the stamps agree: they are refused when the rate measured is not within 5 % of it, see
-    /// [`Refusal::OtherRate`]. Fewer than 32 lines agree when bunching of 0.1 s explains the difference. A change of the
-    /// rate later is told all the same. A rate that is not finite and positive is ignored.
+    /// [`Refusal::OtherRate`], and is another of the sensor's, or still contradicts it after 1024 lines. Few lines agree
+    /// when bunching of 0.1 s explains the difference. A change of the rate later is told all the same. A rate that is
+    /// not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
         let usable = known_hz.is_finite() && known_hz > 0.0;

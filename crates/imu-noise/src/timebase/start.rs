@@ -5,9 +5,17 @@ use super::rate::{even, rounded, steady};
 use super::stretches::{STRETCH_TOLERANCE, Stretch, Stretches};
 use super::{NominalRate, Refusal};
 
-/// Most stretches, and lines, held while no rate is clear.
+/// Most stretches held while no rate is clear.
 const START_STRETCHES: usize = 16;
+
+/// Most lines held; a backlog of the reader has drained by then.
 const START_LINES: usize = 1024;
+
+/// Lines whose earliest arrival is taken together.
+const EDGE_LINES: usize = 32;
+
+/// Fewest such groups that have a lower edge: the first ones may be a backlog.
+const MIN_EDGE_GROUPS: usize = 8;
 
 /// Stretches after which one kind of evidence is enough: together they bend by one period in 124.
 const SEVERAL_STRETCHES: usize = 4;
@@ -18,7 +26,7 @@ const LISTED_TOLERANCE: f64 = 0.01;
 /// A rate given beforehand is this near to the measured one.
 const KNOWN_TOLERANCE: f64 = 0.05;
 
-/// Time by which bunching may bend a record too short for a stretch.
+/// Time by which bunching may bend a short record.
 const BUNCHING_S: f64 = 0.1;
 
 /// What the first lines were held for.
@@ -79,13 +87,14 @@ impl Start {
         self.held_s.push(at_s);
         let stretch = self.cutter.push(at_s);
         self.stretches.extend(stretch);
-        let full = self.stretches.len() >= START_STRETCHES || self.held_s.len() >= START_LINES;
-        if full || stretch.is_some() { self.decide(full) } else { None }
+        let lasting = self.held_s.len() >= START_LINES;
+        let full = lasting || self.stretches.len() >= START_STRETCHES;
+        if lasting || stretch.is_some() { self.decide(full, lasting) } else { None }
     }
 
     /// The same when these lines are all there will be; nothing for a single line, or none, of unknown rate.
     pub(super) fn finish(&self) -> Option<Result<Beginning, Refusal>> {
-        self.decide(true)
+        self.decide(true, true)
     }
 
     /// The clock went back: the stamps so far have nothing to do with those that follow.
@@ -106,17 +115,21 @@ impl Start {
         self.unstamped + self.held_s.len() as u64
     }
 
-    /// The rate or the refusal; when `full` the best that can be had.
-    fn decide(&self, full: bool) -> Option<Result<Beginning, Refusal>> {
-        let placing = self.measured(full);
+    /// The rate or the refusal: when `full` the best that can be had, unless a known rate is contradicted by what may not
+    /// be `lasting`.
+    fn decide(&self, full: bool, lasting: bool) -> Option<Result<Beginning, Refusal>> {
+        let clear = self.clear(full);
         if let Some(known_hz) = self.known_hz {
-            let agreed = placing.filter(|placing| (placing.hz() / known_hz - 1.0).abs() <= KNOWN_TOLERANCE);
-            let short = (full && self.is_short_at(known_hz)).then_some(Placing::Listed(known_hz));
-            if let Some(placing) = agreed.or(short) {
-                return Some(Ok(Beginning { nominal: NominalRate::Known(known_hz), placing }));
+            let nominal = NominalRate::Known(known_hz);
+            let agreed = clear.filter(|placing| is_near(placing.hz(), known_hz));
+            if let Some(placing) = agreed.or_else(|| self.unclear_at(known_hz, clear, full)) {
+                return Some(Ok(Beginning { nominal, placing }));
+            }
+            if !lasting && !matches!(clear, Some(Placing::Listed(_))) {
+                return None;
             }
         }
-        let Some(placing) = placing else {
+        let Some(placing) = clear.or_else(|| if full { self.unclear() } else { None }) else {
             let lines = self.held_s.len() as u64;
             return (full && lines > 1).then_some(Err(Refusal::NoTimePasses { lines }));
         };
@@ -131,8 +144,8 @@ impl Start {
         })
     }
 
-    /// The rate by the stamps, once it is clear or must be.
-    fn measured(&self, full: bool) -> Option<Placing> {
+    /// The rate by intervals or stretches, once one of them is clear; when `full` it need not be one of the sensor's.
+    fn clear(&self, full: bool) -> Option<Placing> {
         let (steady_hz, even_hz) = (steady(&self.held_s), even(&self.stretches));
         let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
         let (steady_listed, even_listed) = (steady_hz.and_then(listed), even_hz.and_then(listed));
@@ -147,12 +160,49 @@ impl Start {
             return listed_hz.map(Placing::Listed);
         }
         let hz = if differ { even_hz } else { steady_hz.or(even_hz) };
-        if let Some(hz) = hz {
-            return Some(Placing::Measured(rounded(hz)));
-        }
-        let hz = self.fastest_stretch_hz().or_else(|| self.mean_hz())?;
+        hz.map(|hz| Placing::Measured(rounded(hz)))
+    }
+
+    /// The likeliest rate where neither intervals nor stretches tell one.
+    fn unclear(&self) -> Option<Placing> {
+        let edge_hz = self.known_hz.and_then(|known_hz| self.edge_hz(known_hz));
+        let hz = edge_hz.or_else(|| self.fastest_stretch_hz()).or_else(|| self.mean_hz())?;
         let near_hz = snap(&self.listed_hz, hz, STRETCH_TOLERANCE);
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
+    }
+
+    /// How lines are placed whose rate is not clear, if `full` as they are nothing contradicts the known one.
+    fn unclear_at(&self, known_hz: f64, clear: Option<Placing>, full: bool) -> Option<Placing> {
+        if !full {
+            return None;
+        }
+        if self.stretches.is_empty() {
+            return self.is_short_at(known_hz).then_some(Placing::Listed(known_hz));
+        }
+        if clear.is_some() {
+            return None;
+        }
+        let mut rates_hz = self.edge_hz(known_hz).into_iter().chain(self.fastest_stretch_hz());
+        let near_hz = rates_hz.find(|&hz| is_near(hz, known_hz));
+        let near_hz = near_hz.or_else(|| self.is_short_at(known_hz).then_some(known_hz))?;
+        Some(Placing::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
+    }
+
+    /// The rate of the lower edge of the lags: the median step between the earliest arrivals of neighbouring groups of
+    /// lines. A backlog or losses bend it only when most groups have some.
+    fn edge_hz(&self, known_hz: f64) -> Option<f64> {
+        let lags_s: Vec<f64> =
+            self.held_s.iter().enumerate().map(|(line, at_s)| at_s - line as f64 / known_hz).collect();
+        let least_s: Vec<f64> =
+            lags_s.chunks_exact(EDGE_LINES).map(|group| group.iter().copied().fold(f64::INFINITY, f64::min)).collect();
+        if least_s.len() < MIN_EDGE_GROUPS {
+            return None;
+        }
+        let mut steps_s: Vec<f64> = least_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = steps_s.len() / 2;
+        let step_s = *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let period_s = known_hz.recip() + step_s / EDGE_LINES as f64;
+        (period_s > 0.0).then(|| period_s.recip())
     }
 
     /// The rate of the fastest stretch: losses lower those of others.
@@ -165,14 +215,18 @@ impl Start {
         (span_s > 0.0).then(|| (self.held_s.len() - 1) as f64 / span_s)
     }
 
-    /// Whether a record without a stretch is one of lines at this rate, but for bunching.
+    /// Whether so many lines at this rate take that long, but for bunching.
     fn is_short_at(&self, known_hz: f64) -> bool {
         let expected_s = self.held_s.len().saturating_sub(1) as f64 / known_hz;
         let within_s = KNOWN_TOLERANCE * expected_s + BUNCHING_S;
-        self.stretches.is_empty() && self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
+        self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
     }
 
     fn span_s(&self) -> Option<f64> {
         Some(self.held_s.last()? - self.held_s.first()?)
     }
+}
+
+fn is_near(measured_hz: f64, known_hz: f64) -> bool {
+    (measured_hz / known_hz - 1.0).abs() <= KNOWN_TOLERANCE
 }

@@ -112,6 +112,51 @@ fn a_known_rate_that_the_stamps_contradict_is_refused() {
     }
 }
 
+/// As read by a host that stalls for `stalled_s` at first, then reads for the rest of a second after these pauses in turn,
+/// and then takes each line alone.
+fn bunched_start(stamps_s: &[f64], stalled_s: f64, pauses_s: &[f64]) -> Vec<f64> {
+    let first_s = stamps_s.first().copied().unwrap_or_default();
+    let mut pauses_s = pauses_s.iter().cycle();
+    let mut read_s = first_s + stalled_s;
+    let read = |&sent_s: &f64| {
+        while read_s < sent_s && read_s < first_s + 1.0 {
+            read_s += pauses_s.next().copied().unwrap_or(1.0);
+        }
+        sent_s.max(read_s)
+    };
+    stamps_s.iter().map(read).collect()
+}
+
+#[test]
+fn a_known_rate_outlasts_a_backlog_that_drains() {
+    // Ten lines are late at first, and the reader catches up by one in 40, one read in four bringing two.
+    let drained: Vec<f64> = steady(200.0, 6000)
+        .into_iter()
+        .enumerate()
+        .map(|(line, sent_s)| {
+            let behind = 10_usize.saturating_sub(line / 40) + usize::from(line < 500 && line % 4 == 0);
+            sent_s + 0.005 * behind as f64
+        })
+        .collect();
+    let mut lossy = drained.clone();
+    lossy.drain(3000..3004);
+    let expected = [known(200.0), Placed::Lines(3000), Placed::Gap { missing: 4 }, Placed::Lines(2996)];
+    assert_eq!(place_known(200.0, &drained).0, [known(200.0), Placed::Lines(6000)]);
+    assert_eq!(place_known(200.0, &lossy).0, expected);
+}
+
+#[test]
+fn a_bunched_start_hides_no_other_rate() {
+    for (known_hz, rate_hz) in [(200.0, 100.0), (100.0, 200.0), (40.0, 50.0), (50.0, 40.0), (200.0, 180.0)] {
+        let stamps_s = bunched_start(&steady(rate_hz, 3000), 0.3, &[0.031, 0.017, 0.013, 0.049]);
+        let (sequence, _) = place_known(known_hz, &stamps_s);
+        let [Placed::Refused(Refusal::OtherRate { measured_hz, .. }), Placed::Lines(3000)] = sequence[..] else {
+            panic!("{rate_hz} for {known_hz} Hz: {sequence:?}")
+        };
+        assert!((measured_hz / rate_hz - 1.0).abs() < 0.01, "{measured_hz} of {rate_hz} Hz");
+    }
+}
+
 #[test]
 fn a_known_rate_within_5_percent_is_used() {
     for known_hz in [38.2, 39.0, 40.0, 41.0, 41.9] {
@@ -268,6 +313,25 @@ fn even_intervals_are_exact_and_the_longest_always_is() {
 }
 
 proptest! {
+    /// The host is busy for the first second; lines are lost later.
+    #[test]
+    fn a_known_rate_outlasts_any_bunched_start(
+        rate_hz in prop::sample::select(vec![40.0, 50.0, 100.0, 200.0]),
+        stalled_s in 0.0..0.9,
+        pauses_s in prop::collection::vec(0.0001..0.05, 8..40),
+        lost in prop::collection::vec((2000_usize..5000, 1_usize..12), 0..6),
+    ) {
+        let mut stamps_s = bunched_start(&steady(rate_hz, 6000), stalled_s, &pauses_s);
+        let mut missing = 0;
+        for (line, lines) in lost {
+            stamps_s.drain(line..line + lines);
+            missing += lines as u64;
+        }
+        let (sequence, summary) = place_known(rate_hz, &stamps_s);
+        prop_assert_eq!((summary.refusal, summary.missing), (None, missing), "{:?}", sequence);
+        prop_assert_eq!(summary.nominal, Some(NominalRate::Known(rate_hz)));
+    }
+
     /// A stream with a loss, a change of the rate, and a stamp that goes back, polled in any rhythm.
     #[test]
     fn when_it_is_polled_changes_nothing(
