@@ -130,6 +130,11 @@ impl Advice {
                 ),
             );
         }
+        let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
+        let over = refusal.is_none();
+        if let Some(refusal) = refusal.or(snapshot.refused_before) {
+            self.on_refusal(refusal, over);
+        }
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
         }
@@ -160,19 +165,22 @@ impl Advice {
         }
     }
 
+    /// `over` when the link was lost since, and the stamps that came then are used again.
+    fn on_refusal(&mut self, refusal: Refusal, over: bool) {
+        let unseen = match refusal {
+            // says so itself
+            Refusal::OtherRate { .. } => "",
+            Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
+                ". Lines lost whole cannot be seen from there on"
+            }
+        };
+        let until = if over { ". That was so until the link was lost" } else { "" };
+        self.warn(WarningKind::StampsRefused, format!("{refusal}{unseen}{until}"));
+    }
+
     fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
-        if let Some(refusal) = summary.refusal {
-            let unseen = match refusal {
-                // says so itself
-                Refusal::OtherRate { .. } => "",
-                Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
-                    ". Lines lost whole cannot be seen from there on"
-                }
-            };
-            self.warn(WarningKind::StampsRefused, format!("{refusal}{unseen}"));
-        }
         if summary.refusal.is_none() && summary.backwards > 0 {
             self.warn(
                 WarningKind::StampsBackwards,

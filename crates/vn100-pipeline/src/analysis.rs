@@ -4,7 +4,7 @@ mod restart;
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use imu_noise::{NominalRate, SpectrumPlan, Timebase};
+use imu_noise::{NominalRate, Refusal, SpectrumPlan, Timebase};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
 use vn100_protocol::{Layout, PrintFormat};
 
@@ -46,6 +46,8 @@ pub struct Analysis {
     waiting: Option<Waiting>,
     /// Lines lost whole are told of, by counters or arrival times.
     missing_by_evidence: bool,
+    /// Why the stamps of a stretch of the link that is over were no time base; the first such reason.
+    refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
@@ -86,6 +88,7 @@ impl Analysis {
             link: LinkCounts::default(),
             waiting: None,
             missing_by_evidence: false,
+            refused_before: None,
             rate_change: None,
             index: 0,
             bad_lines_pending: 0,
@@ -127,7 +130,8 @@ impl Analysis {
     pub fn take_link_event(&mut self, event: &LinkEvent) {
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
-            self.waiting = None;
+            let ended = self.waiting.take().and_then(|waiting| waiting.summary());
+            self.refused_before = self.refused_before.or_else(|| ended?.refusal);
             self.missing_by_evidence = false;
             self.take_unknown_gap();
         }
@@ -172,6 +176,7 @@ impl Analysis {
             layout: self.layout.clone(),
             timing: self.timing,
             arrivals: self.waiting.as_ref().and_then(Waiting::summary),
+            refused_before: self.refused_before,
             rate_change: self.rate_change,
             registers: self.registers.clone(),
             link: self.link,
@@ -233,12 +238,17 @@ impl Analysis {
                     self.timing.rate_from = RateFrom::Arrival;
                     self.compare_with_device();
                 }
-                if self.timing.missing_from != MissingFrom::Counter {
+                if self.timing.missing_from != MissingFrom::Counter && self.refused_before.is_none() {
                     self.timing.missing_from = MissingFrom::Arrival;
                 }
                 self.missing_by_evidence = true;
             }
-            Verdict::Refused => self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter,
+            Verdict::Refused => {
+                self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter;
+                if !self.missing_by_evidence {
+                    self.timing.missing_from = MissingFrom::BadLines;
+                }
+            }
             Verdict::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
         }
     }

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{
-    ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, TimebaseSummary,
-    counts_to_unit,
+    ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, Refusal,
+    TimebaseSummary, counts_to_unit,
 };
 use vn100_driver::LinkCounts;
 use vn100_protocol::{Channel, Layout, Quantity};
@@ -20,6 +20,8 @@ pub struct Snapshot {
     pub timing: Timing,
     /// What the arrival stamps say; `None` for a stream without stamps.
     pub arrivals: Option<TimebaseSummary>,
+    /// Why the stamps were no time base before the link was lost and found again, where they were none.
+    pub refused_before: Option<Refusal>,
     /// The change of rate after which samples were left out.
     pub rate_change: Option<RateChange>,
     /// The sensor's registers by number, as it last printed them; those only that were asked for within the stream.
@@ -108,9 +110,10 @@ impl Timing {
 pub enum MissingFrom {
     /// A counter in every line: exact.
     Counter,
-    /// When the lines arrived: lines lost whole are counted too. Where the stamps were refused later, only up to there.
+    /// When the lines arrived: lines lost whole are counted too.
     Arrival,
-    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.
+    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen. Also where the stamps of a part of
+    /// the record only were refused.
     BadLines,
 }
 

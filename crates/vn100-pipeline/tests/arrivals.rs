@@ -6,7 +6,7 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
-    Arrival, Batch, LinkCounts, Mark, MarkKind,
+    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind,
     protocol::{Layout, VNYMR},
 };
 use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
@@ -36,10 +36,16 @@ fn analysed(lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
 }
 
 fn analysed_as(layout: Layout, lines: &[Line], rows: usize, settings: Settings) -> Snapshot {
+    let mut analysis = Analysis::new(settings);
+    absorb(&mut analysis, layout, lines, rows);
+    analysis.finish();
+    analysis.snapshot()
+}
+
+fn absorb(analysis: &mut Analysis, layout: Layout, lines: &[Line], rows: usize) {
     let layout: Arc<Layout> = Arc::new(layout);
     let width = layout.channels.len();
     let empty = || Batch { layout: Some(Arc::clone(&layout)), ..Batch::default() };
-    let mut analysis = Analysis::new(settings);
     let mut batch = empty();
     for (number, line) in (0_i32..).zip(lines) {
         let row = batch.row_count();
@@ -58,8 +64,6 @@ fn analysed_as(layout: Layout, lines: &[Line], rows: usize, settings: Settings) 
     link.tally.samples = lines.iter().filter(|line| matches!(line, At(_))).count() as u64;
     batch.link = link;
     analysis.absorb(&batch);
-    analysis.finish();
-    analysis.snapshot()
 }
 
 fn warned(snapshot: &Snapshot, kind: WarningKind) -> bool {
@@ -104,6 +108,25 @@ fn refused_stamps_leave_the_bad_lines_as_evidence() {
     assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
     assert_eq!((snapshot.timing.samples, snapshot.timing.missing), (500, 1));
     assert_eq!(snapshot.timing.rate_from, RateFrom::Assumed);
+}
+
+#[test]
+fn stamps_refused_once_are_told_behind_the_next_link_too() {
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let lossy = without(&steady(40.0, 0, 600), |index| index == 300);
+    absorb(&mut analysis, VNYMR.clone(), &lossy, 64);
+    analysis.take_link_event(&down);
+    assert_eq!(analysis.snapshot().timing.missing_from, MissingFrom::Arrival);
+    absorb(&mut analysis, VNYMR.clone(), &steady(100.0, 0, 600), 64);
+    analysis.take_link_event(&down);
+    absorb(&mut analysis, VNYMR.clone(), &lossy, 64);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    assert_eq!(snapshot.timing.missing, 2);
+    assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
+    let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap();
+    assert!(told.text.contains("100.0000 Hz") && told.text.contains("until the link was lost"), "{}", told.text);
 }
 
 #[test]
