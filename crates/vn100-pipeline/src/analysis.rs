@@ -133,7 +133,9 @@ impl Analysis {
             let ended = self.waiting.take().and_then(|waiting| waiting.summary());
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
             self.missing_by_evidence = false;
-            self.take_unknown_gap();
+            if !self.is_complete() {
+                self.take_unknown_gap();
+            }
         }
     }
 

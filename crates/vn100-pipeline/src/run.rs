@@ -153,8 +153,13 @@ async fn analyse(
     let end = loop {
         tokio::select! {
             event = events.recv() => match event {
-                Some(Event::Batch(batch)) => {
-                    analysis.absorb(&batch);
+                Some(event) => {
+                    match event {
+                        Event::Batch(batch) => analysis.absorb(&batch),
+                        // a lost link sets free the lines that waited for others
+                        Event::Link(event) => analysis.take_link_event(&event),
+                        Event::End(end) => break end,
+                    }
                     changed = true;
                     if analysis.is_complete() || end_of_search.is_reached(&analysis) {
                         break End { error: None, csv: None };
@@ -167,11 +172,6 @@ async fn analyse(
                         let _ = queue.send(Arc::new(analysis.snapshot())).await;
                     }
                 }
-                Some(Event::Link(event)) => {
-                    analysis.take_link_event(&event);
-                    changed = true;
-                }
-                Some(Event::End(end)) => break end,
                 // the reading task died: what it delivered stands
                 None => {
                     let error = io::Error::other("the task that reads the source stopped");
