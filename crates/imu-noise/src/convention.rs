@@ -47,6 +47,14 @@ pub struct Convention {
     pub sides: Option<Sides>,
 }
 
+impl Convention {
+    /// The same unit for an amplitude density over positive frequencies only: √2 times the number.
+    #[must_use]
+    pub const fn one_sided(self) -> Self {
+        one_sided(self.unit, self.factor)
+    }
+}
+
 /// All conventions for a parameter; the SI unit comes first.
 ///
 /// ```

@@ -80,7 +80,7 @@ pub use identification::{LagOne, NoiseType};
 pub use moments::Moments;
 pub use noise_model::{
     BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
-    Term, Terms, classical_reading, over_bound, visible_random_walk, white_deficit,
+    Term, Terms, classical_reading, curve_minimum, over_bound, visible_random_walk, white_deficit,
 };
 pub use normality::{Normality, NotJudged};
 pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};

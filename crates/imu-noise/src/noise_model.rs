@@ -3,6 +3,7 @@
 
 mod boxcar;
 mod classical;
+mod curve_minimum;
 mod deficit;
 mod expected;
 mod fit;
@@ -18,6 +19,7 @@ mod term;
 use crate::{Octave, PowerLaw, RecordShape};
 pub use boxcar::BoxcarWindow;
 pub use classical::{ClassicalReading, OverBound, classical_reading, over_bound, visible_random_walk};
+pub use curve_minimum::curve_minimum;
 pub use deficit::white_deficit;
 pub use fit::{FitQuality, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;

@@ -69,12 +69,14 @@ impl Claim {
             return Verdict::NotComparable;
         }
         let (low, high) = self.expected(stream);
-        let Some(upper) = parameter.upper else { return Verdict::Undecided };
+        if parameter.upper.is_none() && parameter.lower.is_none() {
+            return Verdict::Undecided;
+        }
         let is_beyond = parameter.lower.is_some_and(|lower| lower > high);
-        let is_within = match self {
+        let is_within = parameter.upper.is_some_and(|upper| match self {
             Self::Limit(_) => upper <= low,
             Self::Typical { .. } => upper <= high,
-        };
+        });
         match (stream.is_known, is_within, is_beyond) {
             (false, _, true) => Verdict::Undecided,
             (false, _, false) => Verdict::Consistent,
@@ -153,7 +155,13 @@ mod tests {
             (limit, estimated(8.0, 9.9), StreamFactor::ONE, Pass),
             (limit, estimated(8.0, 10.1), StreamFactor::ONE, Undecided),
             (limit, estimated(10.1, 11.0), StreamFactor::ONE, Fail),
+            (limit, estimated(9.0, 10.0), StreamFactor::ONE, Pass),
+            (limit, estimated(10.0, 11.0), StreamFactor::ONE, Undecided),
             (limit, bounded(9.0), StreamFactor::ONE, Pass),
+            // a record may be too short for the upper end alone
+            (limit, Parameter { upper: None, ..estimated(8.0, 9.0) }, StreamFactor::ONE, Undecided),
+            (limit, Parameter { upper: None, ..estimated(11.0, 12.0) }, StreamFactor::ONE, Fail),
+            (limit, Parameter { upper: None, ..estimated(11.0, 12.0) }, unknown, Consistent),
             (limit, bounded(11.0), StreamFactor::ONE, Undecided),
             // twice the limit is 18 to 22
             (limit, estimated(17.0, 17.9), twice, Pass),
