@@ -15,7 +15,7 @@ use ratatui::{
 };
 
 use super::{
-    curve::{Curve, Plot, next_octave},
+    curve::{Curve, LEAST_EDF, Plot, next_octave},
     draw::{Regions, Scene, framed},
     format::{digits, tau, time},
     parameters,
@@ -85,6 +85,7 @@ fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
         let interval = match (point.lower, point.upper) {
+            _ if point.edf.is_some_and(|edf| edf < LEAST_EDF) => "too few for an interval".into(),
             (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
             _ => "no interval yet".into(),
         };

@@ -11,7 +11,7 @@ use super::{
 use crate::units::{ChannelValues, Point};
 
 /// Intervals with fewer degrees of freedom span more than a factor of ten: they may run out of the plot, which then says so.
-const LEAST_EDF: f64 = 2.0;
+pub(super) const LEAST_EDF: f64 = 2.0;
 
 /// Places along an octave where the model is drawn.
 const MODEL_STEPS: u32 = 4;
