@@ -133,7 +133,7 @@ fn registers_told_within_the_stream_are_in_the_report() {
         lines.push_str(&format!("${body}*{checksum:02X}\r\n"));
     }
     fs::write(&capture, lines).unwrap();
-    let (_, html) = report(&folder, &[&capture], &[]);
+    let (_, html) = report(&folder, &[&capture], &["--rate", "40"]);
     for told in ["0100012345", "averages 20 refreshes of the gyroscope (both)", "on, heading absolute", "<b>pass</b>"] {
         assert!(html.contains(told), "{told}");
     }

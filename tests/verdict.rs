@@ -1,88 +1,281 @@
-//! Verdicts against a data sheet: by the interval, with what the stream does to the sensor's noise allowed for.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking")]
+//! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts wait for.
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;
 
 use std::{
+    fmt::Write,
     fs,
     path::{Path, PathBuf},
 };
 
 use serde_json::Value;
-use support::{channel, replay, replay_log, vn100};
+use support::{channel, document, real_captures, replay, vn100};
 
-fn capture(folder: &Path, options: &[&str]) -> PathBuf {
-    let path = folder.join("capture.vnymr");
-    let output = vn100().args(["sim", "--force", "-o"]).arg(&path).args(options).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+const GYRO: [&str; 3] = ["gyro_x", "gyro_y", "gyro_z"];
+const RATE: [&str; 2] = ["--rate", "40"];
+
+/// `$body*XX`, with its checksum.
+fn sentence(body: &str) -> String {
+    let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${body}*{checksum:02X}\r\n")
+}
+
+/// What the sensor says of its averaging.
+fn register_85(window: u32) -> String {
+    sentence(&format!("VNRRG,85,0,{window},{window},4,0,0,3,3,3,0"))
+}
+
+/// A capture of the emulated sensor, a window of 4 at 40 Hz, behind `first`.
+fn capture(folder: &Path, name: &str, message: &str, duration: &str, first: &str) -> PathBuf {
+    let path = folder.join(name);
+    let output = vn100().args(["sim", "-o"]).arg(&path).args(["--message", message, "--duration", duration]).output();
+    assert!(output.unwrap().status.success());
+    let lines = fs::read_to_string(&path).unwrap();
+    fs::write(&path, first.to_owned() + &lines).unwrap();
     path
 }
 
-/// The verdicts on one figure of a channel.
-fn verdicts(document: &Value, name: &str, parameter: &str) -> Vec<String> {
+/// The `$VNIMU` capture with the rates about x, y and z times `factors`.
+fn scaled(capture: &Path, factors: [f64; 3]) -> PathBuf {
+    let mut lines = String::new();
+    for line in fs::read_to_string(capture).unwrap().lines() {
+        let fields: Vec<&str> = line.trim_start_matches('$').split(['*', ',']).collect();
+        if fields[0] == "VNIMU" {
+            let mut body = fields[..7].join(",");
+            for (field, factor) in fields[7..10].iter().zip(factors) {
+                write!(body, ",{:+010.6}", field.parse::<f64>().unwrap() * factor).unwrap();
+            }
+            write!(body, ",{}", fields[10..fields.len() - 1].join(",")).unwrap();
+            lines += &sentence(&body);
+        } else {
+            lines += line;
+            lines += "\r\n";
+        }
+    }
+    let path = capture.with_extension("scaled");
+    fs::write(&path, lines).unwrap();
+    path
+}
+
+/// The comparisons of `parameter` on one channel.
+fn verdicts<'a>(document: &'a Value, name: &str, parameter: &str) -> Vec<&'a Value> {
     let all = channel(document, name)["verdict"].as_array().unwrap();
-    let of = all.iter().filter(|verdict| verdict["parameter"] == parameter);
-    of.map(|verdict| verdict["verdict"].as_str().unwrap().to_owned()).collect()
+    all.iter().filter(|comparison| comparison["parameter"] == parameter).collect()
+}
+
+/// The one verdict on `parameter`.
+fn verdict<'a>(document: &'a Value, name: &str, parameter: &str) -> &'a str {
+    let [comparison] = verdicts(document, name, parameter)[..] else { panic!("{name} {parameter}: not one verdict") };
+    comparison["verdict"].as_str().unwrap()
+}
+
+/// `vn100 replay` with options: exit code and standard error.
+fn ended(file: &Path, options: &[&str]) -> (i32, String) {
+    let output = vn100().arg("replay").arg(file).args(options).output().unwrap();
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
 #[test]
-fn without_the_window_white_noise_is_consistent_and_never_passes() {
-    let (document, exit) = replay(&replay_log("clean-minute.vnymr"), &[]);
+fn a_sensor_that_is_as_its_sheet_says_passes_though_it_reads_twice_as_much() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
+    let (document, exit) = replay(&file, &["--rate", "40", "--fail-on", "gyro N", "--fail-on", "accel_z N"]);
     assert_eq!(exit, 0);
-    assert_eq!(verdicts(&document, "gyro_x", "white"), ["consistent"]);
-    assert_eq!(verdicts(&document, "gyro_x", "bias_instability"), ["not-comparable", "not-comparable"]);
-    assert_eq!(channel(&document, "yaw")["verdict"], Value::Null);
-    let verdict = &channel(&document, "gyro_x")["verdict"][0];
-    assert!((verdict["factor"].as_f64().unwrap() - 5_f64.sqrt()).abs() < 1e-9);
-    assert!(verdict["text"].as_str().unwrap().contains("deg/sqrt(h)"), "{verdict}");
-    assert_eq!(channel(&document, "gyro_x")["grade"]["best"], Value::Null);
-    assert!(channel(&document, "gyro_x")["grade"]["reason"].as_str().unwrap().contains("stream"));
-
-    let output =
-        vn100().args(["replay", "--fail-on", "gyro N"]).arg(replay_log("clean-minute.vnymr")).output().unwrap();
-    assert_eq!(output.status.code(), Some(4));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("gyro_x is consistent"));
-    assert!(!output.stdout.is_empty());
-    let wrong = vn100().args(["replay", "--fail-on", "gyro", "x.vnymr"]).output().unwrap();
-    assert_eq!(wrong.status.code(), Some(2));
+    assert_eq!(channel(&document, "gyro_x")["verdict"][0]["datasheet"], "VectorNav VN-100");
+    for name in GYRO {
+        let comparison = verdicts(&document, name, "white")[0];
+        assert_eq!(comparison["verdict"], "pass");
+        assert!((comparison["factor"].as_f64().unwrap() - 5_f64.sqrt()).abs() < 1e-9);
+        let [low, value, high] =
+            ["expected_low", "measured", "expected_high"].map(|number| comparison[number].as_f64().unwrap());
+        assert!(low < value && value < high && value > 1.9 * 6.11e-5, "{low} {value} {high}");
+        let text = comparison["text"].as_str().unwrap();
+        assert!(text.contains("0.47 ± 0.05") && text.contains("deg/sqrt(h)"), "{text}");
+        assert_eq!([&comparison["claim"], &comparison["figure"]], ["typical", "typically 0.0035 deg/s/sqrt(Hz)"]);
+        assert!(comparison["source"].is_string());
+    }
+    assert_eq!(channel(&document, "temperature")["verdict"], Value::Null);
+    let text = vn100().arg("replay").arg(&file).args(RATE).output().unwrap().stdout;
+    let text = String::from_utf8(text).unwrap();
+    let verdicts = text.split_once("data sheet: VectorNav VN-100 (nominal").unwrap().1;
+    assert!(verdicts.lines().all(|line| line.chars().count() <= 80), "{verdicts}");
+    assert!(verdicts.contains("gyro_x   N  pass"), "{verdicts}");
 }
 
 #[test]
-fn bias_instability_is_judged_as_the_sheet_states_it() {
+fn one_noisy_axis_fails_and_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let path = capture(folder.path(), &["--message", "VNIMU", "--duration", "5h"]);
-    let (document, exit) = replay(&path, &["--rate", "40", "--fail-on", "gyro B", "--fail-on", "accel B"]);
-    assert_eq!(exit, 0, "6 deg/h of flicker has its minimum at 4 deg/h, below the limit of 10");
-    assert_eq!(verdicts(&document, "gyro_y", "bias_instability"), ["pass", "pass"]);
-    assert_eq!(channel(&document, "gyro_y")["grade"]["best"], "tactical");
-    assert_eq!(channel(&document, "accel_y")["grade"], Value::Null);
+    let file = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
+    let file = scaled(&file, [1.3, 1.0, 1.0]);
+    let (document, exit) = replay(&file, &RATE);
+    assert_eq!((exit, verdict(&document, "gyro_x", "white")), (0, "fail"), "nothing was asked for");
+    assert_eq!(verdict(&document, "gyro_y", "white"), "pass");
+    assert!(verdicts(&document, "gyro_x", "white")[0]["text"].as_str().unwrap().contains("no guarantee"));
+    let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro N"]);
+    assert_eq!(exit, 4);
+    assert!(said.contains("gyro_x is fail, measured") && said.contains("no guarantee"), "{said}");
+    assert!(!said.contains("gyro_y"), "{said}");
+    assert_eq!(ended(&file, &["--rate", "40", "--fail-on", "gyro_y N"]).0, 0);
+}
 
-    // the same B of 6 deg/h against sheets that mean the minimum, or the flicker noise itself
-    let sheet = |convention: &str, limit: f64| {
+#[test]
+fn without_the_window_or_the_rate_nothing_passes_and_nothing_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let untold = capture(folder.path(), "untold.txt", "VNIMU", "10min", "");
+    let (document, exit) = replay(&untold, &["--rate", "40", "--fail-on", "gyro N"]);
+    assert_eq!((exit, verdict(&document, "gyro_x", "white")), (4, "consistent"));
+    assert_eq!(verdict(&document, "accel_y", "bias_instability"), "consistent");
+    let (document, _) = replay(&scaled(&untold, [1.3; 3]), &RATE);
+    assert_eq!(verdict(&document, "gyro_x", "white"), "undecided");
+    let told = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
+    let (document, _) = replay(&told, &[]);
+    assert_eq!(document["timing"]["rate_from"], "assumed");
+    assert_eq!(verdict(&document, "gyro_x", "white"), "consistent");
+}
+
+#[test]
+fn with_the_honest_window_the_sheet_holds_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "honest.txt", "VNIMU", "10min", &register_85(20));
+    // the noise of a window of 4 is too much for one of 20
+    let (document, _) = replay(&scaled(&file, [1.0, 0.2_f64.sqrt(), 0.95 * 0.2_f64.sqrt()]), &RATE);
+    let of = |name| verdicts(&document, name, "white")[0];
+    assert_eq!([&of("gyro_x")["factor"], &of("gyro_x")["factor_uncertainty"]], [&Value::from(1.0), &Value::from(0.0)]);
+    assert_eq!([of("gyro_x"), of("gyro_y"), of("gyro_z")].map(|of| &of["verdict"]), ["fail", "undecided", "pass"]);
+}
+
+#[test]
+fn rates_without_their_bias_have_no_bias_instability_and_no_grade() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "compensated.txt", "VNYMR", "10min", &register_85(4));
+    let (document, _) = replay(&file, &RATE);
+    for name in GYRO {
+        assert_eq!(verdict(&document, name, "white"), "pass");
+        let bias = verdicts(&document, name, "bias_instability");
+        assert_eq!(bias.len(), 2);
+        assert!(bias.iter().all(|comparison| comparison["verdict"] == "not-comparable"));
+        let grade = &channel(&document, name)["grade"];
+        assert_eq!([&grade["best"], &grade["worst"]], [&Value::Null; 2]);
+        assert!(grade["reason"].as_str().unwrap().contains("stream"), "{grade}");
+    }
+    assert_eq!(channel(&document, "accel_x")["grade"], Value::Null);
+    let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro B"]);
+    assert_eq!(exit, 4);
+    assert!(said.contains("gyro_x is not-comparable"), "{said}");
+}
+
+#[test]
+fn five_hours_show_bias_instability_and_grade() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "long.txt", "VNIMU", "5h", &register_85(4));
+    let (document, exit) = replay(&file, &["--rate", "40", "--fail-on", "gyro B", "--fail-on", "accel B"]);
+    assert_eq!(exit, 0);
+    let (detrended, exit) = replay(&file, &["--rate", "40", "--detrend", "linear", "--fail-on", "gyro B"]);
+    assert_eq!((exit, &verdicts(&detrended, "gyro_x", "bias_instability")[0]["verdict"]), (4, &"consistent".into()));
+    assert_eq!(verdict(&detrended, "gyro_x", "white"), "pass");
+    for name in GYRO {
+        // B is 6 deg/h, and the minimum of its curve 0.664 times that
+        let [limit, _] = verdicts(&document, name, "bias_instability")[..] else { panic!() };
+        assert_eq!([&limit["claim"], &limit["is_minimum"]], [&Value::from("limit"), &Value::from(true)]);
+        let [lower, upper] = ["measured_lower", "measured_upper"].map(|end| limit[end].as_f64().unwrap());
+        assert!(lower < 1.932e-5 && 1.932e-5 < upper, "{lower} to {upper}");
+        let grade = &channel(&document, name)["grade"];
+        assert_eq!([&grade["best"], &grade["worst"]], ["tactical"; 2]);
+    }
+    // 6 deg/h of flicker noise are above 5, and the minimum of its curve is not
+    let sheet = |convention: &str| {
         let text = format!(
-            "name = \"mine\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\nunit = \"deg/h\"\nlimit = {limit}\n{convention}"
+            "name = \"x\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\nlimit = 5\nunit = \"deg/h\"\nconvention = \"{convention}\"\n"
         );
-        let file = folder.path().join("sheet.toml");
-        fs::write(&file, text).unwrap();
-        let (document, _) = replay(&path, &["--rate", "40", "--datasheet", file.to_str().unwrap()]);
-        verdicts(&document, "gyro_y", "bias_instability")
+        let path = folder.path().join(convention);
+        fs::write(&path, text).unwrap();
+        let (document, _) = replay(&file, &["--rate", "40", "--datasheet", path.to_str().unwrap()]);
+        verdict(&document, "gyro_x", "bias_instability").to_owned()
     };
-    assert_eq!(sheet("", 5.2), ["pass"]);
-    assert_eq!(sheet("convention = \"flicker\"", 5.2), ["fail"]);
-    assert_eq!(sheet("", 3.0), ["fail"]);
-    assert_eq!(sheet("", 4.3), ["undecided"]);
+    assert_eq!([sheet("minimum"), sheet("flicker")], ["pass", "fail"]);
+    // what is typical decides nothing beside a limit
+    let claim = |claim: &str| {
+        format!(
+            "[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\n{claim}\nunit = \"deg/h\"\nconvention = \"minimum\"\n"
+        )
+    };
+    let path = folder.path().join("both.toml");
+    fs::write(&path, format!("name = \"x\"\n{}{}", claim("typical = [1, 2]"), claim("limit = 10"))).unwrap();
+    let both = ["--rate", "40", "--fail-on", "gyro B", "--datasheet", path.to_str().unwrap()];
+    let (document, exit) = replay(&file, &both);
+    let kinds = verdicts(&document, "gyro_x", "bias_instability");
+    assert_eq!((exit, &kinds[0]["verdict"], &kinds[1]["verdict"]), (0, &"fail".into(), &"pass".into()));
 }
 
 #[test]
-fn a_wrong_sheet_is_told_before_anything_is_read() {
+fn other_sensors_are_compared_with_the_sheet_that_is_given() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("sheet.toml");
-    fs::write(&file, "name = \"mine\"\n[[figure]]\nsensor = \"gyro\"").unwrap();
-    for sheet in [file, folder.path().join("none.toml")] {
-        let output =
-            vn100().args(["replay", "--datasheet"]).arg(&sheet).arg(replay_log("clean-minute.vnymr")).output().unwrap();
-        assert_eq!(output.status.code(), Some(1));
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(stderr.contains(sheet.to_str().unwrap()) && output.stdout.is_empty(), "{stderr}");
+    let capture = capture(folder.path(), "other.txt", "VNIMU", "10min", "");
+    let mut rows = String::from("wx,wy,wz\n");
+    for line in fs::read_to_string(&capture).unwrap().lines() {
+        let fields: Vec<&str> = line.split(['*', ',']).collect();
+        writeln!(rows, "{},{},{}", fields[7], fields[8], fields[9]).unwrap();
+    }
+    let csv = folder.path().join("other.csv");
+    fs::write(&csv, rows).unwrap();
+    let columns = ["--columns", "gyro_x=wx:rad/s,gyro_y=wy:rad/s,gyro_z=wz:rad/s", "--rate", "40"];
+    let (document, _) = replay(&csv, &columns);
+    assert_eq!(channel(&document, "gyro_x")["verdict"], Value::Null);
+    assert_eq!(ended(&csv, &[&columns[..], &["--fail-on", "gyro N"]].concat()).0, 4);
+    // it reads 0.47 deg/√h, which one side of the spectrum shows as 0.0111 deg/s/√Hz
+    let judged = |onboard: &str, limit: f64, convention: &str| {
+        let claim = format!(
+            "sensor = \"gyroscope\"\nparameter = \"white\"\nlimit = {limit}\nunit = \"deg/s/sqrt(Hz)\"\nconvention = \"{convention}\"\n"
+        );
+        let path = folder.path().join("sheet.toml");
+        fs::write(&path, format!("name = \"x\"\n{onboard}[[figure]]\n{claim}")).unwrap();
+        let (document, _) = replay(&csv, &[&columns[..], &["--datasheet", path.to_str().unwrap()]].concat());
+        verdict(&document, "gyro_x", "white").to_owned()
+    };
+    let (exact, folded) = ("[onboard]\nrefresh_hz = 40\nwindow = 1\n", "[onboard]\nrefresh_hz = 800\nwindow = 4\n");
+    assert_eq!(judged(exact, 0.0085, "two-sided"), "pass");
+    assert_eq!(judged(exact, 0.0085, "one-sided"), "fail");
+    assert_eq!(judged(folded, 0.0085, "one-sided"), "pass");
+    assert_eq!(judged(folded, 0.0035, "two-sided"), "undecided");
+    assert_eq!(judged("", 0.0085, "two-sided"), "consistent");
+    // neighbours that share refreshes make white noise read low, unless the fit was told
+    assert_eq!(judged("[onboard]\nrefresh_hz = 40\nwindow = 8\n", 0.0085, "two-sided"), "consistent");
+}
+
+#[test]
+fn a_wrong_sheet_or_figure_is_told_before_anything_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = folder.path().join("wrong.toml");
+    fs::write(
+        &sheet,
+        "name = \"x\"\n\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\nlimit = 1\nunit = \"deg/h\"\n",
+    )
+    .unwrap();
+    let missing = folder.path().join("missing.txt");
+    let (exit, said) = ended(&missing, &["--datasheet", sheet.to_str().unwrap()]);
+    assert_eq!(exit, 1);
+    for part in ["wrong.toml", "line 3", "deg/sqrt(h)"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert_eq!(ended(&missing, &["--fail-on", "gyro R"]).0, 2);
+    assert_eq!(ended(&missing, &["--fail-on", "gyro N"]).0, 3, "no data is worse than no verdict");
+    let file = capture(folder.path(), "short.txt", "VNIMU", "20s", "");
+    let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro_w N", "--fail-on", "gyro_x K"]);
+    assert_eq!(exit, 4);
+    assert!(said.contains("gyro_w N does not pass") && said.contains("gyro_x has no such figure"), "{said}");
+}
+
+#[test]
+fn the_static_record_agrees_with_the_sheet_as_far_as_anyone_can_say() {
+    let Some(folder) = real_captures() else { return };
+    let file = folder.join("vn100-static-kiran-330s.vnymr");
+    let output = vn100().arg("replay").arg(file).args(["--rate", "40", "--json"]).output().unwrap();
+    let document = document(&output);
+    for name in GYRO {
+        let white = verdict(&document, name, "white");
+        assert!(["consistent", "undecided"].contains(&white), "{name}: {white}");
+        let bias = verdicts(&document, name, "bias_instability");
+        assert!(bias.iter().all(|comparison| comparison["verdict"] == "not-comparable"), "{name}");
     }
 }

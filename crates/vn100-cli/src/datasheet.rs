@@ -1,11 +1,12 @@
 //! Data sheets: the built-in one of the VN-100, and those that users write, as TOML.
 
-use std::{fs, path::Path};
+use std::{fs, ops::Range, path::Path};
 
 use anyhow::{Context, Result, bail};
 use imu_noise::{Claim, Sensor, Sides, Term, conventions};
 use serde::Deserialize;
-use vn100_pipeline::{Datasheet, DatasheetFigure};
+use toml::Spanned;
+use vn100_pipeline::{Datasheet, DatasheetFigure, SheetOnboard};
 
 const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
 
@@ -31,40 +32,68 @@ fn parse(text: &str) -> Result<Datasheet> {
     if sheet.figure.is_empty() {
         bail!("holds no [[figure]]");
     }
+    if let Some(onboard) = &sheet.onboard
+        && !(onboard.get_ref().refresh_hz > 0.0 && onboard.get_ref().refresh_hz.is_finite())
+    {
+        bail!("line {}: refresh_hz is not above 0", line(text, &onboard.span()));
+    }
+    let figure = |printed: Spanned<PrintedFigure>| {
+        let line = line(text, &printed.span());
+        figure(printed.into_inner()).with_context(|| format!("the figure in line {line}"))
+    };
     let figures = sheet.figure.into_iter().map(figure).collect::<Result<_>>()?;
-    Ok(Datasheet { name: sheet.name, note: sheet.note, figures })
+    let onboard = sheet.onboard.map(Spanned::into_inner);
+    let onboard = onboard.map(|Onboard { refresh_hz, window }| SheetOnboard { refresh_hz, window });
+    Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures })
+}
+
+fn line(text: &str, span: &Range<usize>) -> usize {
+    text.bytes().take(span.start).filter(|byte| *byte == b'\n').count() + 1
 }
 
 fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
+    use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
     let (sensor, term) = (printed.sensor.into(), printed.parameter.into());
     let all = conventions(sensor, term);
     // a density is taken for two-sided: makers print N
     let known = all.iter().find(|convention| convention.unit == printed.unit && convention.sides != Some(Sides::One));
-    let Some(convention) = known else {
+    let Some(unit) = known else {
         let units: Vec<_> = all.iter().filter(|c| c.sides != Some(Sides::One)).map(|c| c.unit).collect();
         bail!("{:?} is no unit of this figure: use one of {}", printed.unit, units.join(", "));
     };
-    let (claim, number) = match (printed.limit, printed.typical) {
-        (Some(limit), None) => (Claim::Limit(limit), format!("at most {limit}")),
-        (None, Some(Typical::One(value))) => (Claim::Typical { from: value, to: value }, format!("typically {value}")),
-        (None, Some(Typical::Range([from, to]))) => (Claim::Typical { from, to }, format!("typically {from} to {to}")),
+    let is_bias = term == Term::BiasInstability;
+    let (unit, said) = match (printed.convention, unit.sides) {
+        (None, _) => (*unit, ""),
+        (Some(TwoSided), Some(_)) => (*unit, ", two-sided"),
+        (Some(OneSided), Some(_)) => (unit.one_sided(), ", one-sided"),
+        (Some(Minimum | Flicker), _) if is_bias => (*unit, ""),
+        (Some(_), sides) => bail!(
+            "a figure in {} has {}",
+            printed.unit,
+            match sides {
+                Some(_) => "the convention \"two-sided\" or \"one-sided\"",
+                None if is_bias => "the convention \"minimum\" or \"flicker\"",
+                None => "no convention",
+            }
+        ),
+    };
+    let (kind, low, high, number) = match (printed.limit, printed.typical) {
+        (Some(limit), None) => ("at most", limit, limit, limit.to_string()),
+        (None, Some(Typical::One(value))) => ("typically", value, value, value.to_string()),
+        (None, Some(Typical::Range([from, to]))) => ("typically", from, to, format!("{from} to {to}")),
         _ => bail!("a figure in {} needs one of \"limit\" and \"typical\"", printed.unit),
     };
-    let si = |value: f64| value / convention.factor;
-    let (claim, low, high) = match claim {
-        Claim::Limit(limit) => (Claim::Limit(si(limit)), si(limit), si(limit)),
-        Claim::Typical { from, to } => (Claim::Typical { from: si(from), to: si(to) }, si(from), si(to)),
-    };
     // in SI: a number can be within 64 bits in one unit and beyond them in the other
+    let (low, high) = (low / unit.factor, high / unit.factor);
     if !(low > 0.0 && high >= low && high.is_finite()) {
         bail!("{number} {} is not positive, or not in order", printed.unit);
     }
     Ok(DatasheetFigure {
         sensor,
         term,
-        claim,
-        is_minimum: printed.convention != Some(BiasConvention::Flicker),
-        printed: format!("{number} {}", printed.unit),
+        claim: if printed.limit.is_some() { Claim::Limit(low) } else { Claim::Typical { from: low, to: high } },
+        is_minimum: printed.convention != Some(Flicker),
+        printed: format!("{kind} {number} {}{said}", printed.unit),
         source: printed.source,
     })
 }
@@ -74,8 +103,16 @@ fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
 struct Sheet {
     name: String,
     note: Option<String>,
+    onboard: Option<Spanned<Onboard>>,
     #[serde(default)]
-    figure: Vec<PrintedFigure>,
+    figure: Vec<Spanned<PrintedFigure>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Onboard {
+    refresh_hz: f64,
+    window: u32,
 }
 
 #[derive(Debug, Deserialize)]
@@ -86,22 +123,26 @@ struct PrintedFigure {
     unit: String,
     limit: Option<f64>,
     typical: Option<Typical>,
-    convention: Option<BiasConvention>,
+    convention: Option<ConventionName>,
     source: Option<String>,
 }
 
-/// What a sheet calls bias instability.
+/// What the number is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum BiasConvention {
-    /// The minimum of the deviation, as most do.
+#[serde(rename_all = "kebab-case")]
+enum ConventionName {
+    /// Of a bias instability: the minimum of the deviation, as most sheets have it.
     Minimum,
-    /// That over 0.664.
+    /// Of a bias instability: that over 0.664.
     Flicker,
+    /// Of a density: N itself, as most sheets have it.
+    TwoSided,
+    /// Of a density: that over positive frequencies only, √2 N.
+    OneSided,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "a number, or [from, to]")]
 enum Typical {
     One(f64),
     Range([f64; 2]),
@@ -149,6 +190,8 @@ impl From<ParameterName> for Term {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
     use proptest::{collection::vec, prelude::*, sample::Index};
 
     use super::*;
@@ -182,6 +225,24 @@ mod tests {
     }
 
     #[test]
+    fn one_side_of_a_density_is_the_larger_number() {
+        let limit = |unit: &str, convention: &str| {
+            let text = format!(
+                "name = \"x\"\n[[figure]]\nsensor = \"accelerometer\"\nparameter = \"white\"\nunit = \"{unit}\"\nlimit = 1\n{convention}"
+            );
+            match parse(&text).unwrap().figures[0].claim {
+                Claim::Limit(limit) => limit,
+                Claim::Typical { .. } => panic!(),
+            }
+        };
+        close(limit("m/s^2/sqrt(Hz)", "convention = \"one-sided\""), FRAC_1_SQRT_2);
+        close(limit("m/s^2/sqrt(Hz)", "convention = \"two-sided\""), 1.0);
+        close(limit("m/s^2/sqrt(Hz)", ""), 1.0);
+        // in a unit that no table has with one side
+        close(limit("mg/sqrt(Hz)", "convention = \"one-sided\""), 9.806_65e-3 * FRAC_1_SQRT_2);
+    }
+
+    #[test]
     fn a_wrong_sheet_is_told_what_would_be_right() {
         let figure =
             |fields: &str| format!("name = \"x\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\n{fields}");
@@ -192,6 +253,13 @@ mod tests {
             (figure("unit = \"deg/sqrt(h)\"\nlimit = 1.0\ntypical = 1.0"), "one of"),
             (figure("unit = \"deg/sqrt(h)\"\nlimit = -1.0"), "not positive"),
             (figure("unit = \"deg/sqrt(h)\"\nlimit = 1e-322"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = -1.0"), "line 2"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = nan"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\ntypical = \"1\""), "[from, to]"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = 1.0\nconvention = \"one-sided\""), "no convention"),
+            (figure("unit = \"deg/s/sqrt(Hz)\"\nlimit = 1.0\nconvention = \"minimum\""), "two-sided"),
+            (figure("unit = \"deg/s/sqrt(Hz)\"\nlimit = 1.0\nconvention = \"both\""), "one-sided"),
+            ("name = \"x\"\n\n[onboard]\nrefresh_hz = 0\nwindow = 1\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\nunit = \"deg/sqrt(h)\"\nlimit = 1".to_owned(), "line 3"),
             (figure("unit = \"deg/sqrt(h)\"\ntypical = [2.0, 1.0]"), "in order"),
             (figure("unit = \"deg/sqrt(h)\"\nlimitt = 1.0"), "limitt"),
             ("name = \"x\"\n[[figure]]\nsensor = \"gyro\"".to_owned(), "gyroscope"),

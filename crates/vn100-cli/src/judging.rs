@@ -4,7 +4,13 @@ use anyhow::Result;
 use imu_noise::Verdict;
 use vn100_pipeline::{Assessment, Datasheet, Figure, FigureVerdict, FilterModels, Snapshot, not_passed};
 
-use crate::{args::MeasureArgs, datasheet, exit::Exit, measured::Measured};
+use crate::{
+    args::MeasureArgs,
+    datasheet,
+    exit::Exit,
+    measured::Measured,
+    verdict_document::{WHY_CONSISTENT, sentence},
+};
 
 /// What the user asked for.
 pub(crate) struct Judging {
@@ -53,7 +59,7 @@ impl Judging {
             let reasons = not_passed(figure, &measured.snapshot, channels);
             if !reasons.is_empty() {
                 let told: Vec<_> = reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect();
-                measured.unmet.push(format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(", ")));
+                measured.unmet.push(format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(". ")));
                 measured.exit = measured.exit.max(Exit::NotMet);
             }
         }
@@ -67,14 +73,17 @@ impl Judging {
         sheet.map(|sheet| Verdicts {
             datasheet: sheet.name.clone(),
             note: sheet.note.clone(),
-            channels: sheet.judge(assessment),
+            channels: sheet.judge(snapshot, assessment),
         })
     }
 }
 
-fn reason(name: &str, verdict: Option<Verdict>) -> String {
+fn reason(name: &str, verdict: Option<&FigureVerdict>) -> String {
     match verdict {
-        Some(verdict) => format!("{name} is {}", verdict_name(verdict)),
+        Some(judged) => {
+            let why = if judged.verdict == Verdict::Consistent { format!(": {WHY_CONSISTENT}") } else { String::new() };
+            format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
+        }
         None => format!("{name} has no such figure in the data sheet, or is not in the stream"),
     }
 }

@@ -203,7 +203,9 @@ fn counted(count: u64, noun: &str) -> String {
 
 /// A paragraph.
 fn fill(text: &str, first_indent: &str, indent: &str) -> String {
-    textwrap::fill(text, textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent))
+    let options = textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent);
+    // an exponent stays with its number
+    textwrap::fill(text, options.word_splitter(textwrap::WordSplitter::NoHyphenation))
 }
 
 /// One table for each sensor, its axes side by side.

@@ -129,19 +129,38 @@ pub(crate) fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
             format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
         }
         (_, _, Some(upper)) => format!("measured at most {} {}{minimum}", number(upper), shown.0),
+        (_, Some(lower), None) => format!("measured at least {} {}{minimum}", number(lower), shown.0),
         _ if verdict.verdict == Verdict::NotComparable => "not in this stream".into(),
         _ => "not known from this record".into(),
     };
     let (low, high) = verdict.expected;
-    let window = if verdict.stream.is_known { "" } else { " with the default window" };
-    let expected = match figure.claim {
-        _ if verdict.stream.factor != 1.0 => {
-            format!("a sensor of {} reads {} to {} at this rate{window}", figure.printed, number(low), number(high))
-        }
-        Claim::Limit(_) => format!("the data sheet says {}", figure.printed),
-        Claim::Typical { .. } => format!("the data sheet says {}, which is no guarantee", figure.printed),
+    let window = if verdict.stream.is_known { "window" } else { "the default window" };
+    let expected = if verdict.stream.factor == 1.0 {
+        format!("the data sheet says {}", figure.printed)
+    } else {
+        let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
+        let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
+        format!(
+            "a sensor of {} reads {middle:.decimals$} ± {half:.decimals$} at this rate and {window}",
+            figure.printed
+        )
     };
-    format!("{measured}; {expected}")
+    format!("{measured}; {expected}{}", why(verdict))
+}
+
+/// Why what speaks for a figure does not let it pass.
+pub(crate) const WHY_CONSISTENT: &str = "nothing speaks against the figure, and nothing can pass or fail, for the averaging on board (register \
+                                         85) or the rate is not known, or a line was removed";
+
+/// What the numbers do not say by themselves.
+fn why(verdict: &FigureVerdict) -> &'static str {
+    match (verdict.verdict, verdict.figure.claim) {
+        (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, which is no guarantee",
+        (Verdict::Undecided, _) if !verdict.stream.is_known && verdict.measured.lower.is_some() => {
+            ": more than the usual averaging on board explains"
+        }
+        _ => "",
+    }
 }
 
 /// The unit people compare this figure in.

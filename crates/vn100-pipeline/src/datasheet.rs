@@ -2,12 +2,12 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use imu_noise::{Claim, Parameter, Sensor, StreamFactor, Term, Verdict};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, StreamFactor, Term, Verdict, curve_minimum};
 
 use crate::{
-    assessment::{Assessment, ChannelAssessment, Onboard},
+    assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
     figure::Figure,
-    snapshot::Snapshot,
+    snapshot::{RateFrom, Snapshot},
 };
 
 /// What a maker says of a sensor's noise.
@@ -17,8 +17,20 @@ pub struct Datasheet {
     pub name: String,
     /// How far the figures can be trusted.
     pub note: Option<String>,
+    /// What the sensor does before it sends a sample, where this program does not know the sensor.
+    pub onboard: Option<SheetOnboard>,
     /// Its figures.
     pub figures: Vec<DatasheetFigure>,
+}
+
+/// What a sensor does to gyroscope and accelerometer before it sends a sample: it averages some of its refreshes, and sends every so
+/// manyth average.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetOnboard {
+    /// Refreshes per second, above 0.
+    pub refresh_hz: f64,
+    /// Refreshes averaged; 1 averages nothing.
+    pub window: u32,
 }
 
 /// One figure of a data sheet.
@@ -30,7 +42,8 @@ pub struct DatasheetFigure {
     pub term: Term,
     /// What is claimed, in SI units.
     pub claim: Claim,
-    /// The figure is the minimum of the Allan deviation, not divided by 0.664: what most sheets call bias instability.
+    /// The figure is the minimum of the Allan deviation, not divided by 0.664: what most sheets call bias instability. See
+    /// [`curve_minimum`].
     pub is_minimum: bool,
     /// The figure as printed, such as `typical 0.0035 deg/s/sqrt(Hz)`.
     pub printed: String,
@@ -59,13 +72,23 @@ fn floor_of_flicker() -> f64 {
 }
 
 impl Datasheet {
-    /// What `assessment` says of every figure, channel by channel in the order of the layout; none for channels without figures.
+    /// What the assessment of a snapshot says of every figure, channel by channel in the order of the layout; none for channels without
+    /// figures.
+    ///
+    /// White noise is compared with the figure times what averaging and decimation on board make of it. Where these are not known, or the
+    /// sample rate is assumed, nothing passes and nothing fails: a window longer than the interval makes white noise read low, and bias
+    /// instability high. Nor do the others where a line was removed, which takes some of them along.
     #[must_use]
-    pub fn judge(&self, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
+    pub fn judge(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = &channel.noise else { return Vec::new() };
+            let white = self.stream(noise.sensor, channel.onboard, snapshot);
+            // only white noise folds
+            let others = StreamFactor { is_known: white.is_known && !snapshot.detrended, ..StreamFactor::ONE };
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
-            figures.filter_map(|figure| Some(figure.judge(&noise.parameter(figure.term)?, channel.onboard))).collect()
+            figures
+                .filter_map(|figure| figure.judge(noise, if figure.term == Term::White { white } else { others }))
+                .collect()
         };
         assessment.channels.iter().map(of_channel).collect()
     }
@@ -85,55 +108,65 @@ impl Datasheet {
             figures.find(|figure| matches!(figure.claim, Claim::Typical { .. })).or(first)
         })
     }
+
+    /// What the stream does to the white noise of a sensor.
+    fn stream(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> StreamFactor {
+        let told = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
+        let (window, is_known) = match (onboard, told) {
+            (Some(onboard), _) => (onboard.window, onboard.window_known),
+            (None, Some(told)) => {
+                let decimation = told.refresh_hz / snapshot.timing.rate_hz;
+                let window = BoxcarWindow { length: told.window, decimation };
+                // the fit allows for shared refreshes only where the sensor itself told of them
+                (window, !window.overlaps())
+            }
+            (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),
+        };
+        StreamFactor {
+            factor: window.white_factor(),
+            uncertainty: Onboard::uncertainty_of(window),
+            is_known: is_known && snapshot.timing.rate_from != RateFrom::Assumed,
+        }
+    }
 }
 
 impl DatasheetFigure {
     /// The parameter of the model that reads as printed, by the lower end of what is typical.
     fn parameter(&self) -> f64 {
         let (Claim::Limit(printed) | Claim::Typical { from: printed, .. }) = self.claim;
-        printed / self.convention()
+        if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
-    /// So many times the parameter of the model is printed.
-    fn convention(&self) -> f64 {
-        if self.is_minimum && self.term == Term::BiasInstability { floor_of_flicker() } else { 1.0 }
+    fn is_curve_minimum(&self) -> bool {
+        self.is_minimum && self.term == Term::BiasInstability
     }
 
-    fn judge(&self, parameter: &Parameter, onboard: Option<Onboard>) -> FigureVerdict {
-        let times = |value: Option<f64>| value.map(|value| value * self.convention());
-        let measured = Parameter {
-            status: parameter.status,
-            value: times(parameter.value),
-            lower: times(parameter.lower),
-            upper: times(parameter.upper),
+    fn judge(&self, noise: &ChannelNoise, stream: StreamFactor) -> Option<FigureVerdict> {
+        let measured = if self.is_curve_minimum() {
+            let [white, walk] = [Term::White, Term::RateRandomWalk].map(|term| noise.parameter(term));
+            curve_minimum(&white?, &noise.parameter(self.term)?, &walk?)
+        } else {
+            noise.parameter(self.term)?
         };
-        // only white noise folds
-        let stream = match onboard.filter(|_| self.term == Term::White) {
-            Some(onboard) => StreamFactor {
-                factor: onboard.white_factor(),
-                uncertainty: Onboard::UNCERTAINTY,
-                is_known: onboard.window_known,
-            },
-            None => StreamFactor::ONE,
-        };
-        FigureVerdict {
+        Some(FigureVerdict {
             verdict: self.claim.judge(&measured, &stream),
             expected: self.claim.expected(&stream),
             figure: self.clone(),
             measured,
             stream,
-        }
+        })
     }
 }
 
 /// Why not all verdicts on `figure` are a pass, by channel; empty where all are. One of `verdicts` belongs to each channel of the
-/// snapshot's layout.
+/// snapshot's layout. Where the sheet has a limit, what is typical decides nothing. `None` is a channel without a figure, or one that is
+/// not there.
 #[must_use]
-pub fn not_passed(
+pub fn not_passed<'a>(
     figure: &Figure,
     snapshot: &Snapshot,
-    verdicts: &[Vec<FigureVerdict>],
-) -> Vec<(String, Option<Verdict>)> {
+    verdicts: &'a [Vec<FigureVerdict>],
+) -> Vec<(String, Option<&'a FigureVerdict>)> {
     let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     let concerned: Vec<_> = layout.iter().zip(verdicts).filter(|(channel, _)| figure.concerns(channel)).collect();
     if concerned.is_empty() {
@@ -141,12 +174,15 @@ pub fn not_passed(
     }
     let mut reasons = Vec::new();
     for (channel, verdicts) in concerned {
-        let mut of_term = verdicts.iter().filter(|verdict| verdict.figure.term == figure.term).peekable();
-        if of_term.peek().is_none() {
+        let of_term = || verdicts.iter().filter(|verdict| verdict.figure.term == figure.term);
+        let is_limit = |verdict: &&FigureVerdict| matches!(verdict.figure.claim, Claim::Limit(_));
+        let has_limit = of_term().any(|verdict| is_limit(&verdict));
+        if of_term().next().is_none() {
             reasons.push((channel.name.to_string(), None));
         }
-        let worse = of_term.filter(|verdict| verdict.verdict != Verdict::Pass);
-        reasons.extend(worse.map(|verdict| (channel.name.to_string(), Some(verdict.verdict))));
+        let deciding = of_term().filter(|verdict| !has_limit || is_limit(verdict));
+        let worse = deciding.filter(|verdict| verdict.verdict != Verdict::Pass);
+        reasons.extend(worse.map(|verdict| (channel.name.to_string(), Some(verdict))));
     }
     reasons
 }

@@ -2,11 +2,13 @@
 
 use std::fmt::{self, Write};
 
+use imu_noise::Verdict;
+
 use super::fill;
 use crate::{
     judging::{Verdicts, verdict_name},
     units::ChannelValues,
-    verdict_document::{grade, grade_name, sentence},
+    verdict_document::{WHY_CONSISTENT, grade, grade_name, sentence},
 };
 
 /// Every figure of the data sheet beside each axis; nothing without a sheet.
@@ -28,6 +30,9 @@ pub(super) fn write_verdicts(out: &mut String, channels: &[ChannelValues], verdi
             );
             writeln!(out, "{}", fill(&text, "", "                           "))?;
         }
+    }
+    if verdicts.channels.iter().flatten().any(|figure| figure.verdict == Verdict::Consistent) {
+        writeln!(out, "{}", fill(&format!("consistent: {WHY_CONSISTENT}"), "", "  "))?;
     }
     write_grades(out, channels)
 }

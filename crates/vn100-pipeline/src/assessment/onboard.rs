@@ -27,6 +27,14 @@ impl Onboard {
     /// refreshes were 2.17 to 2.47 where the formula gives 2.236.
     pub const UNCERTAINTY: f64 = 0.10;
 
+    /// How far the factor of a window may be off, relative: [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise folds. Where it does not,
+    /// because the windows cover all refreshes evenly, the density at low frequencies stays as it is, whatever the roll-off.
+    #[must_use]
+    pub fn uncertainty_of(window: BoxcarWindow) -> f64 {
+        const EXACT: f64 = 1e-9;
+        if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
+    }
+
     /// How much higher than the sensor's own the density of white noise reads in the stream, to within
     /// [`UNCERTAINTY`](Self::UNCERTAINTY).
     #[must_use]
