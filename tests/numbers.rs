@@ -319,3 +319,20 @@ fn magnitudes_that_are_not_of_this_earth_are_told() {
     let (document, _) = replay(&path, &["--columns", columns]);
     assert!(warned(&document, "gravity-magnitude") && warned(&document, "field-magnitude"), "{:?}", kinds(&document));
 }
+
+#[test]
+fn what_turns_is_not_warming_up_and_a_line_is_told_with_its_own_aliases() {
+    let Some(folder) = real_captures() else { return };
+    for moved in ["vn100-donut-huang-155s.vnymr", "vn100-walk-circle-sazgar-CORRUPT.vnymr"] {
+        let (document, _) = replay(&folder.join(moved), &[]);
+        assert!(!warned(&document, "warm-up"), "{moved}");
+    }
+    let (document, _) = replay(&folder.join("vn100-static-kiran-330s.vnymr"), &[]);
+    let told = document["warnings"].to_string();
+    assert!(told.contains("18.45 Hz on gyro_y") && told.contains("shows 21.6, 58.4, 61.6 Hz"), "{told}");
+    assert!(told.contains("the magnetometer takes 250") && told.contains("the accelerometer and gyroscope take 800"));
+    // a line at half the rate is its own mirror
+    let (document, _) = replay(&folder.join("emulator-loop-pattala-449s.vnymr"), &[]);
+    let told = document["warnings"].to_string();
+    assert!(told.contains("shows 60.0, 100.0, 140.0 Hz") && told.contains("the place of 20.00 Hz"), "{told}");
+}

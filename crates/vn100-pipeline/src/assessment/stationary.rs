@@ -37,7 +37,9 @@ impl Disturbed {
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
-        let mut level_change = signal.level_change(interval_s, channel.decimals);
+        // an angle follows what turns the sensor: nothing in it warms up
+        let mut level_change = (signal.level_change(interval_s, channel.decimals))
+            .filter(|change| channel.quantity != Quantity::Angle || matches!(change.shape, LevelShape::Step { .. }));
         if let Some(LevelChange {
             shape: LevelShape::WarmUp { amplitude, .. } | LevelShape::Step { amplitude, .. },
             ..
@@ -66,28 +68,42 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let strongest = shakes.first()?;
     let told = told(&shakes, |shake| {
         let (channel, share) = shake.most();
+        let share = match 100.0 * share {
+            percent if percent < 1.0 => "less than 1 %".into(),
+            percent => format!("{percent:.0} %"),
+        };
         let others = names(shake.axes.iter().map(|(channel, _)| *channel).filter(|other| other.name != channel.name));
         let also = if others.is_empty() { String::new() } else { format!(", also on {}", others.join(" ")) };
-        format!(
-            "{:.2} Hz on {} ({:.0} % of its short-term variance{also})",
-            shake.frequency_hz,
-            channel.name,
-            100.0 * share
-        )
+        format!("{:.2} Hz on {} ({share} of its short-term variance{also})", shake.frequency_hz, channel.name)
     });
-    let rate_hz = snapshot.timing.rate_hz;
-    let aliases: Vec<_> =
-        strongest.line.aliases_hz(1.0 / rate_hz, HIGHEST_HZ).skip(1).take(3).map(|hz| format!("{hz:.1}")).collect();
-    let alias = match aliases.is_empty() {
-        true => String::new(),
-        false => format!(" At {rate_hz} Hz a stream shows {} Hz and more at that very place.", aliases.join(", ")),
-    };
+    let alias = alias(strongest, snapshot.timing.rate_hz);
     let text = format!(
         "lines stand out of the spectrum: {told}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
          times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil"
     );
     let axes = shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel));
     Some(Warning { kind: WarningKind::VibrationLine, channels: names(axes), text })
+}
+
+/// Where else the strongest shake may be in truth; empty where the stream is too fast for any.
+fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
+    let told_hz = strongest.frequency_hz;
+    // at half the rate two of them are one
+    let mut others: Vec<String> = Line { frequency_hz: told_hz, ..*strongest.line }
+        .aliases_hz(1.0 / rate_hz, HIGHEST_HZ)
+        .filter(|hz| hz - told_hz > 0.05)
+        .take(6)
+        .map(|hz| format!("{hz:.1}"))
+        .collect();
+    others.dedup();
+    others.truncate(3);
+    match others.is_empty() {
+        true => String::new(),
+        false => format!(
+            " A stream of {rate_hz} Hz shows {} Hz and more at the place of {told_hz:.2} Hz, too.",
+            others.join(", ")
+        ),
+    }
 }
 
 /// Lines of several channels at nearly the same frequency.

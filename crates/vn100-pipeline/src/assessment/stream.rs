@@ -1,7 +1,7 @@
 //! What stands between the sensor and its stream: averaging and decimation on board, a filter that takes the bias out, rounding.
 
 use imu_noise::counts_to_unit;
-use vn100_protocol::Channel;
+use vn100_protocol::{Channel, Quantity};
 
 use super::{ChannelAssessment, Onboard, noise::LongTaus};
 use crate::{
@@ -29,7 +29,14 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         }
     }
     for onboard in filters {
-        if let Some(text) = decimation(&onboard, snapshot.timing.rate_hz) {
+        let mut sensors: Vec<&str> = Vec::new();
+        for ((channel, _), _) in channels.iter().filter(|(_, assessed)| assessed.onboard == Some(onboard)) {
+            let sensor = sensor_name(channel.quantity);
+            if !sensors.contains(&sensor) {
+                sensors.push(sensor);
+            }
+        }
+        if let Some(text) = decimation(&sensors, &onboard, snapshot.timing.rate_hz) {
             let channels = names(&|_, _, assessed| assessed.onboard == Some(onboard));
             warnings.push(Warning { kind: WarningKind::DecimatedStream, channels, text });
         }
@@ -56,7 +63,16 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     warnings
 }
 
-fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
+const fn sensor_name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::MagneticField => "magnetometer",
+        Quantity::Acceleration => "accelerometer",
+        Quantity::AngularRate => "gyroscope",
+        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => "sensor",
+    }
+}
+
+fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<String> {
     let Onboard { refresh_hz, window, window_known } = *onboard;
     let averaged = match window.length {
         0 | 1 => "averages none of them".into(),
@@ -67,7 +83,12 @@ fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
         100.0 * Onboard::UNCERTAINTY,
     );
     let factor = onboard.white_factor();
-    let seen = format!("the sensor takes {refresh_hz} values a second, {averaged} ({said_by}) and sends {rate_hz}");
+    let take = match sensors {
+        [one] => format!("{one} takes"),
+        several => format!("{} take", several.join(" and ")),
+    };
+    let seen =
+        format!("the {take} {refresh_hz} values a second; the sensor {averaged} ({said_by}) and sends {rate_hz}");
     let cure = (onboard.refresh_hz > 250.0).then(|| {
         format!(
             "; a window of {} (vn100 configure PORT --window {0}) brings the sensor's own density into the stream",
@@ -79,8 +100,8 @@ fn decimation(onboard: &Onboard, rate_hz: f64) -> Option<String> {
         Some(format!("{seen}: neighbouring samples share values, and short taus read too low. N allows for it{cure}"))
     } else if factor > 1.0 + Onboard::UNCERTAINTY {
         Some(format!(
-            "{seen}: white noise folds, and reads {factor:.2} times the sensor's own density (±{percent:.0} %) in this stream, whatever reads \
-             it. A data sheet's density must be multiplied by that before it is compared{cure}"
+            "{seen}: white noise folds, and a healthy sensor reads {factor:.2} times its own density (±{percent:.0} %) in this stream, whatever \
+             reads it. A data sheet's density must be multiplied by that before it is compared{cure}"
         ))
     } else {
         None
