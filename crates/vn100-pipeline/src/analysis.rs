@@ -328,10 +328,10 @@ impl Analysis {
         }
     }
 
-    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate; after it, what comes at
-    /// another rate is left out.
+    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate, unless it was asked for; after
+    /// it, what comes at another rate is left out.
     fn change_rate(&mut self, from_hz: f64, to_hz: f64) {
-        if self.timing.samples == 0 && self.timing.rate_from == RateFrom::Arrival {
+        if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
             self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
             self.timing.rate_hz = to_hz;
         } else if self.rate_change.is_none() {
@@ -356,6 +356,10 @@ impl Analysis {
         match (self.timing.rate_from, self.device_rate_hz()) {
             (RateFrom::Assumed, Some(rate_hz)) => {
                 (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, RateFrom::Device);
+            }
+            // it came back with other settings, or was set anew
+            (RateFrom::Device, Some(rate_hz)) if rate_hz != self.timing.rate_hz => {
+                self.change_rate(self.timing.rate_hz, rate_hz);
             }
             _ => self.compare_with_device(),
         }

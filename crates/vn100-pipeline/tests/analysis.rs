@@ -169,6 +169,31 @@ fn the_sensor_tells_its_rate() {
 }
 
 #[test]
+fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let at = |rate_hz: &str, lines: &[Line]| {
+        let mut all = batches(lines, 10);
+        all[0].registers.push(RegisterValue { before_row: 0, register: 7, fields: rate_hz.to_owned() });
+        all
+    };
+    let told = |settings: Settings| {
+        let mut analysis = Analysis::new(settings);
+        at("40", &[Good(1), Good(2)]).iter().for_each(|batch| analysis.absorb(batch));
+        analysis.take_link_event(&down);
+        at("20", &[Good(3), Good(4), Good(5)]).iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    let snapshot = told(Settings::default());
+    assert_eq!((snapshot.timing.samples, snapshot.timing.left_out, snapshot.timing.rate_hz), (2, 3, 40.0));
+    assert!(warned(&snapshot, WarningKind::RateChanged));
+    let asked = Settings { rate_hz: Some(40.0), ..Settings::default() };
+    assert_eq!(told(asked).timing.samples, 5, "whoever gives a rate knows it");
+    let late = Settings { skip: Duration::from_secs_f64(2.0 / 40.0), ..Settings::default() };
+    let snapshot = told(late);
+    assert_eq!((snapshot.timing.samples, snapshot.timing.rate_hz), (3, 20.0), "the first part was to be left out");
+}
+
+#[test]
 fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let mut analysis = Analysis::new(Settings::default());
