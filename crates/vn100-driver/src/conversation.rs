@@ -13,32 +13,33 @@ use vn100_protocol::{
 
 use crate::command_error::CommandError;
 
-/// What a measurement is to be read with: the sensor, its output, its calibration, its filters.
+/// What a measurement is to be read with: the output, then the filters, the sensor and its calibration. First comes what the first numbers
+/// rest on, as all of them take five seconds.
 const IDENTITY: [Register; 24] = [
-    Register::MODEL,
-    Register::HARDWARE_REVISION,
-    Register::SERIAL_NUMBER,
-    Register::FIRMWARE,
-    Register::BAUD_RATE,
-    Register::ASYNC_TYPE,
     Register::ASYNC_RATE,
-    Register::REFERENCE_VECTORS,
-    Register::MAG_CALIBRATION,
-    Register::ACCEL_CALIBRATION,
-    Register::ROTATION,
+    Register::IMU_FILTER,
+    Register::ASYNC_TYPE,
     Register::PROTOCOL_CONTROL,
     Register::SYNC_CONTROL,
-    Register::VPE_CONTROL,
-    Register::STARTUP_GYRO_BIAS,
-    Register::HSI_CONTROL,
-    Register::HSI_RESULT,
+    Register::MODEL,
+    Register::SERIAL_NUMBER,
+    Register::FIRMWARE,
+    Register::HARDWARE_REVISION,
+    Register::BAUD_RATE,
     Register::BINARY_OUTPUT_1,
     Register::BINARY_OUTPUT_2,
     Register::BINARY_OUTPUT_3,
+    Register::VPE_CONTROL,
+    Register::STARTUP_GYRO_BIAS,
+    Register::GYRO_CALIBRATION,
+    Register::ACCEL_CALIBRATION,
+    Register::MAG_CALIBRATION,
+    Register::ROTATION,
+    Register::REFERENCE_VECTORS,
+    Register::HSI_CONTROL,
+    Register::HSI_RESULT,
     Register::DELTA_SETTINGS,
     Register::REFERENCE_MODEL,
-    Register::GYRO_CALIBRATION,
-    Register::IMU_FILTER,
 ];
 
 /// Bytes that a reading of the temperature (register 54) takes from the line.
@@ -290,10 +291,10 @@ mod tests {
     fn a_caller_does_not_wait_for_the_whole_identification() {
         let mut conversation = Conversation::new(false, None);
         conversation.meet(s(0));
-        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,01*72\r\n"[..]));
+        assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
         let (sender, mut answered) = oneshot::channel();
         conversation.ask(Request { command: Command::ReadRegister(Register::IMU), answer: Some(sender) });
-        assert_eq!(conversation.take_reply(&register(Register::MODEL, "VN-100S-CR"), s(0)), None);
+        assert_eq!(conversation.take_reply(&register(Register::ASYNC_RATE, "40"), s(0)), None);
         assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
         conversation.take_reply(&register(Register::IMU, "+21.6"), s(0));
         let Ok(Answer::Register(contents)) = answered.try_recv().unwrap() else { panic!("no answer") };
@@ -301,7 +302,7 @@ mod tests {
         // and its next question waits until the line has made up for the answer
         assert_eq!(conversation.next_line(READ_EVERY - Duration::from_millis(1), None), None);
         assert_eq!(conversation.wake_at(), Some(READ_EVERY));
-        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some(&b"$VNRRG,02*71\r\n"[..]));
+        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some(&b"$VNRRG,85*7E\r\n"[..]));
     }
 
     #[test]

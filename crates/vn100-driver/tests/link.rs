@@ -104,7 +104,7 @@ async fn the_sensor_is_identified_while_it_streams() {
     let first = sensor.world().lines;
     link.run(ms(6000)).await;
     let told = link.stop().await;
-    let expected = [(1, "VN-100S-CR"), (5, "115200"), (6, "14"), (7, "40")];
+    let expected = [(7, "40"), (6, "14"), (1, "VN-100S-CR"), (5, "115200")];
     let expected: Vec<_> = expected.into_iter().map(|(register, fields)| (register, fields.to_owned())).collect();
     assert_eq!(told.registers, expected);
     assert_eq!(told.counts.tally.replies, 24, "the others do not exist, and the sensor says so");
