@@ -204,6 +204,50 @@ fn an_interrupt_ends_with_the_result() {
 }
 
 #[test]
+fn a_reader_that_leaves_ends_in_order() {
+    let sensor = Sensor::start(&[]);
+    let recording = sensor.file("left.mcap");
+    let mut attached = sensor
+        .command("attach", &["--set-rate", "20", "--ndjson", "--record"])
+        .arg(&recording)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
+    lines.next().unwrap().unwrap();
+    drop(lines);
+    let output = attached.wait_with_output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("put back as it was"), "{error}");
+    assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
+    let (recorded, _) = replay(&recording, &[]);
+    assert_eq!(recorded["source"]["recorded"]["complete"], true);
+}
+
+#[test]
+fn what_never_began_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("typo.mcap");
+    let record = |source: &str| {
+        let output = vn100().args(["record", source, "--duration", "1s", "-o"]).arg(&recording).output().unwrap();
+        output.status.code()
+    };
+    assert_eq!(record("/nowhere/ttyUSB7"), Some(3));
+    assert!(!recording.exists());
+    assert_eq!(record("sim"), Some(0));
+    assert_eq!(record("sim"), Some(1), "it exists");
+    for command in ["info", "configure"] {
+        let mut vn100 = vn100();
+        vn100.args([command, "/nowhere/ttyUSB7"]);
+        if command == "configure" {
+            vn100.args(["--set-rate", "20"]);
+        }
+        assert_eq!(vn100.output().unwrap().status.code(), Some(3), "{command}");
+    }
+}
+
+#[test]
 fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("killed.mcap");
@@ -251,7 +295,10 @@ fn a_full_disk_stops_the_recording_and_not_the_measurement() {
 #[test]
 fn another_message_is_named_with_the_line_that_cures_it() {
     let sensor = Sensor::start(&[]);
-    assert_eq!(sensor.run("configure", &["--set-message", "VNYPR"]).status.code(), Some(1), "no samples come");
+    let configured = sensor.run("configure", &["--set-message", "VNYPR"]);
+    assert_eq!(configured.status.code(), Some(0), "its lines come as set");
+    let told = String::from_utf8(configured.stdout).unwrap();
+    assert!(told.contains("the message (register 06) from 14 to 1;") && told.contains("--save keeps it"), "{told}");
     let output = sensor.run("attach", &["--json"]);
     assert_eq!(output.status.code(), Some(3));
     let told = document(&output);

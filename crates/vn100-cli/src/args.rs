@@ -23,7 +23,7 @@ use crate::pace::Speed;
     name = "vn100",
     version,
     max_term_width = 100,
-    after_help = "Exit codes: 0 good, 1 failed, 2 usage, 3 no source or nothing valid in it."
+    after_help = "Exit codes: 0 good, 1 failed, 2 usage, 3 no source or nothing valid in it, 4 --until or --fail-on not met."
 )]
 pub(crate) struct Args {
     #[command(subcommand)]

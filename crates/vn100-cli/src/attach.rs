@@ -1,6 +1,6 @@
 //! `vn100 attach` and `vn100 record`: live sensors through the pipeline until stopped, one result each, in the order given.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
+use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 
 use anyhow::{Context, Result, anyhow, bail};
 use tokio::{
@@ -10,7 +10,7 @@ use tokio::{
     time::{self, Instant},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, LinkState, Recorder, RecordingState, configure, restore};
+use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState, configure, restore};
 use vn100_pipeline::{Assessments, Outcome, Settings, Snapshot, start};
 
 use crate::{
@@ -30,6 +30,9 @@ use crate::{
 
 /// A sensor that is heard and sends no measurement in this time will send none: it is set to something else.
 const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
+
+/// Data time in which the temperature is asked for twice at least.
+const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(args: AttachArgs) -> Result<Exit> {
     let telling = args.measure.telling();
@@ -90,10 +93,16 @@ async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<Strin
         let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
         all.iter().try_for_each(|measured| teller.tell(measured))?;
     } else {
+        let mut told = Ok(());
         for source in sources {
-            let measured = source.await.context(FAULT)??;
-            job.status.suspend(|| teller.tell(&measured))?;
+            let measured = source.await.context(FAULT).and_then(|measured| measured);
+            told = told.and(measured.and_then(|measured| job.status.suspend(|| teller.tell(&measured))));
+            if told.is_err() {
+                // the others end in order: with their recordings whole, and what was changed put back
+                stop.cancel();
+            }
         }
+        told?;
     }
     teller.finish()
 }
@@ -147,23 +156,45 @@ async fn measure_one(
         Ok(prepared) => prepared,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
-            return Ok(Measured::nothing(origin, &job.settings));
+            let exit = if error.is::<RecordError>() { Exit::Failed } else { Exit::NoData };
+            return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
         }
     };
     let Prepared { changes, recorder } = prepared;
-    let measured = measure_and_record(&live, recorder, origin, job, stand, &stop).await?;
-    if !changes.is_empty() {
-        // a second signal ends the program
-        let back = live.ask(&CancellationToken::new(), async |link| Ok(restore(&link, &changes).await?)).await;
-        job.status.report(&match back {
-            Ok(()) => format!("{}: put back as it was", measured.origin.name),
-            Err(error) => format!("{}: could not be put back as it was: {error:#}", measured.origin.name),
-        });
+    let name = origin.name.clone();
+    let measured = measure_and_record(&live, recorder, origin, job, stand, &stop).await;
+    // also where nobody takes the result any more
+    let is_put_back = put_back(&live, &changes, job, &name).await;
+    let mut measured = measured?;
+    let snapshot = &measured.snapshot;
+    if job.args.temperature && snapshot.polled.is_empty() && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S {
+        let why = "the sensor does not answer, or the line has no room between its lines";
+        job.status.report(&format!("{name}: no temperature came: {why}"));
+    }
+    if !is_put_back {
+        measured.exit = measured.exit.max(Exit::Failed);
     }
     if job.telling == Telling::Ndjson {
         tell_line(measured.document()).await?;
     }
     Ok(measured)
+}
+
+/// Sets the sensor as it was before: whether it is so.
+async fn put_back(live: &LiveSource, changes: &[Change], job: &Job, name: &str) -> bool {
+    if changes.is_empty() {
+        return true;
+    }
+    // a second signal ends the program
+    let back = live.ask(&CancellationToken::new(), async |link| Ok(restore(&link, changes).await?)).await;
+    job.status.report(&match &back {
+        Ok(()) => format!("{name}: put back as it was"),
+        Err(error) => {
+            let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
+            format!("{name}: could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
+        }
+    });
+    back.is_ok()
 }
 
 /// What was done before a source is measured.
@@ -192,15 +223,31 @@ async fn prepare(
         }
         None => None,
     };
-    let changes = match job.args.change.settings() {
-        Some(settings) => {
-            let configured = live.ask(stop, async |link| Ok(configure(&link, &settings).await?)).await?;
-            job.status.report(&format!("{name}: {}", describe(&configured)));
-            configured.changes
-        }
-        None => Vec::new(),
+    let Some(settings) = job.args.change.settings() else {
+        return Ok(Prepared { changes: Vec::new(), recorder });
     };
-    Ok(Prepared { changes, recorder })
+    match live.ask(stop, async |link| Ok(configure(&link, &settings, stop).await?)).await {
+        Ok(configured) => {
+            job.status.report(&format!("{name}: {}", describe(&configured)));
+            Ok(Prepared { changes: configured.changes, recorder })
+        }
+        Err(error) => {
+            if let Some(recorder) = recorder {
+                end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
+            }
+            Err(error)
+        }
+    }
+}
+
+/// Ends a recording. A new one in which nothing came is removed: it would only stand in the way of the next attempt.
+async fn end_recording(recorder: Recorder, reason: &str, resumed: bool) -> RecordingState {
+    let state = recorder.finish(reason).await;
+    if state.bytes == 0 && state.error.is_none() && !resumed {
+        // one that cannot be removed holds nothing
+        let _ = fs::remove_file(&state.path);
+    }
+    state
 }
 
 async fn measure_and_record(
@@ -212,16 +259,21 @@ async fn measure_and_record(
     stop: &CancellationToken,
 ) -> Result<Measured> {
     let inputs = recorder.as_ref().map(Recorder::inputs);
-    let opened = match live.open(job.args.measure.read_options(), job.args.temperature, inputs, stop.clone()) {
+    let read = job.args.measure.read_options();
+    let opened = match live.open(read, job.args.temperature, inputs, stop.clone()) {
         Ok(opened) => opened,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
+            if let Some(recorder) = recorder {
+                end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
+            }
             return Ok(Measured::nothing(origin, &job.settings));
         }
     };
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);
-    let (outcome, left_out) = measure(opened, recording, &origin, job, stand, stop).await?;
+    let mut told = Ok(());
+    let (outcome, left_out) = measure(opened, recording, &origin, job, stand, stop, &mut told).await?;
     if let Some(link) = &link {
         closed(link).await;
     }
@@ -240,12 +292,14 @@ async fn measure_and_record(
             None => reason,
         };
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
-        measured.note_recording(&recorder.finish(&reason).await, unrecorded_bytes);
+        let recording = end_recording(recorder, &reason, job.args.recording.resume).await;
+        measured.note_recording(&recording, unrecorded_bytes);
     }
-    Ok(measured)
+    told.map(|()| measured)
 }
 
 /// Measures one source to its end, showing where it is and writing the documents of every second meanwhile; tells what was left out.
+/// Where these cannot be written it ends as when it is stopped, and `told` says why.
 async fn measure(
     opened: Opened,
     recording: Option<watch::Receiver<RecordingState>>,
@@ -253,6 +307,7 @@ async fn measure(
     job: &Job,
     stand: &Stand,
     stop: &CancellationToken,
+    told: &mut Result<()>,
 ) -> Result<(Outcome, LeftOut)> {
     let state = opened.link.as_ref().map(|link| link.state());
     let measurement = start(opened.events, job.settings.clone(), None);
@@ -279,7 +334,7 @@ async fn measure(
         tokio::select! {
             outcome = &mut outcome => return Ok((outcome?, left_out)),
             // a writer that stalls misses seconds and delays nothing
-            Ok(()) = latest.changed(), if job.telling == Telling::Ndjson => {
+            Ok(()) = latest.changed(), if job.telling == Telling::Ndjson && told.is_ok() => {
                 let snapshot = Arc::clone(&latest.borrow_and_update());
                 let second = snapshot.timing.duration_s() as u64;
                 if second > told_second {
@@ -287,9 +342,13 @@ async fn measure(
                     // assessing takes milliseconds now and then: no more than writing shall it hold up the samples
                     let origin = origin.clone();
                     let telling = task::spawn_blocking(move || {
-                        print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false)).map(|()| assessments)
+                        let told = print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false));
+                        (told, assessments)
                     });
-                    assessments = telling.await.context("the output stopped by a fault of this program")??;
+                    (*told, assessments) = telling.await.context("the output stopped by a fault of this program")?;
+                    if told.is_err() {
+                        stop.cancel();
+                    }
                 }
             }
             Some(wish) = wished.recv() => {

@@ -24,25 +24,33 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     if args.link.listen_only {
         bail!("--listen-only sends nothing to the sensor, so that it cannot be changed");
     }
+    if settings.baud.is_some() && args.source.kind() == "tcp" {
+        bail!(
+            "the serial server sets the speed of its line, and would not hear the sensor at another: --set-baud needs a port"
+        );
+    }
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let configured = runtime.block_on(async {
         let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
         let live = LiveSource::new(args.source, args.link)?;
-        live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings).await?)).await
+        live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings, &stop).await?)).await
     })?;
-    print(&format!("{}: {}\n", printable(&name), describe(&configured)))?;
+    let kept = match (settings.save, configured.changes.is_empty()) {
+        (true, _) => "; the sensor keeps all its settings when it is switched off",
+        (false, false) => "; until it is switched off: --save keeps it",
+        (false, true) => "",
+    };
+    print(&format!("{}: {}{kept}\n", printable(&name), describe(&configured)))?;
     Ok(if configured.rate_is_kept() { Exit::Good } else { Exit::Failed })
 }
 
 /// What was changed, and whether the sensor does what it is set to.
 pub(crate) fn describe(configured: &Configured) -> String {
-    let changes: Vec<_> = (configured.changes.iter())
-        .map(|change| format!("register {} from {} to {}", change.register, change.before, change.after))
-        .collect();
+    let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
     let changed = if changes.is_empty() { "all was as asked".into() } else { changes.join(", ") };
     let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
     let verdict =
         if configured.rate_is_kept() { "" } else { ": NOT as set; look at the cable and the speed of the line" };
-    printable(&format!("{changed}; {measured_hz:.1} samples a second come, {rate_hz} are set{verdict}"))
+    printable(&format!("{changed}; {measured_hz:.1} lines a second come, {rate_hz} are set{verdict}"))
 }

@@ -35,7 +35,10 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
     let info = runtime.block_on(async {
         let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
         let live = LiveSource::new(args.source, args.link)?;
-        live.ask(&stop, async |link| ask(&link, name).await).await
+        let asked = live.ask(&stop, async |link| {
+            stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
+        });
+        asked.await
     })?;
     if args.json {
         print_json(&serde_json::to_string_pretty(&info)?)?

@@ -1,7 +1,7 @@
 //! Live sources by their names on the command line: opened to be measured, or for a few commands.
 
 use std::{
-    env,
+    env, fmt,
     future::Future,
     io,
     path::PathBuf,
@@ -9,7 +9,7 @@ use std::{
     sync::atomic::{AtomicU32, Ordering},
 };
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use tokio::{sync::mpsc, task, time::Duration};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
@@ -78,6 +78,9 @@ impl LiveSource {
         stop: CancellationToken,
     ) -> Result<Opened> {
         if self.name == SourceName::Stdin {
+            if temperature {
+                bail!("standard input cannot be asked for the temperature: name a port");
+            }
             let source = ReaderSource::spawn_live(io::stdin(), Clock::start()).context("cannot start to read")?;
             let events = read_samples(Recorded { source, recording }, read, stop);
             return Ok(Opened { link: None, events });
@@ -88,13 +91,14 @@ impl LiveSource {
         Ok(Opened { link: Some(link), events })
     }
 
-    /// Opens it for commands: waits until the sensor is heard, does `work`, and closes it again.
+    /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and closes it again. Once begun, `work` looks
+    /// after `stop` itself: it may have something to put back.
     pub(crate) async fn ask<T, F: Future<Output = Result<T>>>(
         &self,
         stop: &CancellationToken,
         work: impl FnOnce(LinkHandle) -> F,
     ) -> Result<T> {
-        let closing = stop.child_token();
+        let closing = CancellationToken::new();
         let (link, mut events) = self.open_link(LinkOptions::default(), closing.clone())?;
         // the link waits for whoever takes its events
         let ended = task::spawn(async move {
@@ -109,19 +113,19 @@ impl LiveSource {
         let mut state = link.state();
         let heard =
             state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed));
-        let is_up = heard.await.is_ok_and(|state| !matches!(*state, LinkState::Closed));
+        let is_up = stop
+            .run_until_cancelled(heard)
+            .await
+            .is_some_and(|heard| heard.is_ok_and(|state| !matches!(*state, LinkState::Closed)));
         let answer = match is_up {
-            true => Some(tokio::select! {
-                answer = work(link) => answer,
-                () = closing.cancelled() => Err(anyhow!("interrupted")),
-            }),
+            true => Some(work(link).await),
             false => None,
         };
         closing.cancel();
         let error = ended.await.context("the link stopped by a fault of this program")?;
         match (answer, error) {
             (Some(answer), _) => answer,
-            (None, Some(error)) => Err(error.into()),
+            (None, Some(error)) => Err(Unheard(error).into()),
             (None, None) => bail!("interrupted"),
         }
     }
@@ -141,6 +145,18 @@ impl LiveSource {
         })
     }
 }
+
+/// The source cannot be opened, or no sensor is heard on it.
+#[derive(Debug)]
+pub(crate) struct Unheard(io::Error);
+
+impl fmt::Display for Unheard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for Unheard {}
 
 /// A name for the port of an emulated sensor of this process, which comes back under it when it was unplugged.
 fn private_name() -> PathBuf {

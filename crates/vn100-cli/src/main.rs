@@ -42,6 +42,7 @@ use clap::Parser;
 use crate::{
     args::{Args, Command},
     exit::Exit,
+    live_source::Unheard,
 };
 
 fn main() -> ExitCode {
@@ -64,7 +65,7 @@ fn main() -> ExitCode {
         Err(error) if exit::is_broken_pipe(&error) => Exit::Good,
         Err(error) => {
             exit::report(&format!("{error:#}"));
-            Exit::Failed
+            if error.is::<Unheard>() { Exit::NoData } else { Exit::Failed }
         }
     };
     exit.into()

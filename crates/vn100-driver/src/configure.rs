@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use thiserror::Error;
-use vn100_protocol::{Command, Fields, Register, RegisterContents};
+use tokio_util::sync::CancellationToken;
+use vn100_protocol::{Command, Fields, Register, RegisterContents, RequestFailure};
 
 use crate::{
     command_error::CommandError,
@@ -23,14 +24,14 @@ const MEASURE: Duration = Duration::from_secs(2);
 pub struct Configured {
     /// The registers in the order they were written; empty where all was as asked.
     pub changes: Vec<Change>,
-    /// Samples a second, counted for two seconds after; lines of other messages are no samples.
+    /// Lines a second, counted for two seconds after, of whatever message; answers are none.
     pub measured_hz: f64,
     /// The rate the sensor is set to; 0 where it sends no lines.
     pub rate_hz: u32,
 }
 
 impl Configured {
-    /// Whether as many samples come as the sensor is set to send: within a line and 5 %.
+    /// Whether as many lines come as the sensor is set to send: within a line and 5 %.
     #[must_use]
     pub fn rate_is_kept(&self) -> bool {
         (self.measured_hz - f64::from(self.rate_hz)).abs()
@@ -38,20 +39,16 @@ impl Configured {
     }
 }
 
-/// Why a sensor is not set as asked. Its output goes on in any case, as far as the link is up.
+/// Why a sensor is not set as asked. What was written by then is put back, and its output goes on, as far as the link is up.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ConfigureError {
     /// It cannot be.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// A command failed; what was written before stays written.
-    #[error("{source}{}", written(changes))]
-    Command {
-        /// What failed.
-        source: CommandError,
-        /// What had been written by then.
-        changes: Vec<Change>,
-    },
+    /// A command failed.
+    #[error(transparent)]
+    Command(#[from] CommandError),
     /// A register says something else than what was written.
     #[error("register {register} was to be {asked} and reads {got}")]
     ReadBack {
@@ -62,48 +59,86 @@ pub enum ConfigureError {
         /// What it says.
         got: String,
     },
+    /// It was told to stop.
+    #[error("interrupted")]
+    Interrupted,
+    /// What was written stays written.
+    #[error("{cause}; the sensor stays changed: {}", list(changes))]
+    Left {
+        /// Why it is not set as asked.
+        cause: Box<ConfigureError>,
+        /// What was written, or may have been.
+        changes: Vec<Change>,
+    },
 }
 
-fn written(changes: &[Change]) -> String {
-    let list: Vec<_> = changes.iter().map(|change| format!("{} was {}", change.register, change.before)).collect();
-    if list.is_empty() { String::new() } else { format!("; written before that: register {}", list.join(", ")) }
-}
-
-impl From<CommandError> for ConfigureError {
-    fn from(source: CommandError) -> Self {
-        Self::Command { source, changes: Vec::new() }
-    }
+fn list(changes: &[Change]) -> String {
+    let list: Vec<_> = changes.iter().map(ToString::to_string).collect();
+    list.join(", ")
 }
 
 /// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output, writes, reads back, resumes it and
 /// counts what comes. Nothing is kept through switching off unless `settings` say so.
 ///
+/// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns. Only what the sensor was told to
+/// keep through switching off stays.
+///
 /// The events of the link must be taken meanwhile.
 ///
 /// # Errors
 /// When it cannot be so, when the sensor refuses, or when it does not keep what was written.
-pub async fn configure(link: &LinkHandle, settings: &OutputSettings) -> Result<Configured, ConfigureError> {
+pub async fn configure(
+    link: &LinkHandle,
+    settings: &OutputSettings,
+    stop: &CancellationToken,
+) -> Result<Configured, ConfigureError> {
+    let mut written = Written::default();
+    let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
+    let Written { changes, kept } = written;
+    let cause = match set.unwrap_or(Err(ConfigureError::Interrupted)) {
+        Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz }),
+        Err(cause) => cause,
+    };
+    if changes.is_empty() || !kept && restore(link, &changes).await.is_ok() {
+        return Err(cause);
+    }
+    Err(ConfigureError::Left { cause: Box::new(cause), changes })
+}
+
+/// What was done to a sensor so far.
+#[derive(Default)]
+struct Written {
+    changes: Vec<Change>,
+    /// Whether it was told to keep them: the flash may hold them then.
+    kept: bool,
+}
+
+/// Lines a second that come, and those the sensor is set to.
+async fn set(
+    link: &LinkHandle,
+    settings: &OutputSettings,
+    written: &mut Written,
+) -> Result<(f64, u32), ConfigureError> {
     let current = read_current(link, settings).await?;
     let (planned, rate) = plan(&current, settings)?;
-    let changes = write_paused(link, planned, settings.save).await?;
+    write_paused(link, planned, settings.save, written).await?;
     tokio::time::sleep(SETTLE).await;
-    let (before, began) = (link.samples(), tokio::time::Instant::now());
+    let (before, began) = (link.lines(), tokio::time::Instant::now());
     tokio::time::sleep(MEASURE).await;
-    let measured_hz = (link.samples() - before) as f64 / began.elapsed().as_secs_f64();
-    Ok(Configured { changes, measured_hz, rate_hz: rate.hz() })
+    Ok(((link.lines() - before) as f64 / began.elapsed().as_secs_f64(), rate.hz()))
 }
 
 /// Puts back what [`configure`] changed, the last first.
 ///
 /// # Errors
-/// As [`configure`].
+/// As [`configure`]; what could not be put back stays.
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let back = changes.iter().rev().map(|change| Change {
         register: change.register,
         before: change.after.clone(),
         after: change.before.clone(),
     });
-    write_paused(link, back.collect(), false).await.map(drop)
+    write_paused(link, back.collect(), false, &mut Written::default()).await
 }
 
 async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
@@ -126,40 +161,42 @@ impl Drop for ResumeOnDrop<'_> {
     }
 }
 
-/// Writes what is `planned` while the output is paused: what was written.
-async fn write_paused(link: &LinkHandle, planned: Vec<Change>, save: bool) -> Result<Vec<Change>, ConfigureError> {
-    let mut changes = Vec::new();
+/// Writes what is `planned` while the output is paused, and notes in `written` each change before it is made.
+async fn write_paused(
+    link: &LinkHandle,
+    planned: Vec<Change>,
+    save: bool,
+    written: &mut Written,
+) -> Result<(), ConfigureError> {
     if planned.is_empty() && !save {
-        return Ok(changes);
+        return Ok(());
     }
     // commands that come between lines of a busy port lose bytes
     let mut resume = ResumeOnDrop(Some(link));
     link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
     for change in planned {
-        let result = write_and_read_back(link, &change).await;
-        if let Err(ConfigureError::Command { source, .. }) = result {
-            return Err(ConfigureError::Command { source, changes });
+        // whether a write that was not answered was carried out, nobody knows
+        written.changes.push(change.clone());
+        let write = Command::WriteRegister { register: change.register, fields: change.after.clone() };
+        let answer = link.request(write).await;
+        if let Err(CommandError::Failed(RequestFailure::Device { .. })) = answer {
+            written.changes.pop();
         }
-        result?;
-        changes.push(change);
+        answer?;
+        read_back(link, &change).await?;
     }
-    let end = async {
-        if save {
-            link.request(Command::WriteSettings).await?;
-        }
-        link.request(Command::Async(true)).await
-    };
-    if let Err(source) = end.await {
-        return Err(ConfigureError::Command { source, changes });
+    if save {
+        written.kept = true;
+        link.request(Command::WriteSettings).await?;
     }
+    link.request(Command::Async(true)).await?;
     resume.0 = None;
-    Ok(changes)
+    Ok(())
 }
 
-async fn write_and_read_back(link: &LinkHandle, change: &Change) -> Result<(), ConfigureError> {
+async fn read_back(link: &LinkHandle, change: &Change) -> Result<(), ConfigureError> {
     let Change { register, after, .. } = change;
-    link.request(Command::WriteRegister { register: *register, fields: after.clone() }).await?;
     let got = link.read(*register).await?;
     if got.as_ref().is_some_and(|contents| contents.is_as_written(after)) {
         return Ok(());

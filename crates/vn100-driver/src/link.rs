@@ -122,10 +122,10 @@ impl LinkHandle {
         let _ = self.requests.try_send(Request { command, answer: None });
     }
 
-    /// Good measurements that the link has carried so far.
+    /// Good lines that the sensor has sent by itself so far, of whatever message.
     #[must_use]
-    pub fn samples(&self) -> u64 {
-        self.counters.samples.load(Ordering::Relaxed)
+    pub fn lines(&self) -> u64 {
+        self.counters.lines.load(Ordering::Relaxed)
     }
 
     /// What the link is doing, now and whenever that changes.

@@ -28,8 +28,8 @@ pub(crate) struct NobodyListens;
 pub(crate) struct Counters {
     /// Bytes that the recording did not take in time.
     pub(crate) unrecorded_bytes: AtomicU64,
-    /// Good measurements so far.
-    pub(crate) samples: AtomicU64,
+    /// Good lines that were no answers so far.
+    pub(crate) lines: AtomicU64,
 }
 
 pub(crate) struct LinkOutput {
@@ -59,7 +59,8 @@ impl LinkOutput {
             self.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
         }
         let events = self.parser.take_input(input);
-        self.counters.samples.store(self.parser.tally().samples, Ordering::Relaxed);
+        let tally = self.parser.tally();
+        self.counters.lines.store(tally.samples + tally.other, Ordering::Relaxed);
         for event in events {
             self.events.send(event).await.map_err(|_| NobodyListens)?;
         }

@@ -1,5 +1,7 @@
 //! From what a sensor is set to send to what it shall send: which registers to write, and in which order. Pure.
 
+use std::fmt;
+
 use thiserror::Error;
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
@@ -32,6 +34,22 @@ pub struct Change {
     pub before: Fields,
     /// Its fields then.
     pub after: Fields,
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { register, before, after } = self;
+        let name = match *register {
+            Register::BAUD_RATE => "the speed of the line",
+            Register::ASYNC_TYPE => "the message",
+            Register::ASYNC_RATE => "the rate",
+            Register::PROTOCOL_CONTROL => "the form of the lines",
+            Register::SYNC_CONTROL => "the synchronisation",
+            Register::IMU_FILTER => "the averaging windows",
+            _ => return write!(f, "register {register} from {before} to {after}"),
+        };
+        write!(f, "{name} (register {register}) from {before} to {after}")
+    }
 }
 
 /// Why a sensor cannot be set as asked.

@@ -5,7 +5,8 @@ mod support;
 
 use std::time::Duration;
 
-use support::Sensor;
+use support::{OTHER_LINE, Sensor};
+use tokio_util::sync::CancellationToken;
 use vn100_driver::{ConfigureError, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore};
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
@@ -26,7 +27,7 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
     let work = tokio::spawn(async move {
         let settings =
             OutputSettings { baud: Some(921_600), rate_hz: Some(200), window: Some(4), ..OutputSettings::default() };
-        let configured = configure(&handle, &settings).await.unwrap();
+        let configured = configure(&handle, &settings, &CancellationToken::new()).await.unwrap();
         assert!(matches!(&*handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
         let written: Vec<_> = configured.changes.iter().map(|change| change.register).collect();
         assert_eq!(written, [Register::BAUD_RATE, Register::ASYNC_RATE], "the window is what it was");
@@ -57,7 +58,7 @@ async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
     let handle = link.handle.clone();
     let work = tokio::spawn(async move {
         let settings = OutputSettings { message: Some("VNYMR".into()), rate_hz: Some(20), ..OutputSettings::default() };
-        let changes = configure(&handle, &settings).await.unwrap().changes;
+        let changes = configure(&handle, &settings, &CancellationToken::new()).await.unwrap().changes;
         let told: Vec<_> = changes.iter().map(|change| (change.register, change.after.to_string())).collect();
         let followed = "3,0,0,0,1,0,39,100000000,0".into();
         assert_eq!(told, [(Register::ASYNC_RATE, "20".into()), (Register::SYNC_CONTROL, followed)]);
@@ -79,7 +80,7 @@ async fn what_is_not_kept_is_told_and_the_output_goes_on() {
     let handle = link.handle.clone();
     let work = tokio::spawn(async move {
         let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-        configure(&handle, &settings).await
+        configure(&handle, &settings, &CancellationToken::new()).await
     });
     link.run(Duration::from_secs(5)).await;
     assert_eq!(work.await.unwrap().unwrap_err().to_string(), "register 07 was to be 20 and reads 40");
@@ -94,7 +95,7 @@ async fn what_does_not_fit_is_not_written() {
     let handle = link.handle.clone();
     let work = tokio::spawn(async move {
         let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
-        configure(&handle, &settings).await.unwrap_err()
+        configure(&handle, &settings, &CancellationToken::new()).await.unwrap_err()
     });
     link.run(Duration::from_secs(5)).await;
     assert!(matches!(work.await.unwrap(), ConfigureError::Plan(_)));
@@ -102,34 +103,98 @@ async fn what_does_not_fit_is_not_written() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_output_goes_on_after_a_refusal_and_after_an_interruption() {
-    for interrupted in [false, true] {
+async fn a_refusal_in_the_middle_puts_back_what_was_written_before_it() {
+    let sensor = sensor();
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    // it has the register to be read, and not to be written
+    sensor.world().read_only = Some(85);
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+        configure(&handle, &settings, &CancellationToken::new()).await
+    });
+    link.run(Duration::from_secs(5)).await;
+    let error = work.await.unwrap().unwrap_err();
+    assert!(matches!(error, ConfigureError::Command(_)) && error.to_string().contains("VNERR 09"), "{error}");
+    let world = sensor.world();
+    assert!(world.written.iter().any(|(_, bytes)| bytes.starts_with(b"$VNWRG,07,20*")));
+    assert_eq!((world.registers[&7].as_str(), world.streams), ("40", true));
+}
+
+#[tokio::test(start_paused = true)]
+async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
+    for after in (0..2500).step_by(37).map(Duration::from_millis) {
         let sensor = sensor();
         let mut link = sensor.link(LinkOptions::default());
         link.until_up().await;
-        link.run(Duration::from_secs(2)).await;
-        // it has the register to be read, and not to be written
-        sensor.world().read_only = Some(85);
-        let handle = link.handle.clone();
+        let (handle, stop) = (link.handle.clone(), CancellationToken::new());
+        let stopping = stop.clone();
         let work = tokio::spawn(async move {
             let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
-            configure(&handle, &settings).await
+            configure(&handle, &settings, &stopping).await
         });
-        if interrupted {
-            while sensor.world().streams {
-                link.run(Duration::from_millis(10)).await;
-            }
-            work.abort();
-        } else {
-            link.run(Duration::from_secs(5)).await;
-            let error = work.await.unwrap().unwrap_err().to_string();
-            assert!(
-                error.contains("VNERR 09") && error.ends_with("; written before that: register 07 was 40"),
-                "{error}"
-            );
-        }
-        link.run(Duration::from_millis(200)).await;
-        assert!(sensor.world().streams, "interrupted: {interrupted}");
-        link.stop().await;
+        link.run(after).await;
+        stop.cancel();
+        link.run(Duration::from_secs(3)).await;
+        let error = work.await.unwrap().unwrap_err();
+        assert!(matches!(error, ConfigureError::Interrupted), "after {after:?}: {error}");
+        let world = sensor.world();
+        let registers = (world.registers[&7].as_str(), world.registers[&85].as_str());
+        assert_eq!((registers, world.streams), (("40", FILTER.1), true), "after {after:?}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_cannot_be_put_back_is_told() {
+    let sensor = sensor();
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let (handle, stop) = (link.handle.clone(), CancellationToken::new());
+    let stopping = stop.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+        configure(&handle, &settings, &stopping).await
+    });
+    link.run(Duration::from_secs(2)).await;
+    sensor.world().answers = false;
+    stop.cancel();
+    link.run(Duration::from_secs(5)).await;
+    let error = work.await.unwrap().unwrap_err().to_string();
+    assert_eq!(error, "interrupted; the sensor stays changed: the rate (register 07) from 40 to 20");
+}
+
+#[tokio::test(start_paused = true)]
+async fn lines_of_any_message_are_counted() {
+    let sensor = sensor();
+    sensor.world().line = OTHER_LINE;
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+        configure(&handle, &settings, &CancellationToken::new()).await.unwrap()
+    });
+    link.run(Duration::from_secs(5)).await;
+    let configured = work.await.unwrap();
+    assert!(configured.rate_is_kept(), "{configured:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_output_goes_on_where_nobody_waits_any_more() {
+    let sensor = sensor();
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+        configure(&handle, &settings, &CancellationToken::new()).await
+    });
+    while sensor.world().streams {
+        link.run(Duration::from_millis(10)).await;
+    }
+    work.abort();
+    link.run(Duration::from_millis(200)).await;
+    assert!(sensor.world().streams);
+    link.stop().await;
 }

@@ -24,7 +24,7 @@ const FLUSH_EVERY_NS: u64 = 1_000_000_000;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The operating system refused.
-    #[error("cannot record to {}: {source}", path.display())]
+    #[error("cannot record to {}", path.display())]
     Io {
         /// The file.
         path: PathBuf,

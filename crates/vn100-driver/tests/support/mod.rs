@@ -20,12 +20,15 @@ use vn100_driver::{
 };
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+pub(crate) const OTHER_LINE: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
 pub(crate) const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
 
 /// The sensor, the cable and what was done to them.
 pub(crate) struct World {
     pub(crate) baud: u32,
     pub(crate) period: Duration,
+    /// What it sends.
+    pub(crate) line: &'static str,
     /// Whether it sends lines.
     pub(crate) streams: bool,
     /// Whether the port is there.
@@ -108,6 +111,7 @@ impl Sensor {
         Self(Arc::new(Mutex::new(World {
             baud,
             period: Duration::from_secs(1) / rate_hz,
+            line: LINE,
             streams: true,
             plugged: true,
             garbled: false,
@@ -193,7 +197,7 @@ impl Port {
         }
         if let Some(cut_at) = world.cut_at.take() {
             world.plugged = false;
-            return Some(Ok(LINE.as_bytes()[..cut_at].to_vec()));
+            return Some(Ok(world.line.as_bytes()[..cut_at].to_vec()));
         }
         if world.baud != self.baud {
             // as many as fit into the time of a line, none of them what was sent
@@ -202,7 +206,7 @@ impl Port {
         }
         let flip = if world.garbled { 0x40 } else { 0 };
         world.lines += u64::from(!world.garbled);
-        Some(Ok(LINE.bytes().map(|byte| byte ^ flip).collect()))
+        Some(Ok(world.line.bytes().map(|byte| byte ^ flip).collect()))
     }
 }
 
