@@ -162,7 +162,7 @@ async fn measure_one(
     };
     let Prepared { changes, recorder } = prepared;
     let name = origin.name.clone();
-    let measured = measure_and_record(&live, recorder, origin, job, stand, &stop).await;
+    let measured = measure_and_record(&live, &changes, recorder, origin, job, stand, &stop).await;
     // also where nobody takes the result any more
     let is_put_back = put_back(&live, &changes, job, &name).await;
     let mut measured = measured?;
@@ -252,6 +252,7 @@ async fn end_recording(recorder: Recorder, reason: &str, resumed: bool) -> Recor
 
 async fn measure_and_record(
     live: &LiveSource,
+    changes: &[Change],
     recorder: Option<Recorder>,
     mut origin: Origin,
     job: &Job,
@@ -260,7 +261,7 @@ async fn measure_and_record(
 ) -> Result<Measured> {
     let inputs = recorder.as_ref().map(Recorder::inputs);
     let read = job.args.measure.read_options();
-    let opened = match live.open(read, job.args.temperature, inputs, stop.clone()) {
+    let opened = match live.open(read, job.args.temperature, changes.to_vec(), inputs, stop.clone()) {
         Ok(opened) => opened,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));

@@ -13,8 +13,8 @@ use anyhow::{Context, Result, bail};
 use tokio::{sync::mpsc, task, time::Duration};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
-    Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source, TcpServer,
-    open_link, read_samples,
+    Change, Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source,
+    TcpServer, open_link, read_samples,
 };
 use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
@@ -69,11 +69,13 @@ impl LiveSource {
         self.name.kind()
     }
 
-    /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too.
+    /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too; `keep` is set again on a sensor that
+    /// comes back.
     pub(crate) fn open(
         &self,
         read: ReadOptions,
         temperature: bool,
+        keep: Vec<Change>,
         recording: Option<mpsc::Sender<Input>>,
         stop: CancellationToken,
     ) -> Result<Opened> {
@@ -87,7 +89,7 @@ impl LiveSource {
         }
         let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
         let (link, events) =
-            self.open_link(LinkOptions { read, recording, poll_temperature, ..LinkOptions::default() }, stop)?;
+            self.open_link(LinkOptions { read, recording, poll_temperature, keep, ..LinkOptions::default() }, stop)?;
         Ok(Opened { link: Some(link), events })
     }
 

@@ -77,9 +77,11 @@ mod recognise;
 mod recording;
 mod rows;
 mod serial;
+mod set_again;
 mod source;
 mod tcp;
 mod timing;
+mod trouble;
 
 pub use autobaud::BAUD_RATES;
 pub use capture::{Capture, OpenError};

@@ -16,6 +16,7 @@ use crate::{
     event::Event,
     link_output::{Counters, LinkOutput},
     link_task::LinkTask,
+    output_plan::Change,
     read_samples::{ReadOptions, WAITING_BATCHES},
     source::Input,
 };
@@ -35,6 +36,10 @@ pub struct LinkOptions {
     /// Read the temperature and the uncompensated measurements (register 54) this often between the lines, where the line has room for it.
     /// The answers are among the [`registers`](crate::Batch::registers) of the batches.
     pub poll_temperature: Option<Duration>,
+    /// What [`configure`](crate::configure()) has changed, to be written again when the sensor comes back: it may have lost its power, and
+    /// with it all that was not saved. Until it is so the link does not count as up. The speed of the line is not set again: the sensor is
+    /// heard at the one it has. Nothing where the link listens only.
+    pub keep: Vec<Change>,
 }
 
 /// Requests that may wait to be taken by the link; whoever asks then waits.
@@ -154,15 +159,15 @@ impl LinkHandle {
 #[must_use]
 pub fn open_link(
     connect: impl Connect,
-    options: LinkOptions,
+    mut options: LinkOptions,
     stop: CancellationToken,
 ) -> (LinkHandle, mpsc::Receiver<Event>) {
     let (events_sender, events) = mpsc::channel(WAITING_BATCHES);
     let (state_sender, state) = watch::channel(LinkState::Opening);
     let (requests_sender, requests) = mpsc::channel(WAITING_REQUESTS);
     let counters = Arc::new(Counters::default());
-    let output = LinkOutput::new(options.read, options.recording.clone(), events_sender, Arc::clone(&counters));
-    let task = LinkTask::new(connect, &options, stop, output, state_sender, requests);
+    let output = LinkOutput::new(options.read, options.recording.take(), events_sender, Arc::clone(&counters));
+    let task = LinkTask::new(connect, options, stop, output, state_sender, requests);
     // ends on `stop`, with the events' receiver, or when the link cannot be opened
     tokio::spawn(task.run());
     (LinkHandle { state, requests: requests_sender, counters }, events)

@@ -2,25 +2,26 @@
 
 use std::{convert::Infallible, io, pin::pin, time::Duration};
 
-use thiserror::Error;
 use tokio::{
     select,
     sync::{mpsc, watch},
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::BaudRate;
+use vn100_protocol::{BaudRate, Register};
 
 use crate::{
     autobaud::{BAUD_RATES, Trial, drain},
     back_off::BackOff,
     connect::{Connect, Connection},
-    connect_error::ConnectError,
     conversation::{Consequence, Conversation, Request},
     health::{Health, Reading},
     link::{LinkOptions, LinkState, Up},
     link_output::{LinkOutput, NobodyListens},
+    output_plan::Change,
+    set_again::set_again,
     source::{Input, LinkEvent, LinkEventKind, Source},
+    trouble::Trouble,
 };
 
 /// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
@@ -28,6 +29,9 @@ const FIRST_SWEEPS: u32 = 2;
 
 /// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
 const SILENCE: Duration = Duration::from_secs(10);
+
+/// Makes the sensor send again.
+const RESUME: &[u8] = b"$VNASY,1*4E\r\n";
 
 pub(crate) struct LinkTask<C> {
     connect: C,
@@ -37,6 +41,8 @@ pub(crate) struct LinkTask<C> {
     last_baud: Option<u32>,
     listen_only: bool,
     accept_unchecked: bool,
+    /// Set again when the sensor comes back.
+    keep: Vec<Change>,
     stop: CancellationToken,
     output: LinkOutput,
     state: watch::Sender<LinkState>,
@@ -47,52 +53,10 @@ pub(crate) struct LinkTask<C> {
     start: Instant,
 }
 
-/// Why a link does not go on.
-#[derive(Debug, Error)]
-enum Trouble {
-    #[error("told to stop")]
-    Stopped,
-    #[error("nobody listens")]
-    NobodyListens,
-    #[error(transparent)]
-    Refused(#[from] ConnectError),
-    #[error("the link was lost: {0}")]
-    Lost(#[from] io::Error),
-    #[error("no sensor is heard on {port}{}: {}; check the cable, the power of the sensor and --baud", at_speeds(tried), heard_instead(*bytes))]
-    Unheard { port: String, tried: Vec<u32>, bytes: u64 },
-    #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
-    Garbled { bytes: u64, ms: u128 },
-    #[error("the other end closed the link")]
-    Closed,
-    #[error("the sensor says nothing and does not answer")]
-    Silent,
-}
-
-impl From<NobodyListens> for Trouble {
-    fn from(_: NobodyListens) -> Self {
-        Self::NobodyListens
-    }
-}
-
-fn at_speeds(tried: &[u32]) -> String {
-    match tried {
-        [] => String::new(),
-        [baud] => format!(" at {baud} baud"),
-        several => format!(" at {} speeds", several.len()),
-    }
-}
-
-fn heard_instead(bytes: u64) -> String {
-    match bytes {
-        0 => "nothing came".into(),
-        bytes => format!("{bytes} bytes came and none of them made a good line"),
-    }
-}
-
 impl<C: Connect> LinkTask<C> {
     pub(crate) fn new(
         connect: C,
-        options: &LinkOptions,
+        options: LinkOptions,
         stop: CancellationToken,
         output: LinkOutput,
         state: watch::Sender<LinkState>,
@@ -104,6 +68,7 @@ impl<C: Connect> LinkTask<C> {
             last_baud: None,
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
+            keep: if options.listen_only { Vec::new() } else { options.keep },
             stop,
             output,
             state,
@@ -129,7 +94,7 @@ impl<C: Connect> LinkTask<C> {
         let mut was_up = false;
         let mut sweeps = 0;
         loop {
-            let trouble = match self.find().await {
+            let trouble = match self.find(was_up).await {
                 Ok((mut connection, up, held)) => {
                     was_up = true;
                     let trouble = self.attend(&mut connection, up, held).await;
@@ -143,7 +108,13 @@ impl<C: Connect> LinkTask<C> {
                 Trouble::Stopped | Trouble::NobodyListens => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
                 Trouble::Unheard { .. } => was_up || sweeps < FIRST_SWEEPS,
-                Trouble::Lost(_) | Trouble::Garbled { .. } | Trouble::Closed | Trouble::Silent => was_up,
+                Trouble::Lost(_)
+                | Trouble::Garbled { .. }
+                | Trouble::Closed
+                | Trouble::Silent
+                | Trouble::Restarted(_)
+                | Trouble::Returned
+                | Trouble::NotSet(_) => was_up,
             };
             if !again {
                 return trouble;
@@ -154,14 +125,22 @@ impl<C: Connect> LinkTask<C> {
         }
     }
 
-    /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on.
-    async fn find(&mut self) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
+    /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on. A sensor that comes
+    /// `back` is set as it was.
+    async fn find(&mut self, back: bool) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
         self.state.send_replace(LinkState::Opening);
         let rates = self.rates();
         let first = rates.first().copied().flatten().unwrap_or_default();
         let opened = self.stop.run_until_cancelled(self.connect.open(first)).await;
         let mut connection = opened.ok_or(Trouble::Stopped)??;
-        match self.sweep(&mut connection, &rates).await {
+        let mut found = self.sweep(&mut connection, &rates).await;
+        if let Ok((_, held)) = &mut found
+            && back
+            && let Err(trouble) = self.set_again(&mut connection, held).await
+        {
+            found = Err(trouble);
+        }
+        match found {
             Ok((baud, held)) => {
                 self.last_baud = baud;
                 let up = Up {
@@ -177,6 +156,23 @@ impl<C: Connect> LinkTask<C> {
                 Err(trouble)
             }
         }
+    }
+
+    /// Sets a sensor that is back as it was; what it sent before that is no part of the measurement.
+    async fn set_again(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
+        let changes = self.keep.iter().filter(|change| change.register != Register::BAUD_RATE);
+        let changes: Vec<_> = changes.cloned().collect();
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let set = self.stop.run_until_cancelled(set_again(connection, &changes, held)).await;
+        self.set_aside(std::mem::take(held)).await?;
+        let Some(set) = set else {
+            // its output may be paused; whoever stops has no more use for the answer
+            connection.write(RESUME).await?;
+            return Err(Trouble::Stopped);
+        };
+        set
     }
 
     /// The speeds to try, in order; one that is none where the link has none.
@@ -309,6 +305,9 @@ impl<C: Connect> LinkTask<C> {
                 if seen.unasked > before.unasked || seen.understood == before.understood {
                     heard = Instant::now();
                     if silent_since.take().is_some() {
+                        if !self.keep.is_empty() {
+                            return Err(Trouble::Returned);
+                        }
                         self.state.send_replace(LinkState::Up(up.clone()));
                         // it may have been switched off and on meanwhile
                         self.conversation.meet(self.start.elapsed());
@@ -333,6 +332,7 @@ impl<C: Connect> LinkTask<C> {
                     Consequence::Baud(baud) => self.change_baud(connection, &mut up, baud)?,
                     Consequence::Absent if silent_since.is_some() => return Err(Trouble::Silent),
                     Consequence::Absent => {}
+                    Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
                     Consequence::Restarted(error) => {
                         self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
                         up.since_ns = self.connect.now_ns();

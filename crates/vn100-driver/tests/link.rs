@@ -8,8 +8,8 @@ use std::time::Duration;
 use support::{LINE, Sensor};
 use tokio::sync::mpsc;
 use vn100_driver::{
-    BAUD_RATES, CommandError, Input, LinkEventKind, LinkOptions, LinkState,
-    protocol::{Answer, AsyncRate, BaudRate, Command, Register, RequestFailure},
+    BAUD_RATES, Change, CommandError, Input, LinkEventKind, LinkOptions, LinkState,
+    protocol::{Answer, AsyncRate, BaudRate, Command, Fields, Register, RequestFailure},
 };
 
 /// Both rates, with a speed that carries them.
@@ -241,6 +241,61 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
         // the last whole line came with the hang-up
         assert_eq!(told.rows, sensor.world().lines + 1);
     }
+}
+
+/// That the rate was set to 20 Hz.
+fn slowed() -> Vec<Change> {
+    let fields = |text| Fields::new(text).unwrap();
+    vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_measured() {
+    let sensor = Sensor::new(115_200, 20);
+    let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
+    link.until_up().await;
+    let is_write = |(_, bytes): &(u32, Vec<u8>)| bytes.starts_with(b"$VNWRG");
+    assert!(!sensor.world().written.iter().any(is_write), "it is as it was left");
+    link.run(ms(2000)).await;
+    sensor.world().cut_at = Some(LINE.len());
+    link.until_down().await;
+    let rows = link.told.rows;
+    {
+        let mut world = sensor.world();
+        world.registers.insert(7, "40".into());
+        (world.period, world.plugged) = (ms(25), true);
+    }
+    link.until_up().await;
+    {
+        let world = sensor.world();
+        assert_eq!((world.registers[&7].as_str(), world.streams), ("20", true));
+    }
+    assert_eq!(link.told.rows, rows, "what came before is no sample");
+    link.run(ms(2000)).await;
+    let told = link.stop().await;
+    assert!((39..=40).contains(&(told.rows - rows)), "{}", told.rows - rows);
+    assert_eq!(told.counts.bytes(), sensor.world().bytes);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
+    let sensor = Sensor::new(115_200, 20);
+    let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
+    link.until_up().await;
+    sensor.world().read_only = Some(7);
+    sensor.world().says = Some("VNERR,0A");
+    link.until_down().await;
+    link.run(ms(20_000)).await;
+    let state = link.handle.state().borrow().clone();
+    let LinkState::Down { cause, .. } = state else { panic!("{state:?}") };
+    assert!(
+        cause.starts_with("the sensor is back and cannot be set as it was: the sensor refused $VNWRG,07,20"),
+        "{cause}"
+    );
+    assert_eq!(link.told.counts.connects, 1);
+    sensor.world().read_only = None;
+    link.until_up().await;
+    assert!(sensor.world().streams);
 }
 
 #[tokio::test(start_paused = true)]

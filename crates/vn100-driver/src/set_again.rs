@@ -1,0 +1,79 @@
+//! Sets a sensor that has come back as it was before: it may have lost its power, and with it all that was not saved.
+
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep_until};
+use vn100_protocol::{Check, Command, Frame, Framer, Options, Reply, Session};
+
+use crate::{
+    connect::Connection,
+    output_plan::Change,
+    source::{Chunk, Input},
+    trouble::Trouble,
+};
+
+/// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is put behind `aside`.
+///
+/// # Errors
+/// When the sensor refuses or does not answer, or the link goes down.
+pub(crate) async fn set_again(
+    connection: &mut impl Connection,
+    changes: &[Change],
+    aside: &mut Vec<Input>,
+) -> Result<(), Trouble> {
+    let mut session = Session::new(Check::Xor8);
+    let writes =
+        changes.iter().map(|change| Command::WriteRegister { register: change.register, fields: change.after.clone() });
+    for command in [Command::Async(false)].into_iter().chain(writes).chain([Command::Async(true)]) {
+        // there are fewer registers to change than a session takes requests
+        let _ = session.submit(command);
+    }
+    let mut left = changes.len() + 2;
+    let mut failure = None;
+    let mut framer = Framer::new(Options::default());
+    let mut unframed = Vec::new();
+    let start = Instant::now();
+    while left > 0 {
+        while let Some(line) = session.poll_transmit(start.elapsed()) {
+            connection.write(&line).await?;
+        }
+        let wake = start + session.poll_timeout().unwrap_or(Duration::ZERO);
+        tokio::select! {
+            input = connection.next_input() => {
+                let input = input?.ok_or(Trouble::Closed)?;
+                if let Input::Chunk(Chunk { bytes, .. }) = &input {
+                    unframed.extend_from_slice(bytes);
+                    take_replies(&mut framer, &mut unframed, |reply| {
+                        session.handle_reply(reply, start.elapsed());
+                    });
+                }
+                aside.push(input);
+            }
+            () = sleep_until(wake) => {}
+        }
+        session.handle_timeout(start.elapsed());
+        while let Some((_, result)) = session.poll_completion() {
+            left -= 1;
+            failure = failure.or(result.err());
+        }
+    }
+    failure.map_or(Ok(()), |failure| Err(failure.into()))
+}
+
+fn take_replies(framer: &mut Framer, unframed: &mut Vec<u8>, mut take: impl FnMut(&Reply)) {
+    let mut at = 0;
+    loop {
+        let step = framer.next(&unframed[at..], false);
+        at += step.consumed;
+        match step.item {
+            Some(Frame::Sentence(sentence)) => {
+                if let Ok(reply) = Reply::parse(&sentence) {
+                    take(&reply);
+                }
+            }
+            Some(Frame::Packet(_) | Frame::Bad(_)) => {}
+            None => break,
+        }
+    }
+    unframed.drain(..at);
+}
