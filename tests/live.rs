@@ -179,7 +179,8 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
     assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
     assert_conserved(&measured);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert!(error.contains("lost"), "{error}");
+    assert_eq!(error.matches(": lost: ").count(), 1, "not for every attempt: {error}");
+    assert!(error.contains("lost: the link was lost"), "the first cause, not that of an attempt: {error}");
     assert_same_but_source(replay(&recording, &[]).0, measured);
 }
 

@@ -326,6 +326,7 @@ async fn measure(
     let outcome = measurement.outcome();
     tokio::pin!(outcome);
     let mut line = job.status.line(&origin.name);
+    let mut changing = state.clone();
     let mut ticks = time::interval(Status::PERIOD);
     let mut told_second = 0;
     let mut assessments = Assessments::new(job.settings.confidence);
@@ -357,6 +358,11 @@ async fn measure(
                     job.status.report(&format!("{}: {told}", origin.name));
                 }
             }
+            () = changed(&mut changing) => {
+                if let Some(state) = &mut changing {
+                    line.tell(&state.borrow_and_update());
+                }
+            }
             _ = ticks.tick() => {
                 let snapshot = Arc::clone(&latest.borrow());
                 let state = state.as_ref().map(|state| state.borrow().clone());
@@ -370,6 +376,17 @@ async fn measure(
                 }
             }
         }
+    }
+}
+
+/// Waits until the state of a link changes; for ever where there is none.
+async fn changed(state: &mut Option<watch::Receiver<LinkState>>) {
+    let changed = match state {
+        Some(state) => state.changed().await.is_ok(),
+        None => false,
+    };
+    if !changed {
+        std::future::pending::<()>().await;
     }
 }
 

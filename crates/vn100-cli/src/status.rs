@@ -65,13 +65,8 @@ pub(crate) struct StatusLine {
 impl StatusLine {
     /// Shows where the source and its recording are, and tells what befell them.
     pub(crate) fn show(&mut self, link: Option<&LinkState>, recording: Option<&RecordingState>, snapshot: &Snapshot) {
-        if let Some(state) = link
-            && self.told.as_ref() != Some(state)
-        {
-            if let Some(event) = event(state) {
-                self.report(&format!("{}: {event}", self.name));
-            }
-            self.told = Some(state.clone());
+        if let Some(state) = link {
+            self.tell(state);
         }
         if let Some(RecordingState { path, error: Some(error), .. }) = recording
             && !self.failure_told
@@ -88,6 +83,18 @@ impl StatusLine {
         });
         self.bar.set_message(format!("{}  {state}  {recorded}{}", self.name, counts(snapshot)));
         self.bar.tick();
+    }
+
+    /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why.
+    pub(crate) fn tell(&mut self, state: &LinkState) {
+        let is_lost = matches!(self.told, Some(LinkState::Down { .. }));
+        let Some(event) = event(state).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. }))) else {
+            return;
+        };
+        if self.told.as_ref() != Some(state) {
+            self.report(&format!("{}: {event}", self.name));
+            self.told = Some(state.clone());
+        }
     }
 
     fn report(&self, text: &str) {
@@ -112,9 +119,7 @@ fn event(state: &LinkState) -> Option<String> {
             Some(format!("connected to {port}{speed}"))
         }
         LinkState::Silent(_) => Some("the sensor is silent".into()),
-        LinkState::Down { cause, retry_in } => {
-            Some(format!("lost: {cause}; trying again in {} ms", retry_in.as_millis()))
-        }
+        LinkState::Down { cause, .. } => Some(format!("lost: {cause}; trying again")),
         _ => None,
     }
 }
