@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use tokio::{
     runtime::Builder,
     sync::watch,
@@ -216,10 +216,7 @@ async fn prepare(
             let (resume, metadata) = (job.args.recording.resume, job.metadata.clone());
             let create =
                 move || if resume { Recorder::resume(path, &metadata) } else { Recorder::create(path, &metadata) };
-            let created =
-                task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")?;
-            // its message names the cause already
-            Some(created.map_err(|error| anyhow!("{error}"))?)
+            Some(task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")??)
         }
         None => None,
     };

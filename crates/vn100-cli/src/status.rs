@@ -88,7 +88,9 @@ impl StatusLine {
     /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why.
     pub(crate) fn tell(&mut self, state: &LinkState) {
         let is_lost = matches!(self.told, Some(LinkState::Down { .. }));
-        let Some(event) = event(state).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. }))) else {
+        let Some(event) =
+            event(state, self.told.is_some()).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. })))
+        else {
             return;
         };
         if self.told.as_ref() != Some(state) {
@@ -112,14 +114,15 @@ impl Drop for StatusLine {
 }
 
 /// What is worth a line of its own; the coming and going of single attempts is not.
-fn event(state: &LinkState) -> Option<String> {
+fn event(state: &LinkState, was_there: bool) -> Option<String> {
     match state {
         LinkState::Up(Up { port, baud, .. }) => {
             let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
             Some(format!("connected to {port}{speed}"))
         }
         LinkState::Silent(_) => Some("the sensor is silent".into()),
-        LinkState::Down { cause, .. } => Some(format!("lost: {cause}; trying again")),
+        LinkState::Down { cause, .. } if was_there => Some(format!("lost: {cause}; trying again")),
+        LinkState::Down { cause, .. } => Some(format!("not there yet: {cause}; trying again")),
         _ => None,
     }
 }
