@@ -30,17 +30,14 @@ pub enum ConnectError {
         candidates: Vec<PortEntry>,
     },
     /// The user may not open it.
-    #[error(
-        "cannot open {port} at {baud} baud: that is not allowed to this user; it is for the group {group}: `sudo usermod -aG {group} $USER`, \
-         then log in again"
-    )]
+    #[error("cannot open {port} at {baud} baud: that is not allowed to this user; {}", permission_advice(group.as_deref()))]
     Denied {
         /// The port.
         port: String,
         /// The speed it was to have.
         baud: u32,
-        /// The group that may; `dialout` where that cannot be told.
-        group: String,
+        /// The group that may, `dialout` where that cannot be told; `None` where there is none but root's.
+        group: Option<String>,
     },
     /// It is something else than a serial port.
     #[error("cannot open {port} at {baud} baud: it is not a serial port; {}", candidate_advice(candidates))]
@@ -115,19 +112,33 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
+/// The group whose members may read and write, `dialout` where that cannot be told. To join that of root would give away far more than a
+/// port.
 #[cfg(unix)]
-fn group_of(path: &Path) -> String {
+fn group_of(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
-    let named = fs::metadata(path).ok().and_then(|metadata| {
-        let groups = fs::read_to_string("/etc/group").ok()?;
-        group_name(&groups, metadata.gid()).map(ToOwned::to_owned)
-    });
-    named.unwrap_or_else(|| "dialout".into())
+    const READ_AND_WRITE: u32 = 0o060;
+    let Ok(metadata) = fs::metadata(path) else { return Some("dialout".into()) };
+    if metadata.gid() == 0 || metadata.mode() & READ_AND_WRITE != READ_AND_WRITE {
+        return None;
+    }
+    let groups = fs::read_to_string("/etc/group").unwrap_or_default();
+    Some(group_name(&groups, metadata.gid()).unwrap_or("dialout").to_owned())
 }
 
 #[cfg(not(unix))]
-fn group_of(_path: &Path) -> String {
-    "dialout".into()
+fn group_of(_path: &Path) -> Option<String> {
+    Some("dialout".into())
+}
+
+fn permission_advice(group: Option<&str>) -> String {
+    match group {
+        Some(group) => format!("it is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again"),
+        None => {
+            "it is for no group that a user could join: a rule of udev can give it to one, as it does for most adapters"
+                .into()
+        }
+    }
 }
 
 /// The name of a group in the text of `/etc/group`.
@@ -202,5 +213,14 @@ mod tests {
         let groups = "root:x:0:\ndialout:x:20:ann,bob\nbroken\n";
         assert_eq!(group_name(groups, 20), Some("dialout"));
         assert_eq!(group_name(groups, 21), None);
+        assert!(permission_advice(Some("dialout")).contains("usermod -aG dialout"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nobody_is_told_to_join_the_group_of_root() {
+        // of root, and for nobody else
+        assert_eq!(group_of(Path::new("/proc/kmsg")), None);
+        assert!(!permission_advice(None).contains("usermod"));
     }
 }
