@@ -58,7 +58,7 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
             @if rows.iter().any(|(_, verdict)| !verdict.stream.is_known) {
                 "* If register 85 is as sold; the record does not tell, so that a figure may be consistent with it but cannot pass or fail. "
             }
-            "In-run bias is compared as data sheets have it, as the minimum of the curve: 0.664 B."
+            "In-run bias is compared as data sheets have it, as the minimum of the fitted curve, of N, B and K together."
         }
         (grades(record))
     }
