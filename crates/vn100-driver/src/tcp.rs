@@ -1,11 +1,12 @@
 //! A sensor behind a serial server, reached over TCP.
 
-use std::io;
+use std::{io, time::Duration};
 
 use bytes::BytesMut;
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
+    time::timeout,
 };
 
 use crate::{
@@ -17,6 +18,9 @@ use crate::{
 
 /// Bytes of one read.
 const READ_BYTES: usize = 4096;
+
+/// How long a server may take to answer: the system alone would wait for minutes, and find a network that is back that late.
+const ANSWER_TIME: Duration = Duration::from_secs(5);
 
 /// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.
 #[derive(Debug)]
@@ -50,7 +54,11 @@ impl Connect for TcpServer {
 
     async fn open(&mut self, _baud: u32) -> Result<TcpConnection, ConnectError> {
         let connect = async {
-            let stream = TcpStream::connect(&self.host_and_port).await?;
+            let stream = timeout(ANSWER_TIME, TcpStream::connect(&self.host_and_port)).await.unwrap_or_else(|_| {
+                let text =
+                    format!("no answer within {} s: is the server on, and in this network?", ANSWER_TIME.as_secs());
+                Err(io::Error::new(io::ErrorKind::TimedOut, text))
+            })?;
             // a command is one small packet that must not wait for another
             stream.set_nodelay(true)?;
             Ok(stream)

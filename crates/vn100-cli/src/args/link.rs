@@ -126,7 +126,7 @@ impl ChangeArgs {
     /// What they ask for; `None` for nothing.
     pub(crate) fn settings(&self) -> Option<OutputSettings> {
         let settings = OutputSettings {
-            message: self.set_message.clone(),
+            message: self.set_message.as_ref().map(|name| name.to_ascii_uppercase()),
             rate_hz: self.set_rate,
             window: self.window,
             ..OutputSettings::default()
