@@ -18,6 +18,7 @@ use vn100_protocol::{Quantity, Tally};
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
 pub(crate) use noise::four_digits;
+pub(crate) use noise::in_words;
 use noise::write_noise;
 pub(crate) use statistics::EARTH_RATE_RAD_S;
 use statistics::write_statistics;

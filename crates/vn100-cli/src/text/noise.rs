@@ -50,7 +50,9 @@ type Axis<'a> = (&'a ChannelValues, &'a ChannelNoise);
 fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str) -> fmt::Result {
     let parameters: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.parameter(term)).collect();
     let says = |of: fn(&Parameter) -> Option<f64>| parameters.iter().flatten().any(|parameter| of(parameter).is_some());
-    row(out, name, &parameters, |parameter| parameter.map_or("-".into(), |parameter| status(parameter.status).into()))?;
+    row(out, name, &parameters, |parameter| {
+        parameter.map_or("-".into(), |parameter| in_words(parameter.status).into())
+    })?;
     let units = conventions(group[0].1.sensor, term);
     let bound = |value: Option<f64>| value.map_or("-".into(), four_digits);
     if says(|parameter| parameter.value.or(parameter.upper)) {
@@ -147,7 +149,8 @@ pub(super) fn letter(term: Term) -> &'static str {
     }
 }
 
-fn status(status: Status) -> &'static str {
+/// A status of a parameter, in words.
+pub(crate) fn in_words(status: Status) -> &'static str {
     match status {
         Status::Estimated => "estimated",
         Status::Bounded => "at most",

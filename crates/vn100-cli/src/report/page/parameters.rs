@@ -1,6 +1,6 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use.
 
-use imu_noise::{Parameter, Sensor, Sides, Status, Term, conventions};
+use imu_noise::{Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
 use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
 use vn100_protocol::Quantity;
@@ -10,7 +10,7 @@ use super::super::{
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
     record::Record,
 };
-use crate::units::ChannelValues;
+use crate::{text::in_words, units::ChannelValues};
 
 const TERMS: [(Term, &str, &str); 4] = [
     (Term::White, "N", "white noise"),
@@ -118,16 +118,6 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
         (None, ..) if first => in_words(parameter.status).into(),
         (None, ..) => NOTHING.into(),
-    }
-}
-
-pub(super) fn in_words(status: Status) -> &'static str {
-    match status {
-        Status::Estimated => "estimated",
-        Status::Bounded => "at most",
-        Status::NotObservable => "not observable",
-        Status::NotMeasurable => "not measurable",
-        Status::ModelRejected => "no model fits",
     }
 }
 

@@ -3,16 +3,13 @@
 use imu_noise::{Parameter, Sensor, Status, Term, Verdict};
 use maud::{Markup, html};
 
-use super::{
-    super::{
-        figure::pretty_unit,
-        findings::{AxisFindings, Findings, SensorFindings},
-        numbers::{NOTHING, digits, with_interval},
-        record::Record,
-    },
-    parameters::in_words,
+use super::super::{
+    figure::pretty_unit,
+    findings::{AxisFindings, Findings, SensorFindings},
+    numbers::{NOTHING, digits, with_interval},
+    record::Record,
 };
-use crate::{judging::verdict_name, verdict_document::shown_in};
+use crate::{judging::verdict_name, text::in_words, verdict_document::shown_in};
 
 const COLUMNS: [&str; 5] =
     ["sensor", "white noise N, worst axis", "bias instability B", "rate random walk K", "N beside the data sheet"];
