@@ -251,6 +251,31 @@ fn a_ramp_is_found_and_a_line_can_be_removed() {
 }
 
 #[test]
+fn quantisation_is_fitted_where_it_is_asked_for() {
+    /// Angles are rounded to so many rad: Q is that over √12.
+    const STEP_RAD: f64 = 1e-3;
+    /// Between -1/2 and 1/2, without a pattern (Steele et al., 2014).
+    fn rounding(row: usize) -> f64 {
+        let mut x = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (x ^ (x >> 31)) as f64 / 2_f64.powi(64) - 0.5
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = rates(folder.path(), &mut |row, axis, rate| {
+        let rounded = STEP_RAD * 40.0 * (rounding(row + 1) - rounding(row));
+        rate + if axis == 0 { rounded } else { 0.0 }
+    });
+    let (document, _) = replay(&path, &["--columns", COLUMNS, "--quantization"]);
+    let found = parameter(&document, "gyro_x", "quantization");
+    assert_eq!((found["status"].as_str(), found["unit"].as_str()), (Some("estimated"), Some("rad")));
+    assert!(holds(found, STEP_RAD / 12_f64.sqrt()), "{found}");
+    assert_eq!(parameter(&document, "gyro_y", "quantization")["status"], "bounded");
+    let (unasked, _) = replay(&path, &["--columns", COLUMNS]);
+    assert!(parameter(&unasked, "gyro_x", "quantization").is_null());
+}
+
+#[test]
 fn a_measurement_ends_when_the_figure_is_known() {
     let folder = tempfile::tempdir().unwrap();
     let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "20min"]);

@@ -185,6 +185,7 @@ impl Analysis {
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             detrended: self.settings.detrend,
+            quantization: self.settings.quantization,
             skipped: self.skipped(),
             channels: Vec::new(),
             norms: self.norms.clone(),

@@ -27,6 +27,8 @@ pub struct Settings {
     pub duration: Option<Duration>,
     /// Remove a line from each channel before its deviation is taken.
     pub detrend: bool,
+    /// Look for quantisation noise too, beside the other terms.
+    pub quantization: bool,
     /// The measurement ends once all of these are known; with none it does not end for that.
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
@@ -47,6 +49,7 @@ impl Default for Settings {
             skip: Duration::ZERO,
             duration: None,
             detrend: false,
+            quantization: false,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,

@@ -36,6 +36,8 @@ pub struct Snapshot {
     pub deviation: Deviation,
     /// A line was taken from each channel that has a slope, before its deviation.
     pub detrended: bool,
+    /// Quantisation noise is looked for too.
+    pub quantization: bool,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.

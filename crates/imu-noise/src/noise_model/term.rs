@@ -89,6 +89,12 @@ impl Terms {
         Self(set)
     }
 
+    /// The set with `term` in it too.
+    #[must_use]
+    pub const fn and(self, term: Term) -> Self {
+        Self(self.0 | 1 << term as u8)
+    }
+
     /// Whether `term` is in the set.
     #[must_use]
     pub const fn contains(self, term: Term) -> bool {

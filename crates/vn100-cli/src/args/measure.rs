@@ -48,6 +48,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_enum)]
     pub(crate) detrend: Option<Detrend>,
 
+    /// Also fit Q, quantisation noise: of sensors that count angle or velocity steps. The rounding of a printed rate is white noise, in N
+    #[arg(long)]
+    pub(crate) quantization: bool,
+
     /// Two-sided level of every interval, between 0 and 1 [default: 0.95]
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
@@ -78,6 +82,7 @@ impl MeasureArgs {
             skip: self.skip,
             duration: self.duration,
             detrend: self.detrend.is_some(),
+            quantization: self.quantization,
             until: self.until.clone(),
             confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE),
             ..Settings::default()

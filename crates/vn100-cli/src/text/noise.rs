@@ -8,8 +8,9 @@ use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
 use super::{COLUMN, LABEL, fill, sensor, short};
 use crate::units::ChannelValues;
 
-/// In the order in which results are given; quantisation is not asked for.
-const TERMS: [(Term, &str); 4] = [
+/// In the order in which results are given.
+const TERMS: [(Term, &str); 5] = [
+    (Term::Quantization, "Q, quantisation"),
     (Term::White, "N, white noise"),
     (Term::BiasInstability, "B, bias instability"),
     (Term::RateRandomWalk, "K, rate random walk"),

@@ -102,7 +102,13 @@ fn model(source: &Source, channel: &ChannelValues, factor: f64) -> Vec<ModelLine
     let along = |step: u32| (first * (f64::from(step) / f64::from(MODEL_STEPS)).exp2()).round() as u64;
     let mut factors: Vec<u64> = (0..=steps).map(along).collect();
     factors.dedup();
-    let terms = [("N", Term::White), ("B", Term::BiasInstability), ("K", Term::RateRandomWalk), ("R", Term::RateRamp)];
+    let terms = [
+        ("Q", Term::Quantization),
+        ("N", Term::White),
+        ("B", Term::BiasInstability),
+        ("K", Term::RateRandomWalk),
+        ("R", Term::RateRamp),
+    ];
     let mut sum = vec![0.0; factors.len()];
     let mut lines = Vec::new();
     for (letter, term) in terms {

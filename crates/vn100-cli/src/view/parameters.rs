@@ -31,7 +31,8 @@ const LONG_LABEL: usize = 33;
 /// Columns of the label and of three axes, with the frame.
 pub(crate) const WIDTH: u16 = (LABEL + 3 * COLUMN) as u16 + 2;
 
-const TERMS: [(Term, &str, &str); 3] = [
+const TERMS: [(Term, &str, &str); 4] = [
+    (Term::Quantization, "Q", "quantisation"),
     (Term::White, "N", "white noise"),
     (Term::BiasInstability, "B", "bias instability"),
     (Term::RateRandomWalk, "K", "rate random walk"),

@@ -78,12 +78,16 @@ impl ChannelNoise {
         };
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+        let with_quantization =
+            |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
+        let (rate, stochastic) = (with_quantization(Terms::RATE), with_quantization(STOCHASTIC));
         let spoiled = spoiled_octaves(curve, lines);
-        // four octaves at least, which three terms need
+        // an octave more than terms to be told apart
+        let least = 4 + usize::from(snapshot.quantization);
         let mut part = |end: usize| {
-            let end = end.max(4).min(curve.octaves.len());
-            let octaves = spoiled.min(end.saturating_sub(4))..end;
-            let model = models.of(&curve.octaves[octaves.clone()], STOCHASTIC, window);
+            let end = end.max(least).min(curve.octaves.len());
+            let octaves = spoiled.min(end.saturating_sub(least))..end;
+            let model = models.of(&curve.octaves[octaves.clone()], stochastic, window);
             model.fit_part(&curve.variances[octaves], confidence)
         };
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
@@ -96,7 +100,7 @@ impl ChannelNoise {
                     Some(before_filter) => (before_filter, LongTaus::LooksCompensated),
                     None => {
                         let spoiled = spoiled.min(curve.octaves.len() / 2);
-                        let model = models.of(&curve.octaves[spoiled..], Terms::RATE, window);
+                        let model = models.of(&curve.octaves[spoiled..], rate, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
                         (model.fit(&curve.variances[spoiled..], slope_unit_s, confidence), LongTaus::Sensor)
@@ -116,16 +120,14 @@ impl ChannelNoise {
         Some(Self { sensor, fit, classical, walk_seen_later, long_taus })
     }
 
-    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white noise
-    /// alone is its own.
+    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white and
+    /// quantisation noise alone are its own.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
-            _ if term == Term::White => self.fit.parameter(term),
+            _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
             LongTaus::Sensor => self.fit.parameter(term),
-            LongTaus::Compensated | LongTaus::LooksCompensated => {
-                (term != Term::Quantization).then(|| Parameter::without_value(Status::NotMeasurable))
-            }
+            LongTaus::Compensated | LongTaus::LooksCompensated => Some(Parameter::without_value(Status::NotMeasurable)),
             LongTaus::Surroundings => None,
         }
     }

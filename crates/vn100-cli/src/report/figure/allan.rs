@@ -16,7 +16,7 @@ use crate::{
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
 
-/// One axis: its curve with the fitted model, the lines of N, B and K, and what the graphical rules read.
+/// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
     let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
@@ -145,6 +145,7 @@ fn name(deviation: Deviation) -> &'static str {
 /// The noise that was fitted, as lines.
 struct Model<'a> {
     noise: &'a ChannelNoise,
+    quantization: Option<f64>,
     white: Option<f64>,
     bias_instability: Option<f64>,
     random_walk: Option<f64>,
@@ -156,6 +157,7 @@ impl<'a> Model<'a> {
         let value = |term| noise.parameter(term).and_then(|parameter| parameter.value);
         Self {
             noise,
+            quantization: value(Term::Quantization),
             white: value(Term::White),
             bias_instability: value(Term::BiasInstability),
             random_walk: value(Term::RateRandomWalk),
@@ -165,7 +167,7 @@ impl<'a> Model<'a> {
 
     /// Bounds alone make no line.
     fn has_terms(&self) -> bool {
-        [self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
+        [self.quantization, self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
     }
 
     /// Averaging times from one end of the fit to the other.
@@ -179,13 +181,14 @@ impl<'a> Model<'a> {
     /// Its deviations, and where its letters stand: all of that is to be seen.
     fn reaches(&self) -> Vec<f64> {
         let fitted = self.fitted_taus().into_iter().map(|tau_s| self.deviation(tau_s));
-        fitted.chain([self.white, self.random_walk].into_iter().flatten()).collect()
+        fitted.chain([self.quantization, self.white, self.random_walk].into_iter().flatten()).collect()
     }
 
     /// IEEE Std 952, annex C.
     fn deviation(&self, tau_s: f64) -> f64 {
         let square = |value: Option<f64>, of_one: f64| value.map_or(0.0, |value| value * value * of_one);
-        let variance = square(self.white, 1.0 / tau_s)
+        let variance = square(self.quantization, 3.0 / (tau_s * tau_s))
+            + square(self.white, 1.0 / tau_s)
             + square(self.bias_instability, FLAT * FLAT)
             + square(self.random_walk, tau_s / 3.0)
             + square(self.ramp, tau_s * tau_s / 2.0);
@@ -204,6 +207,7 @@ impl<'a> Model<'a> {
         };
         let reference = |dash, letter, tau_s, deviation, slope| Reference { dash, letter, tau_s, deviation, slope };
         [
+            self.quantization.map(|rounding| reference(Dash::Dotted, "Q", 3_f64.sqrt(), rounding, -1.0)),
             self.white.map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
             self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
             self.random_walk.map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),

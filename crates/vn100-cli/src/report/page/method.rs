@@ -69,6 +69,7 @@ fn options_in_words(options: &MeasureArgs) -> String {
         option("until", Some(format!("\"{goal}\"")));
     }
     option("detrend", options.detrend.map(|_| "linear".into()));
+    option("quantization", flag(options.quantization));
     option("confidence", options.confidence.map(|level| level.to_string()));
     for figure in &options.fail_on {
         option("fail-on", Some(format!("\"{figure}\"")));

@@ -12,7 +12,8 @@ use super::super::{
 };
 use crate::{text::in_words, units::ChannelValues};
 
-const TERMS: [(Term, &str, &str); 4] = [
+const TERMS: [(Term, &str, &str); 5] = [
+    (Term::Quantization, "Q", "quantisation"),
     (Term::White, "N", "white noise"),
     (Term::BiasInstability, "B", "bias instability"),
     (Term::RateRandomWalk, "K", "rate random walk"),
