@@ -235,6 +235,30 @@ fn a_stalled_reader_loses_nothing() {
 }
 
 #[test]
+fn a_reader_that_stalls_at_times_hides_no_single_loss() {
+    // It takes each line as it comes, but before one in some it is away.
+    for (rate_hz, stall_share, stalled_s) in
+        [(200.0, 0.02, 0.07), (200.0, 0.1, 0.02), (200.0, 0.2, 0.03), (40.0, 0.2, 0.03)]
+    {
+        let mut random = Random(3);
+        let mut reads_at_s = 0.0;
+        let stamps = Link { jitter_s: 0.02 / rate_hz, ..Link::steady(rate_hz) }.stamps(20_000).map(|sent_s| {
+            if random.unit() < stall_share {
+                reads_at_s = f64::max(reads_at_s, sent_s + stalled_s * random.unit());
+            }
+            sent_s.max(reads_at_s)
+        });
+        let kept = stamps.enumerate().filter(|(line, _)| line % 500 != 250 || *line < 1000);
+        let (events, summary) = place(kept.map(|(_, stamp_s)| stamp_s));
+        assert_eq!(
+            (summary.missing, events.len()),
+            (38, 38),
+            "{rate_hz} Hz, {stall_share} of {stalled_s} s: {events:?}"
+        );
+    }
+}
+
+#[test]
 fn a_pause_with_lines_lost_is_one_gap() {
     let stamps = Link::steady(40.0).stamps(2000).enumerate();
     let kept = stamps.filter(|(line, _)| !(1000..1024).contains(line));

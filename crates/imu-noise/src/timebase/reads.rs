@@ -5,6 +5,10 @@ use super::arrivals::TOGETHER_PERIODS;
 /// Part of the reads that bring several lines from which a stream is bunched.
 const BUNCHED_SHARE: f64 = 0.05;
 
+/// The same from which their phase may jump: a reader of a steady pace brings several lines in nearly each read where it
+/// lies near a multiple of the period. One that takes each line as it comes, and stalls at times, has no phase.
+const JUMPY_SHARE: f64 = 0.5;
+
 /// Reads over which that part is averaged.
 const BUNCHED_READS: f64 = 64.0;
 
@@ -33,6 +37,8 @@ pub(super) struct Reads {
     /// Lines of the present read.
     lines: u64,
     bunched_share: f64,
+    /// Reads it is an average of.
+    averaged_reads: f64,
     /// Reads of the present group.
     group_reads: u32,
     group_start_s: f64,
@@ -51,6 +57,7 @@ impl Reads {
             previous_s: f64::NEG_INFINITY,
             lines: 0,
             bunched_share: 0.0,
+            averaged_reads: 0.0,
             group_reads: 0,
             group_start_s: 0.0,
             phases: 0,
@@ -68,9 +75,9 @@ impl Reads {
         self.previous_s = at_s;
     }
 
-    /// The phase of the reads may jump by a period: they bring several lines, and always near the same phase.
+    /// The phase of the reads may jump by a period: most bring several lines, and always near the same phase.
     pub(super) fn may_jump(&self) -> bool {
-        self.bunched() && !self.mixed
+        self.bunched_share > JUMPY_SHARE && !self.mixed
     }
 
     /// Time within which some line arrives as early as any.
@@ -87,7 +94,8 @@ impl Reads {
             return;
         }
         let several = if self.lines > 1 { 1.0 } else { 0.0 };
-        self.bunched_share += (several - self.bunched_share) / BUNCHED_READS;
+        self.averaged_reads = f64::min(self.averaged_reads + 1.0, BUNCHED_READS);
+        self.bunched_share += (several - self.bunched_share) / self.averaged_reads;
         self.lines = 0;
         let sixteenths = (self.previous_s * self.sixteenths_per_s) as u64;
         self.phases |= 1 << (sixteenths % 16);
