@@ -259,6 +259,27 @@ fn a_reader_that_stalls_at_times_hides_no_single_loss() {
 }
 
 #[test]
+fn a_read_that_leaves_lines_behind_loses_nothing() {
+    for rate_hz in [40.0, 100.0, 200.0] {
+        for (away_s, left_s) in [(0.3, 0.2), (0.5, 0.1), (0.5, 0.4), (0.9, 0.7)] {
+            // One at 10 s + away takes what was sent until `left_s` before, the next one, as long after, all the rest.
+            let stamps = Link::steady(rate_hz).stamps(6000).map(|sent_s| {
+                let first = 10.0..10.0 + away_s - left_s;
+                let second = first.end..10.0 + 2.0 * away_s;
+                if first.contains(&sent_s) {
+                    10.0 + away_s
+                } else if second.contains(&sent_s) {
+                    second.end
+                } else {
+                    sent_s
+                }
+            });
+            assert_eq!(place(stamps).0, [], "{rate_hz} Hz, {away_s} s");
+        }
+    }
+}
+
+#[test]
 fn a_pause_with_lines_lost_is_one_gap() {
     let stamps = Link::steady(40.0).stamps(2000).enumerate();
     let kept = stamps.filter(|(line, _)| !(1000..1024).contains(line));

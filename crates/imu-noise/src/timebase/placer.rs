@@ -16,8 +16,9 @@ const DOUBT_PERIODS: f64 = 0.82;
 /// The same where the phase of the reads may jump by a period, see [`Reads`].
 const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
 
-/// The least lag must have stood for so many lines, besides the time in which reads show the earliest arrival.
-const DOUBT_LINES: usize = 12;
+/// The least lag must have stood for so many reads, besides the time in which these show the earliest arrival: of the
+/// lines of one read only the last is about as early as it can be.
+const DOUBT_READS: usize = 12;
 
 /// A least lag that falls by more periods than this in each line does not stand: the reader catches up, or its reads
 /// drift past the lines. No clock is that far off.
@@ -78,9 +79,10 @@ struct Doubt {
     first_due_s: f64,
     least_lag_s: f64,
     most_lag_s: f64,
-    /// Since which stamp, and which place among the held lines, the least lag has not fallen.
+    /// Since which stamp, and which place among the held lines, the least lag has not fallen, and reads since then.
     stands_since_s: f64,
     stands_since: usize,
+    reads: usize,
 }
 
 /// Judges lines at one rate, in order.
@@ -327,19 +329,24 @@ impl Placer {
             most_lag_s: lag_s,
             stands_since_s: at_s,
             stands_since: place,
+            reads: 0,
         });
         self.due_s += self.period_s;
+        if place > 0 && self.reads.are_apart(self.held[place - 1], at_s) {
+            doubt.reads += 1;
+        }
         let stood_lines = place - doubt.stands_since;
         let fall_s = FALLING_PERIODS * self.period_s * stood_lines as f64;
         if lag_s < doubt.least_lag_s - fall_s {
             doubt.stands_since_s = at_s;
             doubt.stands_since = place;
+            doubt.reads = 0;
         }
         doubt.least_lag_s = doubt.least_lag_s.min(lag_s);
         doubt.most_lag_s = doubt.most_lag_s.max(lag_s);
         let doubt = *doubt;
         let stood_s = at_s - doubt.stands_since_s;
-        let stands = place - doubt.stands_since >= DOUBT_LINES && stood_s >= self.reads.window_s();
+        let stands = doubt.reads >= DOUBT_READS && stood_s >= self.reads.window_s();
         if !stands && self.held.len() < MAX_HELD {
             return None;
         }

@@ -68,11 +68,16 @@ impl Reads {
 
     /// Adds a line's stamp.
     pub(super) fn push(&mut self, at_s: f64) {
-        if at_s - self.previous_s >= self.together_s {
+        if self.are_apart(self.previous_s, at_s) {
             self.end_read();
         }
         self.lines += 1;
         self.previous_s = at_s;
+    }
+
+    /// Two neighbouring lines came in two reads.
+    pub(super) fn are_apart(&self, earlier_s: f64, later_s: f64) -> bool {
+        later_s - earlier_s >= self.together_s
     }
 
     /// The phase of the reads may jump by a period: most bring several lines, and always near the same phase.

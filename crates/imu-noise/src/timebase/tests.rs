@@ -318,7 +318,7 @@ proptest! {
     fn a_known_rate_outlasts_any_bunched_start(
         rate_hz in prop::sample::select(vec![40.0, 50.0, 100.0, 200.0]),
         stalled_s in 0.0..0.9,
-        pauses_s in prop::collection::vec(0.0001..0.05, 8..40),
+        pauses_s in prop::collection::vec(0.0001..0.5, 8..40),
         lost in prop::collection::vec((2000_usize..5000, 1_usize..12), 0..6),
     ) {
         let mut stamps_s = bunched_start(&steady(rate_hz, 6000), stalled_s, &pauses_s);
