@@ -8,6 +8,9 @@ const LEARNED_FROM: usize = 31;
 /// An increment within so many steps of a whole number of steps is that number.
 const TOLERANCE: f64 = 0.25;
 
+/// A loss of more lines than this is no loss but another counter: 200 lines a second take eight months to it.
+const MOST_MISSING: f64 = 4_294_967_296.0;
+
 /// What a [`LineCounter`] says of the lines pushed, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counted {
@@ -24,7 +27,8 @@ pub enum Counted {
 /// A sensor counts events of its own, a fixed number of them per line. That number, the step, is the mean of those among
 /// the first 31 increments that are within half of the smallest one; the first 32 lines are held until it is known. So it
 /// is right as long as a line follows the one before it anywhere among them. An increment of n steps, within a quarter
-/// step, is n - 1 missing lines; any other one, or a counter that goes back, is a restart. Counters may wrap at 2^32.
+/// step, is n - 1 missing lines; any other one, one beyond 2^32 missing lines, or a counter that goes back, is a restart. Counters may
+/// wrap at 2^32.
 ///
 /// A counter that stands still from one line to the next, always or at times, counts something slower than the lines: then no line is missing as far as it knows, see
 /// [`is_counting`](Self::is_counting).
@@ -106,7 +110,7 @@ impl LineCounter {
             _ if step == 0.0 => None,
             Increment::By(events) => {
                 let steps = (events as f64 / step).round();
-                let whole = (events as f64 / step - steps).abs() <= TOLERANCE && steps >= 1.0;
+                let whole = (events as f64 / step - steps).abs() <= TOLERANCE && (1.0..=MOST_MISSING).contains(&steps);
                 if whole { (steps > 1.0).then_some(Counted::Missing(steps as u64 - 1)) } else { Some(Counted::Restart) }
             }
             Increment::Back => Some(Counted::Restart),
@@ -183,6 +187,16 @@ mod tests {
         assert_eq!(told(restarted), [Counted::Lines(50), Counted::Restart, Counted::Lines(50)]);
         let wrapped = ((1_u64 << 32) - 3..1 << 32).chain(1..40);
         assert_eq!(told(wrapped), [Counted::Lines(3), Counted::Missing(1), Counted::Lines(39)]);
+    }
+
+    #[test]
+    fn a_leap_that_no_loss_makes_is_a_restart() {
+        // twice, as two such losses are more than 64 bits hold
+        let leaps = (1..=40).chain([u64::MAX - 9, 1, u64::MAX]);
+        let restarts = std::iter::repeat_n([Counted::Restart, Counted::Lines(1)], 3).flatten();
+        assert_eq!(told(leaps), std::iter::once(Counted::Lines(40)).chain(restarts).collect::<Vec<_>>());
+        let longest = [Counted::Lines(40), Counted::Missing((1 << 32) - 1), Counted::Lines(1)];
+        assert_eq!(told((1..=40).chain([40 + (1 << 32)])), longest);
     }
 
     #[test]
