@@ -1,6 +1,11 @@
 //! The whole program on emulated sensors behind real pseudo-terminals: each fault, with its counts.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+#![allow(
+    clippy::panic,
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says so when it skips"
+)]
 
 mod support;
 

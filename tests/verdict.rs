@@ -1,5 +1,10 @@
 //! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts wait for.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+#![allow(
+    clippy::panic,
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says so when it skips"
+)]
 
 mod support;
 

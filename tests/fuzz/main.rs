@@ -3,7 +3,7 @@
 //! `VN100_FUZZ_CASES=1000000 cargo test --release -p vn100-cli --test fuzz` makes it a long one. The search led by coverage needs
 //! `cargo install cargo-fuzz`, and takes the seeds that `cargo test -p vn100-cli --test fuzz -- --ignored` writes:
 //! `cargo fuzz run --fuzz-dir tests/fuzz -s none framer`.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mutate;
 mod targets;

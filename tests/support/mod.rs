@@ -1,5 +1,6 @@
 //! What the end-to-end tests share: running the program, and finding the recordings of real sensors.
 #![allow(dead_code, reason = "each test target uses its own part")]
+#![allow(clippy::panic, reason = "a test fails by panicking")]
 
 use std::{
     io::{Read, Write},

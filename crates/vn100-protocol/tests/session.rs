@@ -1,5 +1,5 @@
 //! The request machine, step by step, on a clock that is a number.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! What holds of any stream, however it is cut and whatever is in it.
+#![allow(clippy::panic, reason = "a test fails by panicking")]
 
 mod support;
 

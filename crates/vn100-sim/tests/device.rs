@@ -1,5 +1,5 @@
 //! The emulated sensor on a clock that the test turns.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 #[path = "device/bench.rs"]
 mod bench;

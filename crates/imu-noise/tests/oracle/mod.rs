@@ -1,5 +1,6 @@
 //! Reads the reference tables and series of `tests/data`.
 #![allow(dead_code, reason = "each test target uses a part")]
+#![allow(clippy::panic, reason = "a test fails by panicking")]
 
 use std::{fs, path::Path};
 

@@ -1,5 +1,10 @@
 //! A sensor on a port, in memory and on tokio's paused clock.
-#![allow(dead_code, clippy::unwrap_used, reason = "each test target uses its part of it; a test fails by panicking")]
+#![allow(
+    dead_code,
+    clippy::panic,
+    clippy::unwrap_used,
+    reason = "each test target uses its part of it; a test fails by panicking"
+)]
 
 use std::{
     collections::{BTreeMap, VecDeque},

@@ -1,6 +1,6 @@
 //! What the tests of this crate share: lines printed by the standard library, pieces of a stream, and ways to cut it.
 #![allow(dead_code, reason = "each test uses its part")]
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use proptest::{
     collection::vec,
