@@ -4,9 +4,16 @@
 
 mod support;
 
-use std::{fs, os::unix::fs::symlink, process::Command};
+use std::{
+    fs,
+    io::{BufRead, BufReader, Write},
+    net::TcpListener,
+    os::unix::fs::symlink,
+    process::Command,
+    thread,
+};
 
-use support::{replay_log, vn100, with_stdin};
+use support::{replay_log, run, vn100, with_stdin};
 
 /// Clears the screen, in ASCII and as one character above it; rings; turns the direction of text; feigns a line.
 const HOSTILE: &str = "x\x1b[2J\u{9b}2J\x07\u{202e}fdp\u{2066}\u{200f}\u{2028}\x7fy";
@@ -59,6 +66,102 @@ fn what_captures_hold_steers_nothing() {
             assert_harmless(&output.stderr);
             assert!(!output.stdout.is_empty() || !output.stderr.is_empty());
         }
+    }
+}
+
+/// What would run in a page.
+const MARKUP: &str = "</script><script>alert(1)</script><img src=x onerror=alert(1)>";
+
+/// With its checksum and line end.
+fn sentence(body: &str) -> String {
+    let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
+    format!("${body}*{check:02X}\r\n")
+}
+
+/// A sensor behind a serial server that calls itself all manner of things, and sends a minute of lines once it was asked for its name.
+fn hostile_sensor() -> String {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let log = fs::read(replay_log("clean-minute.vnymr")).unwrap();
+    thread::spawn(move || {
+        let (mut stream, _) = server.accept().unwrap();
+        let mut lines = 0;
+        let commands = BufReader::new(stream.try_clone().unwrap());
+        // the program ends when it has heard enough, and then nobody asks and nobody listens
+        for command in commands.lines().map_while(Result::ok) {
+            let body = command.trim_start_matches('$').split('*').next().unwrap_or_default();
+            let answer = match body {
+                "VNRRG,01" => sentence(&format!("VNRRG,01,{MARKUP}%1b[2J")),
+                // no line of the protocol, and yet bytes that the program takes up
+                "VNRRG,02" => sentence(&format!("VNRRG,02,{HOSTILE}\0\n")) + &sentence("VNRRG,02,7"),
+                "VNRRG,03" => sentence("VNRRG,03,<b>&amp;\"'`"),
+                "VNRRG,04" => format!("$VNRRG,04,{HOSTILE}") + &sentence("VNRRG,04,3.1.0.0"),
+                _ if body.starts_with("VNRRG") => sentence("VNERR,08"),
+                _ => sentence(body),
+            };
+            // a second until its name is known, then the rest
+            let until = if body == "VNRRG,02" || lines > 40 { 2400 } else { 40 };
+            let more = &log[lines * 122..until * 122];
+            lines = until;
+            if stream.write_all(answer.as_bytes()).and_then(|()| stream.write_all(more)).is_err() {
+                return;
+            }
+        }
+    });
+    source
+}
+
+#[test]
+fn what_a_sensor_says_steers_nothing_and_is_no_markup() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("sensor.mcap");
+    for form in [&[][..], &["--json"]] {
+        let output = run(vn100().args(["info", &hostile_sensor()]).args(form));
+        assert_eq!(output.status.code(), Some(0), "{}", assert_harmless(&output.stderr));
+        let text = assert_harmless(&output.stdout);
+        assert!(text.contains("<script>") && text.contains("3.1.0.0"), "the name as it is: {text}");
+        let measured = run(vn100().args(["attach", &hostile_sensor(), "--rate", "40", "--duration", "50s"]).args(form));
+        assert_eq!(measured.status.code(), Some(0), "{}", assert_harmless(&measured.stderr));
+        assert!(assert_harmless(&measured.stdout).contains("VNYMR"));
+    }
+    let conditions = folder.path().join("conditions.toml");
+    let escaped: String = HOSTILE.chars().map(|c| format!("\\u{:04x}", u32::from(c))).collect();
+    fs::write(&conditions, format!("place = \"{escaped}{MARKUP}\"\n\"{escaped}\" = \"\\u0000\\n<i>\"\n")).unwrap();
+    let recorded = run(vn100()
+        .args(["record", &hostile_sensor(), "--duration", "50s", "--meta"])
+        .arg(&conditions)
+        .arg("-o")
+        .arg(&recording));
+    assert_harmless(&recorded.stdout);
+    assert_harmless(&recorded.stderr);
+
+    let sheet = folder.path().join("sheet.toml");
+    let built_in = support::workspace().join("crates/vn100-cli/datasheets/vn-100.toml");
+    let figures =
+        fs::read_to_string(built_in).unwrap().replace("source = \"", &format!("source = \"{escaped}{MARKUP}"));
+    let (_, figures) = figures.split_at(figures.find("[[figure]]").unwrap());
+    fs::write(&sheet, format!("name = \"{escaped}{MARKUP}\"\nnote = \"{escaped}\"\n{figures}")).unwrap();
+    let read = |command: &str, options: &[&str]| {
+        let output =
+            vn100().arg(command).arg(&recording).arg("--datasheet").arg(&sheet).args(options).output().unwrap();
+        assert_harmless(&output.stderr);
+        assert!(output.status.success(), "{command} {options:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert_harmless(&output.stdout)
+    };
+    assert!(read("replay", &["--json"]).contains("<script>"), "the conditions as they are");
+    read("replay", &[]);
+    let page = folder.path().join("page.html");
+    read("report", &["-o", page.to_str().unwrap(), "--export", "json,csv,svg"]);
+    let html = assert_harmless(&fs::read(&page).unwrap());
+    for told in ["&lt;/script&gt;&lt;script&gt;alert(1)", "&lt;b&gt;&amp;amp;"] {
+        assert!(html.contains(told), "no {told}");
+    }
+    for markup in ["<script>alert", "<img", "<b>&", "<i>"] {
+        assert!(!html.contains(markup), "{markup}");
+    }
+    assert_harmless(&fs::read(folder.path().join("page.json")).unwrap());
+    for figure in fs::read_dir(folder.path().join("page.svg-figures")).unwrap() {
+        assert_harmless(&fs::read(figure.unwrap().path()).unwrap());
     }
 }
 

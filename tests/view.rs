@@ -225,3 +225,21 @@ fn what_is_shown_is_saved_beside_other_files() {
     let svg = file("vn100-clean-minute-vnymr-2400-2.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("gyro_x"));
 }
+
+#[test]
+fn a_name_on_the_screen_commands_no_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = folder.path().join("n\u{1b}]0;title\u{7}\u{9b}31m\u{202e}ight.vnymr");
+    fs::copy(replay_log("clean-minute.vnymr"), &hostile).unwrap();
+    // the shell finds it by its first letter
+    let mut session =
+        Session::shell(&format!("exec \"$VN100\" replay {}/n* --speed max", folder.path().display()), true);
+    session.wait_to_see("100 %");
+    session.press("q");
+    session.assert_left_well();
+    let output = session.output();
+    assert!(output.contains("]0;title"), "the rest of the name is shown: {output:?}");
+    for command in ["\u{1b}]0;", "\u{9b}", "\u{202e}", "\u{7}"] {
+        assert!(!output.contains(command), "{command:?} in {output:?}");
+    }
+}

@@ -43,9 +43,14 @@ pub(crate) fn print(text: &str) -> Result<()> {
     write(&text)
 }
 
-/// Writes a JSON document and a line end to standard output, at once. What steers a terminal is escaped, so that the document means the
-/// same: serde_json leaves DEL, the control characters above ASCII and those that turn the direction of text as they are.
+/// Writes a JSON document and a line end to standard output, at once.
 pub(crate) fn print_json(json: &str) -> Result<()> {
+    write(&json_line(json))
+}
+
+/// A JSON document and a line end. What steers a terminal is escaped, so that the document means the same: serde_json leaves DEL, the
+/// control characters above ASCII and those that turn the direction of text as they are.
+pub(crate) fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);
     for c in json.chars() {
         // a line end stands between the values of a document, never within one
@@ -57,7 +62,7 @@ pub(crate) fn print_json(json: &str) -> Result<()> {
         }
     }
     text.push('\n');
-    write(&text)
+    text
 }
 
 fn write(text: &str) -> Result<()> {
@@ -94,7 +99,7 @@ fn shown(c: char) -> char {
 
 /// Control characters, ends of lines and paragraphs, and what turns the direction of text (Unicode's property Bidi_Control): with these a
 /// name can look like another.
-fn steers(c: char) -> bool {
+pub(crate) fn steers(c: char) -> bool {
     c.is_control()
         || matches!(
             c,

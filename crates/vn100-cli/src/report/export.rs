@@ -10,7 +10,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::{figure::Figure, figures::Figures, output::Output, record::Record};
-use crate::args::{ExportForm, ReportArgs};
+use crate::{
+    args::{ExportForm, ReportArgs},
+    exit::json_line,
+};
 
 /// What comes out of a report beside its page.
 pub(crate) struct Exports<'a> {
@@ -90,8 +93,8 @@ impl<'a> Exports<'a> {
                 Ok(())
             }
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&record.measured.document())? + "\n";
-                self.output.write(&path(JSON), document.as_bytes())
+                let document = serde_json::to_string_pretty(&record.measured.document())?;
+                self.output.write(&path(JSON), json_line(&document).as_bytes())
             }
             ExportForm::Kalibr => {
                 let yaml = kalibr::yaml(record, self.args.files.measure.filter_models);

@@ -23,7 +23,7 @@ use super::{
     record::Record,
     words::conclusions,
 };
-use crate::args::MeasureArgs;
+use crate::{args::MeasureArgs, exit::steers};
 
 pub(super) use several::letter;
 
@@ -75,8 +75,8 @@ pub(crate) fn page(
             }
         }
     };
-    // names and notes may hold what a terminal obeys; in HTML it is an error
-    Ok(page.into_string().replace(|c: char| c.is_control() && !matches!(c, '\n' | '\t'), "\u{fffd}"))
+    // names and notes may hold what a terminal obeys, an error in HTML, or what makes them look like others
+    Ok(page.into_string().replace(|c: char| steers(c) && !matches!(c, '\n' | '\t'), "\u{fffd}"))
 }
 
 /// Everything of one record. `prefix` makes its anchors unique.

@@ -107,7 +107,8 @@ impl Source {
                 Some(format!("LOST: {}; it is opened again as soon as it is back", printable(cause)))
             }
             Some(LinkState::Silent(up)) => {
-                Some(format!("SILENT: {} is open, and nothing comes on it: look at power and cable", up.port))
+                let port = printable(&up.port);
+                Some(format!("SILENT: {port} is open, and nothing comes on it: look at power and cable"))
             }
             _ => None,
         };
