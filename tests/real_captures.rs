@@ -76,6 +76,42 @@ fn clean_moving_records_lose_nothing() {
 }
 
 #[test]
+fn a_moved_sensor_is_told_from_one_at_rest_and_not_judged() {
+    let judged = |document: &Value| {
+        let channels = document["channels"].as_array().unwrap();
+        channels
+            .iter()
+            .any(|channel| !channel["verdict"].is_null() || !channel["stationarity"]["level_change"].is_null())
+    };
+    let is_moved = |document: &Value| {
+        let warnings = document["warnings"].as_array().unwrap();
+        warnings.iter().any(|warning| {
+            warning["kind"] == "not-stationary" && warning["text"].as_str().unwrap().starts_with("the sensor was moved")
+        })
+    };
+    for name in [
+        "vn100-donut-huang-155s.csv",
+        "vn100-circles-qian-95s-GAPS.csv",
+        "vn100-shake-iwale-153s.csv",
+        "vn100-circles-rohx17-NOCHECKSUM.csv",
+        "vn100-hand-thumatti-BADSTAMPS.csv",
+        "vn100-walk-circle-sazgar-CORRUPT.csv",
+    ] {
+        check(name, &["--fail-on", "gyro N"], |document, exit| {
+            assert_eq!((exit, is_moved(document), judged(document)), (4, true, false), "{name}");
+            for kind in ["vibration-line", "warm-up", "yaw-from-magnetometer", "gravity-magnitude", "field-magnitude"] {
+                assert!(!warned(document, kind), "{name}: {kind}");
+            }
+        });
+    }
+    for name in ["vn100-static-kiran-330s.csv", "vn100-static1hz-ramirez-run2-623s.csv"] {
+        check(name, &[], |document, exit| {
+            assert_eq!((exit, is_moved(document), judged(document)), (0, false, true), "{name}");
+        });
+    }
+}
+
+#[test]
 fn spliced_lines_are_refused() {
     check("vn100-walk-circle-sazgar-CORRUPT.vnymr", &[], |document, _| {
         assert_eq!((samples(document), bad(document)), (3_875, 5));

@@ -125,6 +125,31 @@ fn one_noisy_axis_fails_and_is_named() {
 }
 
 #[test]
+fn a_moved_sensor_is_not_compared_and_every_output_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "told.txt", "VNIMU", "2min", &register_85(4));
+    // fifty times the noise at rest is below what counts as motion, ninety times above
+    assert!(channel(&replay(&scaled(&file, [50.0; 3]), &RATE).0, "gyro_x")["verdict"].is_array());
+    let moved = scaled(&file, [90.0, 1.0, 1.0]);
+    let (document, exit) = replay(&moved, &RATE);
+    assert_eq!((exit, &channel(&document, "gyro_y")["verdict"]), (0, &Value::Null), "nothing was asked for");
+    for (name, parameter) in [("gyro_x", "bias_instability"), ("accel_x", "rate_random_walk")] {
+        assert_eq!(channel(&document, name)["noise"][parameter]["status"], "not-measurable");
+    }
+    assert_eq!(channel(&document, "gyro_x")["grade"]["reason"], "the sensor was moved");
+    let why = "the sensor was moved: gyro_x has a standard deviation of 0.0";
+    let warning = document["warnings"].as_array().unwrap().iter().find(|warning| warning["kind"] == "not-stationary");
+    assert!(warning.unwrap()["text"].as_str().unwrap().starts_with(why));
+    let (exit, said) = ended(&moved, &["--rate", "40", "--fail-on", "accel N"]);
+    assert!(exit == 4 && said.contains(&format!("accel N does not pass: {why}")), "{said}");
+    let text = vn100().arg("replay").arg(&moved).args(RATE).output().unwrap().stdout;
+    let text = String::from_utf8(text).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    for told in [&format!("! not-stationary: {why}"), &format!("nothing is compared, {why}"), "describe the motion"] {
+        assert!(text.contains(told), "{told} is not in {text}");
+    }
+}
+
+#[test]
 fn without_the_window_or_the_rate_nothing_passes_and_nothing_fails() {
     let folder = tempfile::tempdir().unwrap();
     let untold = capture(folder.path(), "untold.txt", "VNIMU", "10min", "");

@@ -58,7 +58,10 @@ impl Judging {
             let channels = measured.verdicts.as_ref().map_or(&[][..], |verdicts| &verdicts.channels);
             let reasons = not_passed(figure, &measured.snapshot, channels);
             if !reasons.is_empty() {
-                let told: Vec<_> = reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect();
+                let told: Vec<_> = match &measured.assessment.motion {
+                    Some(motion) => vec![motion.to_string()],
+                    None => reasons.iter().map(|(name, verdict)| reason(name, *verdict)).collect(),
+                };
                 measured.unmet.push(format!("{}: {figure} does not pass: {}", measured.origin.name, told.join(". ")));
                 measured.exit = measured.exit.max(Exit::NotMet);
             }

@@ -82,9 +82,9 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
         write_distribution(out, &channels)?;
         write_parts(out, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
-        write_noise(out, &channels, assessment.confidence)?;
+        write_noise(out, &channels, assessment)?;
         write_filter_models(out, &channels, filter_models)?;
-        write_verdicts(out, &channels, verdicts.as_ref())?;
+        write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?;
     }
     writeln!(out)
 }

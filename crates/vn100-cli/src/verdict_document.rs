@@ -105,6 +105,7 @@ pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'sta
         LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Surroundings => {
             Err("the stream does not carry the sensor's bias instability")
         }
+        LongTaus::Motion => Err("the sensor was moved"),
     })
 }
 

@@ -1,6 +1,7 @@
 //! What a snapshot says of the sensor: confidence intervals, noise parameters, and what stands between the stream and the sensor.
 
 mod filter_models;
+mod motion;
 mod noise;
 mod onboard;
 mod rest;
@@ -13,6 +14,7 @@ use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, c
 use vn100_protocol::Channel;
 
 pub use filter_models::FilterModels;
+pub use motion::Motion;
 pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
 pub use onboard::Onboard;
@@ -36,6 +38,8 @@ pub struct Assessment {
     pub confidence: f64,
     /// One per channel, in the order of the layout.
     pub channels: Vec<ChannelAssessment>,
+    /// The sensor was moved; `None` where it lay still, as far as the record tells.
+    pub motion: Option<Motion>,
     /// What may spoil the numbers, beyond the snapshot's own warnings.
     pub warnings: Vec<Warning>,
 }
@@ -47,7 +51,7 @@ pub struct ChannelAssessment {
     pub octaves: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
     pub noise: Option<ChannelNoise>,
-    /// Vibration, disturbances, changes of level.
+    /// Vibration, disturbances, changes of level; none are looked for where the sensor was moved.
     pub disturbed: Disturbed,
     /// Whether the values are normally distributed, or why that cannot be judged; `None` without samples of a stream.
     pub normality: Option<Result<Normality, NotJudged>>,
@@ -74,15 +78,22 @@ impl Assessment {
     /// Assesses `snapshot` at the level `confidence`, 0 < p < 1; outside, there are no intervals and no parameters.
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
-        let mut assessor = Assessor { snapshot, confidence, models: Models::new(snapshot.shape()) };
+        let motion = Motion::of(snapshot);
+        let models = Models::new(snapshot.shape());
+        let mut assessor = Assessor { snapshot, confidence, was_moved: motion.is_some(), models };
         let layout_channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
         let channels: Vec<_> = (layout_channels.iter().zip(&snapshot.channels))
             .map(|(channel, results)| assessor.channel(channel, results))
             .collect();
         let mut warnings = stream::warnings(snapshot, &channels);
-        warnings.extend(stationary::warnings(snapshot, &channels));
-        warnings.extend(rest::warnings(snapshot, &channels));
-        Self { samples: snapshot.timing.samples, confidence, channels, warnings }
+        match &motion {
+            Some(motion) => warnings.push(motion.warning()),
+            None => {
+                warnings.extend(stationary::warnings(snapshot, &channels));
+                warnings.extend(rest::warnings(snapshot, &channels));
+            }
+        }
+        Self { samples: snapshot.timing.samples, confidence, channels, motion, warnings }
     }
 }
 
@@ -119,6 +130,7 @@ impl Assessments {
 struct Assessor<'a> {
     snapshot: &'a Snapshot,
     confidence: f64,
+    was_moved: bool,
     models: Models,
 }
 
@@ -126,9 +138,15 @@ impl Assessor<'_> {
     fn channel(&mut self, channel: &Channel, results: &ChannelSnapshot) -> ChannelAssessment {
         let curve = Curve::new(channel, results, self.snapshot.shape());
         let onboard = Onboard::of(channel, self.snapshot);
-        let disturbed = Disturbed::of(channel, results, curve.shape.interval_s);
+        let disturbed = match self.was_moved {
+            true => Disturbed::default(),
+            false => Disturbed::of(channel, results, curve.shape.interval_s),
+        };
         let (lines, models) = (&disturbed.lines, &mut self.models);
-        let noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, lines, self.confidence, models);
+        let mut noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, lines, self.confidence, models);
+        if let Some(noise) = noise.as_mut().filter(|_| self.was_moved) {
+            noise.was_moved();
+        }
         let mut last_law = None;
         let octaves = (curve.octaves.iter().enumerate())
             .map(|(i, octave)| {

@@ -77,11 +77,12 @@ impl Datasheet {
     ///
     /// White noise is compared with the figure times what averaging and decimation on board make of it. Where these are not known, or the
     /// sample rate is assumed, nothing passes and nothing fails: a window longer than the interval makes white noise read low, and bias
-    /// instability high. Nor do the others where a line was removed, which takes some of them along.
+    /// instability high. Nor do the others where a line was removed, which takes some of them along. Nothing is compared where the sensor was
+    /// moved.
     #[must_use]
     pub fn judge(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let of_channel = |channel: &ChannelAssessment| {
-            let Some(noise) = &channel.noise else { return Vec::new() };
+            let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
             let white = self.stream(noise.sensor, channel.onboard, snapshot);
             // only white noise folds
             let others = StreamFactor { is_known: white.is_known && !snapshot.detrended, ..StreamFactor::ONE };

@@ -41,8 +41,8 @@ mod warning;
 
 pub use analysis::Analysis;
 pub use assessment::{
-    Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, OctaveAssessment,
-    Onboard, WalkSeenLater,
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, Motion,
+    OctaveAssessment, Onboard, WalkSeenLater,
 };
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,

@@ -1,7 +1,7 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
 use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{FigureVerdict, LongTaus, Onboard, RateFrom, WarningKind};
+use vn100_pipeline::{FigureVerdict, LongTaus, Motion, Onboard, RateFrom, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::record::Record;
@@ -27,6 +27,8 @@ pub(crate) struct Findings {
     /// Name of the data sheet that the record was compared with.
     pub(crate) datasheet: Option<String>,
     pub(crate) sensors: Vec<SensorFindings>,
+    /// The sensor was moved.
+    pub(crate) motion: Option<Motion>,
     pub(crate) warnings: Vec<WarningKind>,
 }
 
@@ -115,6 +117,7 @@ impl Findings {
             has_registers: !snapshot.registers.is_empty(),
             has_conditions: record.origin().meta.is_some(),
             sensors: sensors(record),
+            motion: record.assessment().motion.clone(),
             warnings: warnings.map(|warning| warning.kind).collect(),
         }
     }
@@ -125,21 +128,6 @@ impl Findings {
 
     pub(crate) fn sensor(&self, sensor: Sensor) -> Option<&SensorFindings> {
         self.sensors.iter().find(|found| found.sensor == sensor)
-    }
-
-    /// The axis that moved most, and how much it varied: no sensor at rest does.
-    pub(crate) fn moved(&self) -> Option<&AxisFindings> {
-        let limit = |sensor: &SensorFindings| match sensor.sensor {
-            // rad/s and m/s²: a hundred times and more what a small sensor's own noise is in a sample
-            Sensor::Gyroscope => Some(0.1),
-            Sensor::Accelerometer => Some(2.0),
-            Sensor::Magnetometer => None,
-        };
-        self.sensors.iter().find_map(|sensor| {
-            let limit = limit(sensor)?;
-            let moved = sensor.axes.iter().filter(|axis| axis.std.is_some_and(|std| std > limit));
-            moved.max_by(|a, b| a.std.unwrap_or(0.0).total_cmp(&b.std.unwrap_or(0.0)))
-        })
     }
 
     pub(crate) fn axes(&self) -> impl Iterator<Item = &AxisFindings> {

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
+use vn100_pipeline::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
 
 use super::{COLUMN, LABEL, fill, sensor, short};
 use crate::units::ChannelValues;
@@ -18,11 +18,14 @@ const TERMS: [(Term, &str); 5] = [
 ];
 
 /// Everything known of the noise of all axes; nothing for a stream without one.
-pub(super) fn write_noise(out: &mut String, channels: &[ChannelValues], confidence: f64) -> fmt::Result {
+pub(super) fn write_noise(out: &mut String, channels: &[ChannelValues], assessment: &Assessment) -> fmt::Result {
     let axes: Vec<(&ChannelValues, &ChannelNoise)> =
         channels.iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
+    if assessment.motion.is_some() && !axes.is_empty() {
+        writeln!(out, "\n{}", fill(Motion::MEANING, "", ""))?;
+    }
     for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
-        let level = short(100.0 * confidence);
+        let level = short(100.0 * assessment.confidence);
         writeln!(
             out,
             "\nnoise of the {}, {level} % intervals; * counts positive frequencies only",
@@ -128,6 +131,7 @@ fn reason(long_taus: LongTaus) -> Option<&'static str> {
         LongTaus::Surroundings => {
             Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
         }
+        LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
     }
 }
 

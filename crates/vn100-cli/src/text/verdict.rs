@@ -3,6 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::Verdict;
+use vn100_pipeline::Motion;
 
 use super::fill;
 use crate::{
@@ -11,8 +12,17 @@ use crate::{
     verdict_document::{WHY_CONSISTENT, grade, grade_name, sentence},
 };
 
-/// Every figure of the data sheet beside each axis; nothing without a sheet.
-pub(super) fn write_verdicts(out: &mut String, channels: &[ChannelValues], verdicts: Option<&Verdicts>) -> fmt::Result {
+/// Every figure of the data sheet beside each axis, or why there is none; nothing without a sheet.
+pub(super) fn write_verdicts(
+    out: &mut String,
+    channels: &[ChannelValues],
+    verdicts: Option<&Verdicts>,
+    motion: Option<&Motion>,
+) -> fmt::Result {
+    if let Some((verdicts, motion)) = verdicts.zip(motion) {
+        let text = format!("data sheet: {}: nothing is compared, {motion}", verdicts.datasheet);
+        return writeln!(out, "\n{}", fill(&text, "", "  "));
+    }
     let Some(verdicts) = verdicts.filter(|verdicts| verdicts.channels.iter().any(|figures| !figures.is_empty())) else {
         return Ok(());
     };

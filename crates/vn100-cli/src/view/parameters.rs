@@ -202,6 +202,9 @@ fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
 /// Why the numbers are not, or not quite, those of the sensor.
 fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
     let mut doubts = Vec::new();
+    if source.assessment.motion.is_some() {
+        doubts.push("! the sensor was moved: these are of the motion, not its noise".to_owned());
+    }
     let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
     match long_taus {
         Some(LongTaus::Compensated) => {
@@ -213,7 +216,7 @@ fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
         Some(LongTaus::Surroundings) => {
             doubts.push("! at long τ the field around shows: N alone is given".to_owned());
         }
-        Some(LongTaus::Sensor) | None => {}
+        Some(LongTaus::Sensor | LongTaus::Motion) | None => {}
     }
     // what concerns these axes, or all; told in full among the warnings
     let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));

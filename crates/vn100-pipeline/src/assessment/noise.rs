@@ -42,6 +42,8 @@ pub enum LongTaus {
     LooksCompensated,
     /// The surroundings: a magnetic field is never quiet for long.
     Surroundings,
+    /// How the sensor was moved.
+    Motion,
 }
 
 /// The random walk that a record would show above the white noise if it went on.
@@ -127,8 +129,17 @@ impl ChannelNoise {
         match self.long_taus {
             _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
             LongTaus::Sensor => self.fit.parameter(term),
-            LongTaus::Compensated | LongTaus::LooksCompensated => Some(Parameter::without_value(Status::NotMeasurable)),
+            LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Motion => {
+                Some(Parameter::without_value(Status::NotMeasurable))
+            }
             LongTaus::Surroundings => None,
+        }
+    }
+
+    /// Where the sensor was moved long averaging times show that; a message that lacks the bias lacks it all the same.
+    pub(super) fn was_moved(&mut self) {
+        if let LongTaus::Sensor | LongTaus::LooksCompensated = self.long_taus {
+            (self.long_taus, self.walk_seen_later) = (LongTaus::Motion, None);
         }
     }
 

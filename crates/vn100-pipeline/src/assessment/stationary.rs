@@ -17,7 +17,7 @@ const MOST_TOLD: usize = 4;
 const HIGHEST_HZ: f64 = 400.0;
 
 /// What disturbs one channel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Disturbed {
     /// Lines in its spectrum, in rising frequency.
     pub lines: Vec<Line>,
@@ -33,7 +33,7 @@ impl Disturbed {
         // weather and warmth come and go, and nobody asks why
         let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure);
         let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
-            return Self { lines: Vec::new(), disturbances: Vec::new(), level_change: None };
+            return Self::default();
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());

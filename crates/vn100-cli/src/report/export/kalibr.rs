@@ -33,7 +33,7 @@ pub(crate) fn yaml(record: &Record<'_>, with_over_bound: bool) -> Yaml {
         record.assessment().confidence
     ));
     let findings = Findings::of(record);
-    if findings.moved().is_some() {
+    if findings.motion.is_some() {
         yaml.was_moved = true;
         yaml.comment("nothing for a filter: the sensor was moved, and its noise is not seen");
         return yaml;

@@ -135,5 +135,6 @@ fn reason(long_taus: LongTaus) -> Option<&'static str> {
         LongTaus::Surroundings => {
             Some("Only the white noise is the sensor's: at long averaging times the curve shows the field around it.")
         }
+        LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
     }
 }

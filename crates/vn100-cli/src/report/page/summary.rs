@@ -2,6 +2,7 @@
 
 use imu_noise::{Parameter, Sensor, Status, Term, Verdict};
 use maud::{Markup, html};
+use vn100_pipeline::Motion;
 
 use super::super::{
     figure::pretty_unit,
@@ -29,13 +30,13 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
                                 td data-label=(COLUMNS[1]) { (white(sensor)) }
                                 td data-label=(COLUMNS[2]) { (slow(sensor, Term::BiasInstability, |axis| axis.bias_instability)) }
                                 td data-label=(COLUMNS[3]) { (slow(sensor, Term::RateRandomWalk, |axis| axis.random_walk)) }
-                                td data-label=(COLUMNS[4]) { @if findings.moved().is_some() { (NOTHING) } @else { (verdict(sensor)) } }
+                                td data-label=(COLUMNS[4]) { @if findings.motion.is_some() { (NOTHING) } @else { (verdict(sensor)) } }
                             }
                         }
                     }
                 }
             }
-            @if findings.moved().is_some() { p { b { "The sensor was moved: these figures describe the motion, not its noise." } } }
+            @if findings.motion.is_some() { p { b { (Motion::MEANING) } } }
             p {
                 @match warnings {
                     0 => "Nothing was found that would spoil these numbers.",

@@ -25,6 +25,12 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
             p { "None was compared: the built-in figures are for the VN-100's own messages; " code { "--datasheet FILE.toml" } " gives those of another sensor." }
         };
     };
+    if let Some(motion) = &record.assessment().motion {
+        return html! {
+            h3 { "Beside the data sheet: " (verdicts.datasheet) }
+            p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
+        };
+    }
     let rows: Vec<(&ChannelValues, &FigureVerdict)> = (ORDER.iter())
         .flat_map(|(quantity, _)| record.of(*quantity))
         .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))

@@ -10,7 +10,7 @@ use super::super::{
 
 pub(super) fn advice(findings: &Findings) -> Vec<String> {
     let mut advice = Vec::new();
-    if findings.moved().is_some() {
+    if findings.motion.is_some() {
         advice.push("Let the sensor lie still, and record that.".into());
     }
     let is_ours = findings.message.is_some();
@@ -38,7 +38,7 @@ pub(super) fn advice(findings: &Findings) -> Vec<String> {
             .fold((0.0, 0.0), |most, line| if line.1 > most.1 { line } else { most });
         advice.push(format!("Stop what shakes at {hz:.1} Hz (or at an alias of it), or decouple the sensor: a heavy base on soft feet, away from fans, motors and footsteps, without a hanging cable."));
     }
-    if findings.warns(WarningKind::NotStationary) {
+    if findings.warns(WarningKind::NotStationary) && findings.motion.is_none() {
         advice.push(
             "Measure where and when nobody walks, closes doors or touches the table; at night if need be.".into(),
         );

@@ -10,7 +10,7 @@ use super::super::{
 };
 
 pub(super) fn filters(findings: &Findings) -> Vec<String> {
-    if findings.moved().is_some() {
+    if findings.motion.is_some() {
         return vec!["Nothing of this record: the sensor was moved, and its noise is not seen.".into()];
     }
     let sensors: Vec<&SensorFindings> =

@@ -19,8 +19,8 @@ pub(super) fn against_data_sheet(findings: &Findings) -> Vec<String> {
                 .into(),
         ];
     };
-    if findings.moved().is_some() {
-        return vec![format!("The sensor was moved: nothing here compares with {sheet}, whatever the table says.")];
+    if findings.motion.is_some() {
+        return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];
     }
     let mut sentences = verdicts(findings, sheet);
     let explained: Vec<String> =
@@ -147,7 +147,9 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
     if findings.warns(WarningKind::VibrationLine) {
         limits.push("Its mounting: vibration covers the shortest averaging times.".into());
     }
-    if findings.warns(WarningKind::NotStationary) || findings.warns(WarningKind::WarmUp) {
+    if findings.motion.is_some() {
+        limits.push("Its motion: it covers the noise at all averaging times.".into());
+    } else if findings.warns(WarningKind::NotStationary) || findings.warns(WarningKind::WarmUp) {
         limits.push("Its surroundings: disturbances, or a sensor that was not yet warm, cover the longest.".into());
     }
     if !findings.has_stamps {

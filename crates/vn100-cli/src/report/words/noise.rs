@@ -1,7 +1,7 @@
 //! How noisy each axis is.
 
 use imu_noise::{Parameter, Sensor, Status, Term, conventions};
-use vn100_pipeline::LongTaus;
+use vn100_pipeline::{LongTaus, Motion};
 
 use super::{
     super::{
@@ -15,9 +15,8 @@ use super::{
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
     let mut sentences: Vec<String> =
         findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.rate_hz)).collect();
-    if findings.moved().is_some() {
-        sentences
-            .insert(0, "The sensor was moved: what follows is of the motion, and tells nothing of its noise.".into());
+    if findings.motion.is_some() {
+        sentences.insert(0, Motion::MEANING.into());
     }
     if sentences.is_empty() {
         sentences.push("There are no axes of a sensor in this record, or no samples.".into());
@@ -49,7 +48,7 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
             "Bias instability and rate random walk of the {} are not given: the curve falls below its own white noise, so that something takes the bias out.",
             sensor.name
         )),
-        LongTaus::Sensor | LongTaus::Surroundings => None,
+        LongTaus::Sensor | LongTaus::Surroundings | LongTaus::Motion => None,
     });
     sentences
 }

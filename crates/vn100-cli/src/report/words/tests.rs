@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{LongTaus, Onboard, RateFrom, WarningKind};
+use vn100_pipeline::{LongTaus, Motion, Onboard, RateFrom, WarningKind};
 
 use super::*;
 use crate::report::findings::{AxisFindings, SensorFindings};
@@ -59,6 +59,7 @@ fn flawless() -> Findings {
         has_conditions: true,
         datasheet: Some("VectorNav VN-100".into()),
         sensors: vec![gyro],
+        motion: None,
         warnings: Vec::new(),
     }
 }
@@ -204,12 +205,17 @@ fn what_befell_the_record_is_told_with_its_cure() {
         ],
     );
     changes(
-        |findings| findings.sensors[0].axes[1].std = Some(4.6),
+        |findings| {
+            let (channel, unit) = ("gyro_y".to_owned(), "rad/s".to_owned());
+            findings.motion = Some(Motion { axes: vec![channel.clone()], channel, std: 4.6, limit: 0.05, unit });
+            findings.warnings.push(WarningKind::NotStationary);
+        },
         &[
-            "the sensor was moved. gyro_y has a standard deviation of 4.6 rad/s",
+            "No: the sensor was moved: gyro_y has a standard deviation of 4.600 rad/s, at rest less than 0.05",
             "nothing here compares",
             "lie still",
-            "what follows is of the motion",
+            "these figures describe the motion",
+            "it covers the noise",
             "Nothing of this record",
         ],
     );

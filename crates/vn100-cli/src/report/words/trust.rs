@@ -13,27 +13,18 @@ use super::{
 };
 
 pub(super) fn trust(findings: &Findings) -> Vec<String> {
-    let sentences = [
-        moved(findings),
-        time_base(findings),
-        losses(findings),
-        fits(findings),
-        vibration(findings),
-        one_piece(findings),
-        alone(findings),
-    ];
+    let mut sentences = vec![moved(findings), time_base(findings), losses(findings)];
+    // what follows is of the noise
+    if findings.motion.is_none() {
+        sentences.extend([fits(findings), vibration(findings), one_piece(findings), alone(findings)]);
+    }
     sentences.into_iter().flatten().collect()
 }
 
 /// First of all: noise is measured at rest.
 fn moved(findings: &Findings) -> Option<String> {
-    let axis = findings.moved()?;
-    Some(format!(
-        "No: the sensor was moved. {} has a standard deviation of {} {}, which no sensor at rest has. All figures describe the motion, none of them the noise.",
-        axis.name,
-        digits(axis.std?, 2),
-        pretty_unit(&axis.unit)
-    ))
+    let motion = findings.motion.as_ref()?;
+    Some(format!("No: {}. All figures describe the motion, none of them the noise.", pretty_unit(&motion.to_string())))
 }
 
 fn time_base(findings: &Findings) -> Option<String> {

@@ -1,0 +1,82 @@
+//! Whether the sensor was moved: then nothing in the record is its noise, and nothing is judged by it.
+
+use std::fmt;
+
+use vn100_protocol::{Channel, Quantity};
+
+use crate::{
+    snapshot::{ChannelSnapshot, Snapshot},
+    warning::{Warning, WarningKind},
+};
+
+/// Standard deviations in rad/s and m/s² that no sensor at rest reaches.
+///
+/// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s² a sample, quiet or on a shaking table. Of six records
+/// of cars, walks and hands the slowest has 0.10 rad/s and 0.68 m/s². A bumped table lasts too short to come near.
+const GYRO_LIMIT_RAD_S: f64 = 0.05;
+const ACCEL_LIMIT_M_S2: f64 = 0.5;
+
+/// A sensor that was moved, by the axis that shows it most.
+///
+/// Its text says so, in the words that every output uses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// The axis.
+    pub channel: String,
+    /// Its standard deviation over the record, in `unit`.
+    pub std: f64,
+    /// The least that counts as motion.
+    pub limit: f64,
+    /// rad/s or m/s².
+    pub unit: String,
+    /// All axes beyond their limits.
+    pub axes: Vec<String>,
+}
+
+impl Motion {
+    /// What the figures of a record in motion are worth, as a sentence.
+    pub const MEANING: &str = "The sensor was moved: these figures describe the motion, not its noise.";
+
+    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than two samples.
+    pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
+        let layout = snapshot.layout.as_ref()?;
+        let beyond: Vec<(&Channel, f64, f64)> = (layout.channels.iter().zip(&snapshot.channels))
+            .filter_map(|(channel, results)| Some((channel, std(channel, results)?, limit(channel)?)))
+            .filter(|(_, std, limit)| std > limit)
+            .collect();
+        let (channel, std, limit) = *beyond.iter().max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
+        let axes = beyond.iter().map(|(channel, ..)| channel.name.to_string()).collect();
+        Some(Self { channel: channel.name.to_string(), std, limit, unit: channel.unit.to_string(), axes })
+    }
+
+    pub(super) fn warning(&self) -> Warning {
+        let text = format!(
+            "{self}. All figures describe the motion, none of them the noise: nothing is compared with a data sheet, and neither vibration \
+             lines nor disturbances, warm-up, gravity, magnetic field or heading are judged. Let the sensor lie still and record that, or \
+             cut the record to where it does (--skip, --duration)"
+        );
+        Warning { kind: WarningKind::NotStationary, channels: self.axes.clone(), text }
+    }
+}
+
+impl fmt::Display for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { channel, std, limit, unit, .. } = self;
+        write!(
+            f,
+            "the sensor was moved: {channel} has a standard deviation of {std:.3} {unit}, at rest less than {limit}"
+        )
+    }
+}
+
+fn limit(channel: &Channel) -> Option<f64> {
+    match channel.quantity {
+        Quantity::AngularRate => Some(GYRO_LIMIT_RAD_S),
+        Quantity::Acceleration => Some(ACCEL_LIMIT_M_S2),
+        Quantity::Angle | Quantity::MagneticField | Quantity::Temperature | Quantity::Pressure => None,
+    }
+}
+
+fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
+    Some(imu_noise::counts_to_unit(results.moments.std_counts()?, channel.decimals) * channel.scale.abs())
+}
