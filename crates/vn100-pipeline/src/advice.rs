@@ -10,6 +10,10 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
+/// Three terms need four octaves, m = 1, 2, 4 and 8. In white noise the last has ten degrees of freedom, from which on intervals hold as
+/// they say, with so many samples; with fewer, [`imu_noise::edf`] says less.
+const LEAST_SAMPLES: u64 = 66;
+
 /// What only the analysis knows, beyond the numbers of its snapshot.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
@@ -150,8 +154,20 @@ impl Advice {
                 ),
             );
         }
-        if snapshot.layout.is_some() && timing.samples < 2 {
-            self.warn(WarningKind::TooShort, format!("{}: a deviation needs 2 at least", samples(timing.samples)));
+        if snapshot.layout.is_some() {
+            match timing.samples {
+                0..2 => self
+                    .warn(WarningKind::TooShort, format!("{}: a deviation needs 2 at least", samples(timing.samples))),
+                2..LEAST_SAMPLES => self.warn(
+                    WarningKind::TooShort,
+                    format!(
+                        "{} say little: the fit of N, B and K asks for four octaves, and the fourth has ten degrees of freedom from \
+                         {LEAST_SAMPLES} samples on. Below that intervals span a factor of two and more, or are not there. Record longer",
+                        samples(timing.samples)
+                    ),
+                ),
+                LEAST_SAMPLES.. => {}
+            }
         }
         if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
             self.warn(

@@ -58,7 +58,7 @@ pub enum WarningKind {
     FieldMagnitude,
     /// Yaw is worse than pitch and roll.
     YawFromMagnetometer,
-    /// Too few samples for any deviation.
+    /// Too few samples for any deviation, or for more than a rough one.
     TooShort,
 }
 

@@ -295,9 +295,18 @@ fn skipped_time_is_left_out_with_its_gaps() {
 }
 
 #[test]
-fn one_sample_is_too_short() {
-    assert!(warned(&analysed(&[Good(1)], 1, Settings::default()), WarningKind::TooShort));
-    assert!(!warned(&analysed(&[Good(1), Good(2)], 1, Settings::default()), WarningKind::TooShort));
+fn too_short_is_what_leaves_the_fourth_octave_less_than_ten_degrees_of_freedom() {
+    let is_too_short = |samples: u64| {
+        let lines: Vec<Line> = (0..samples).map(|i| Good((7 * i % 11) as i32)).collect();
+        let snapshot = analysed(&lines, 10, Settings::default());
+        let octave = snapshot.channels[9].octaves.get(3).map(imu_noise::OctaveSum::octave);
+        let edf = octave.and_then(|octave| imu_noise::edf(&octave, &snapshot.shape(), imu_noise::PowerLaw::White));
+        (edf.unwrap_or(0.0) < 10.0, warned(&snapshot, WarningKind::TooShort))
+    };
+    for samples in [1, 2, 3, 39, 40, 64, 65, 66, 67, 200] {
+        let (expected, warns) = is_too_short(samples);
+        assert_eq!(warns, expected, "{samples} samples");
+    }
 }
 
 fn line() -> impl Strategy<Value = Line> {
