@@ -11,7 +11,7 @@ use crate::{
     sentence::Sentence,
 };
 
-/// An answer of the sensor, or an error that it reports unasked.
+/// An answer of the sensor, an error that it reports unasked, or a question that the line brings back.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
     /// `VNRRG`: what a register holds.
@@ -22,6 +22,9 @@ pub enum Reply {
     Echo(String),
     /// `VNERR`.
     Error(DeviceError),
+    /// `VNRRG` with nothing behind the register number: a sensor says no such thing. It is the host's own question, as a line that echoes
+    /// brings it back.
+    Question(Register),
 }
 
 /// Why a sentence is no reply.
@@ -33,8 +36,8 @@ pub enum ReplyError {
     /// Behind `VNRRG` or `VNWRG` stands no register number.
     #[error("the reply does not begin with a register number from 0 to 255")]
     RegisterNumber,
-    /// Nothing follows the register number: the command itself came back, as on a line that echoes.
-    #[error("the reply has no value behind the register number: it looks like the command itself")]
+    /// Nothing follows the register number of a write.
+    #[error("the reply has no value behind the register number")]
     NoValue,
     /// Behind `VNERR` does not stand one code.
     #[error("the error code is not one or two hexadecimal digits")]
@@ -53,6 +56,7 @@ impl Reply {
         let body = str::from_utf8(sentence.body).map_err(|_| ReplyError::NotAReply)?;
         let (header, fields) = body.split_once(',').unwrap_or((body, ""));
         match header {
+            "VNRRG" if !fields.contains(',') => register(fields).map(Self::Question),
             "VNRRG" => contents(fields, sentence).map(Self::Register),
             "VNWRG" => contents(fields, sentence).map(Self::Written),
             "VNERR" => error_code(fields).map(|code| Self::Error(DeviceError::from_code(code))),
@@ -66,16 +70,18 @@ fn contents(fields: &str, sentence: &Sentence<'_>) -> Result<RegisterContents, R
         Some((number, fields)) => (number, Some(fields)),
         None => (fields, None),
     };
-    if !number.bytes().all(|byte| byte.is_ascii_digit()) {
-        return Err(ReplyError::RegisterNumber);
-    }
-    let register = Register(number.parse().map_err(|_| ReplyError::RegisterNumber)?);
+    let register = register(number)?;
     let fields = Fields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
     Ok(RegisterContents { register, fields, check: sentence.check })
 }
 
-fn error_code(field: &str) -> Result<u8, ReplyError> {
+fn register(number: &str) -> Result<Register, ReplyError> {
     // the standard library would take a sign
+    let is_number = number.bytes().all(|byte| byte.is_ascii_digit());
+    number.parse().ok().filter(|_| is_number).map(Register).ok_or(ReplyError::RegisterNumber)
+}
+
+fn error_code(field: &str) -> Result<u8, ReplyError> {
     let is_code = field.len() <= 2 && field.bytes().all(|byte| byte.is_ascii_hexdigit());
     u8::from_str_radix(field, 16).ok().filter(|_| is_code).ok_or(ReplyError::ErrorCode)
 }

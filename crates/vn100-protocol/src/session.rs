@@ -9,7 +9,11 @@ use thiserror::Error;
 
 pub use self::failure::RequestFailure;
 use crate::{
-    checksum::Check, command::Command, device_error::DeviceError, fields::Fields, register::RegisterContents,
+    checksum::Check,
+    command::Command,
+    device_error::DeviceError,
+    fields::Fields,
+    register::{Register, RegisterContents},
     reply::Reply,
 };
 
@@ -26,7 +30,8 @@ use crate::{
 /// # Which reply answers which request
 ///
 /// A reply answers by its command and its register. `VNERR` names neither: it answers the request on the wire, unless it is one of those
-/// that come unasked. So that a late answer to a request that was sent twice is not taken for that of the next one, the next waits until
+/// that come unasked. On a line that echoes, as a half-duplex one does, a command that is no question comes back as its own answer would
+/// read: once a question has come back and was answered, the first copy of any other command is the echo and the next one the answer. So that a late answer to a request that was sent twice is not taken for that of the next one, the next waits until
 /// it has come or could have.
 #[derive(Debug)]
 pub struct Session {
@@ -34,6 +39,8 @@ pub struct Session {
     queue: VecDeque<(RequestId, Command)>,
     current: Option<Current>,
     late: Option<Late>,
+    /// Whether a question came back before its answer.
+    line_echoes: bool,
     /// The sensor hears nothing before this time.
     busy_until: Duration,
     completions: VecDeque<(RequestId, Result<Answer, RequestFailure>)>,
@@ -59,6 +66,8 @@ pub enum Answer {
 pub enum Handled {
     /// It answers a request, the present one or one that has ended.
     Mine,
+    /// It is what was sent: the line echoes.
+    Echo,
     /// It answers nothing that was asked here.
     NotMine,
 }
@@ -76,6 +85,10 @@ struct Current {
     attempts: u32,
     /// Lines sent and not yet answered.
     unanswered: u32,
+    /// Lines sent whose echo has not come.
+    unechoed: u32,
+    /// Whether it is a question whose echo has come.
+    came_back: bool,
     first_sent: Duration,
     last_sent: Duration,
     /// When to give the present attempt up; `None` when the next is to be sent.
@@ -107,6 +120,7 @@ impl Session {
             queue: VecDeque::new(),
             current: None,
             late: None,
+            line_echoes: false,
             busy_until: Duration::ZERO,
             completions: VecDeque::new(),
             notices: VecDeque::new(),
@@ -130,12 +144,18 @@ impl Session {
 
     /// Takes a reply that has arrived.
     pub fn handle_reply(&mut self, reply: &Reply, now: Duration) -> Handled {
-        if let Reply::Error(error) = reply {
-            return self.handle_error(*error, now);
+        match reply {
+            Reply::Error(error) => return self.handle_error(*error, now),
+            Reply::Question(register) => return self.handle_question(*register),
+            Reply::Register(_) | Reply::Written(_) | Reply::Echo(_) => {}
         }
         let Some(current) = self.current.as_mut().filter(|current| current.command.is_answered_by(reply)) else {
             return self.handle_late(|late| late.command.is_answered_by(reply));
         };
+        if self.line_echoes && current.unechoed > 0 && is_copy(&current.command, reply) {
+            current.unechoed -= 1;
+            return Handled::Echo;
+        }
         if let Some((asked, got)) = difference(&current.command, reply) {
             let is_its = |late: &Late| late.command.is_answered_by(reply) && difference(&late.command, reply).is_none();
             if self.late.as_ref().is_some_and(is_its) {
@@ -150,7 +170,7 @@ impl Session {
         current.unanswered = current.unanswered.saturating_sub(1);
         let answer = match reply {
             Reply::Register(contents) | Reply::Written(contents) => Answer::Register(contents.clone()),
-            Reply::Echo(_) | Reply::Error(_) => Answer::Done,
+            Reply::Echo(_) | Reply::Error(_) | Reply::Question(_) => Answer::Done,
         };
         self.complete(Ok(answer), now);
         Handled::Mine
@@ -182,6 +202,7 @@ impl Session {
             self.completions.push_back((id, Err(failure)));
         }
         self.late = None;
+        self.line_echoes = false;
         self.busy_until = Duration::ZERO;
     }
 
@@ -198,6 +219,7 @@ impl Session {
         current.last_sent = now;
         current.attempts += 1;
         current.unanswered += 1;
+        current.unechoed += 1;
         current.deadline = Some(now.saturating_add(current.command.answer_time()));
         let mut line = line(&current.command, self.check);
         line.push_str("\r\n");
@@ -225,6 +247,17 @@ impl Session {
     #[must_use]
     pub fn poll_notice(&mut self) -> Option<DeviceError> {
         self.notices.pop_front()
+    }
+
+    fn handle_question(&mut self, register: Register) -> Handled {
+        match &mut self.current {
+            Some(current) if current.command == Command::ReadRegister(register) && current.unechoed > 0 => {
+                current.unechoed -= 1;
+                current.came_back = true;
+                Handled::Echo
+            }
+            _ => Handled::NotMine,
+        }
     }
 
     fn handle_error(&mut self, error: DeviceError, now: Duration) -> Handled {
@@ -270,6 +303,8 @@ impl Session {
             return;
         };
         if result.is_ok() {
+            // without an answer, it may be how a sensor prints an empty register
+            self.line_echoes |= current.came_back;
             self.busy_until = now.saturating_add(current.command.busy_time());
         }
         let answer_time = match &result {
@@ -298,6 +333,8 @@ impl Current {
             command,
             attempts: 0,
             unanswered: 0,
+            unechoed: 0,
+            came_back: false,
             first_sent: Duration::ZERO,
             last_sent: Duration::ZERO,
             deadline: None,
@@ -315,6 +352,15 @@ fn difference<'a>(command: &'a Command, reply: &'a Reply) -> Option<(&'a Fields,
         return None;
     };
     (!echo.is_as_written(fields)).then_some((fields, &echo.fields))
+}
+
+/// Whether `reply`, which answers `command`, may as well be the command itself.
+fn is_copy(command: &Command, reply: &Reply) -> bool {
+    match (command, reply) {
+        (Command::WriteRegister { fields, .. }, Reply::Written(contents)) => contents.fields == *fields,
+        (_, Reply::Echo(_)) => true,
+        _ => false,
+    }
 }
 
 /// The line of a command, without CR and LF.

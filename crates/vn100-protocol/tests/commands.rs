@@ -211,6 +211,14 @@ fn errors_have_their_codes() {
 }
 
 #[test]
+fn a_read_without_a_value_is_the_question() {
+    for body in ["VNRRG,07", "VNRRG,7"] {
+        assert_eq!(parse_reply(&sentence(body)), Ok(Reply::Question(Register(7))), "{body}");
+    }
+    assert!(matches!(parse_reply(&sentence("VNRRG,00,")), Ok(Reply::Register(_))), "an empty text is a value");
+}
+
+#[test]
 fn what_is_no_reply_says_why() {
     use ReplyError::*;
     for (body, error) in [
@@ -221,7 +229,7 @@ fn what_is_no_reply_says_why() {
         ("VNRRG,x,1", RegisterNumber),
         ("VNRRG,+1,1", RegisterNumber),
         ("VNWRG,256,1", RegisterNumber),
-        ("VNRRG,01", NoValue),
+        ("VNWRG,07", NoValue),
         ("VNERR", ErrorCode),
         ("VNERR,", ErrorCode),
         ("VNERR,+3", ErrorCode),

@@ -3,80 +3,10 @@
 
 mod support;
 
-use core::time::Duration;
-
-use support::reply;
+use support::bench::{Bench, READ_MODEL, READ_RATE, ms, write_rate};
 use vn100_protocol::{
-    Answer, AsyncRate, BaudRate, Check, Command, DeviceError, Fields, Handled, QueueFull, Register, RequestFailure,
-    RequestId, Session,
+    Answer, BaudRate, Command, DeviceError, Fields, Handled, QueueFull, Register, RequestFailure, Session,
 };
-
-const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
-const READ_MODEL: Command = Command::ReadRegister(Register::MODEL);
-
-fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
-fn write_rate(hz: u32) -> Command {
-    Command::write(&AsyncRate::new(hz).unwrap())
-}
-
-/// A session with a clock.
-struct Bench {
-    session: Session,
-    now: Duration,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self { session: Session::new(Check::Xor8), now: ms(1_000_000) }
-    }
-
-    fn submit(&mut self, command: Command) -> RequestId {
-        self.session.submit(command).unwrap()
-    }
-
-    /// The lines to send now, without CR and LF.
-    fn sent(&mut self) -> Vec<String> {
-        core::iter::from_fn(|| self.session.poll_transmit(self.now))
-            .map(|bytes| String::from_utf8(bytes).unwrap().strip_suffix("\r\n").unwrap().to_owned())
-            .collect()
-    }
-
-    fn hear(&mut self, body: &str) -> Handled {
-        self.session.handle_reply(&reply(body), self.now)
-    }
-
-    fn wait(&mut self, milliseconds: u64) {
-        self.now += ms(milliseconds);
-        self.session.handle_timeout(self.now);
-    }
-
-    /// The next time out, from now on.
-    fn due(&self) -> Option<Duration> {
-        self.session.poll_timeout().map(|at| at - self.now)
-    }
-
-    fn answer(&mut self, id: RequestId) -> Answer {
-        let (ended, result) = self.session.poll_completion().unwrap();
-        assert_eq!(ended, id);
-        result.unwrap()
-    }
-
-    fn value(&mut self, id: RequestId) -> String {
-        match self.answer(id) {
-            Answer::Register(contents) => contents.fields.to_string(),
-            Answer::Done => panic!("no value"),
-        }
-    }
-
-    fn failure(&mut self, id: RequestId) -> RequestFailure {
-        let (ended, result) = self.session.poll_completion().unwrap();
-        assert_eq!(ended, id);
-        result.unwrap_err()
-    }
-}
 
 #[test]
 fn a_read_is_answered_among_other_lines() {

@@ -1,0 +1,74 @@
+//! The request machine on a clock that is a number.
+
+use core::time::Duration;
+
+use vn100_protocol::{Answer, AsyncRate, Check, Command, Handled, Register, RequestFailure, RequestId, Session};
+
+use super::reply;
+
+pub(crate) const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
+pub(crate) const READ_MODEL: Command = Command::ReadRegister(Register::MODEL);
+
+pub(crate) fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
+}
+
+pub(crate) fn write_rate(hz: u32) -> Command {
+    Command::write(&AsyncRate::new(hz).unwrap())
+}
+
+/// A session with a clock.
+pub(crate) struct Bench {
+    pub(crate) session: Session,
+    pub(crate) now: Duration,
+}
+
+impl Bench {
+    pub(crate) fn new() -> Self {
+        Self { session: Session::new(Check::Xor8), now: ms(1_000_000) }
+    }
+
+    pub(crate) fn submit(&mut self, command: Command) -> RequestId {
+        self.session.submit(command).unwrap()
+    }
+
+    /// The lines to send now, without CR and LF.
+    pub(crate) fn sent(&mut self) -> Vec<String> {
+        core::iter::from_fn(|| self.session.poll_transmit(self.now))
+            .map(|bytes| String::from_utf8(bytes).unwrap().strip_suffix("\r\n").unwrap().to_owned())
+            .collect()
+    }
+
+    pub(crate) fn hear(&mut self, body: &str) -> Handled {
+        self.session.handle_reply(&reply(body), self.now)
+    }
+
+    pub(crate) fn wait(&mut self, milliseconds: u64) {
+        self.now += ms(milliseconds);
+        self.session.handle_timeout(self.now);
+    }
+
+    /// The next time out, from now on.
+    pub(crate) fn due(&self) -> Option<Duration> {
+        self.session.poll_timeout().map(|at| at - self.now)
+    }
+
+    pub(crate) fn answer(&mut self, id: RequestId) -> Answer {
+        let (ended, result) = self.session.poll_completion().unwrap();
+        assert_eq!(ended, id);
+        result.unwrap()
+    }
+
+    pub(crate) fn value(&mut self, id: RequestId) -> String {
+        match self.answer(id) {
+            Answer::Register(contents) => contents.fields.to_string(),
+            Answer::Done => panic!("no value"),
+        }
+    }
+
+    pub(crate) fn failure(&mut self, id: RequestId) -> RequestFailure {
+        let (ended, result) = self.session.poll_completion().unwrap();
+        assert_eq!(ended, id);
+        result.unwrap_err()
+    }
+}
