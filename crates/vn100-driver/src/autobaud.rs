@@ -29,7 +29,7 @@ const NETWORK: Duration = Duration::from_millis(500);
 const BYTES_BEFORE_ANSWER: u32 = 256;
 
 /// Asks for the model, which every firmware answers.
-const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
+pub(crate) const QUESTION: &[u8] = b"$VNRRG,01*72\r\n";
 
 /// How a speed is tried.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +49,8 @@ pub(crate) struct Heard {
     pub(crate) before: Vec<Input>,
     /// What came from the beginning of the first good line or packet on; `None` where no sensor was heard.
     pub(crate) sensor: Option<Vec<Input>>,
+    /// How often the question itself came back: such a line says nothing of a sensor.
+    pub(crate) echoes: u64,
 }
 
 impl Trial {
@@ -85,12 +87,13 @@ struct Listener {
     bytes: Vec<u8>,
     /// Bytes that the framer is done with.
     framed: usize,
+    echoes: u64,
 }
 
 impl Listener {
     fn new(accept_unchecked: bool) -> Self {
         let framer = Framer::new(Options { accept_unchecked });
-        Self { framer, inputs: Vec::new(), bytes: Vec::new(), framed: 0 }
+        Self { framer, inputs: Vec::new(), bytes: Vec::new(), framed: 0, echoes: 0 }
     }
 
     /// Listens for `time`, or until something good has come: where in the bytes that begins.
@@ -116,6 +119,7 @@ impl Listener {
             let step = self.framer.next(&self.bytes[self.framed..], false);
             self.framed += step.consumed;
             match step.item? {
+                Frame::Sentence(sentence) if QUESTION.strip_suffix(b"\r\n") == Some(sentence.raw) => self.echoes += 1,
                 Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => return Some(sentence.offset),
                 Frame::Packet(packet) => return Some(packet.offset),
                 Frame::Sentence(_) | Frame::Bad(_) => {}
@@ -124,7 +128,8 @@ impl Listener {
     }
 
     fn heard(self, found_at: Option<u64>) -> Heard {
-        let Some(found_at) = found_at else { return Heard { before: self.inputs, sensor: None } };
+        let echoes = self.echoes;
+        let Some(found_at) = found_at else { return Heard { before: self.inputs, sensor: None, echoes } };
         let (mut before, mut sensor) = (Vec::new(), Vec::new());
         let mut left = usize::try_from(found_at).unwrap_or(usize::MAX);
         for input in self.inputs {
@@ -141,7 +146,7 @@ impl Listener {
                 Input::Chunk(_) | Input::Link(_) => sensor.push(input),
             }
         }
-        Heard { before, sensor: Some(sensor) }
+        Heard { before, sensor: Some(sensor), echoes }
     }
 }
 
@@ -182,6 +187,17 @@ mod tests {
         let heard = heard(&["\u{7f}junk*00\r\n$VN", "YMR,-0$VNRRG,01,VN", "-100S-CR*35\r\n"]);
         assert_eq!(heard.before, [chunk("\u{7f}junk*00\r\n$VN"), chunk("YMR,-0")]);
         assert_eq!(heard.sensor, Some(vec![chunk("$VNRRG,01,VN"), chunk("-100S-CR*35\r\n")]));
+    }
+
+    #[test]
+    fn the_question_that_comes_back_is_no_sensor_and_the_answer_behind_it_is() {
+        let echo = "$VNRRG,01*72\r\n";
+        let nobody = heard(&["$VNRRG,", "01*72\r\n", echo]);
+        assert_eq!((nobody.before.len(), nobody.sensor, nobody.echoes), (3, None, 2));
+        let answer = "$VNRRG,01,VN-100S-CR*35\r\n";
+        let answered = heard(&[echo, answer]);
+        assert_eq!(answered.before, [chunk(echo)]);
+        assert_eq!((answered.sensor, answered.echoes), (Some(vec![chunk(answer)]), 1));
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
-    iter,
     time::Duration,
 };
 
@@ -102,6 +101,8 @@ pub(crate) enum Consequence {
     Absent,
     /// The sensor has restarted by itself: why.
     Restarted(DeviceError),
+    /// The sensor refused what nobody here asked for. Errors that only ever come unasked are known as such in the stream itself.
+    Unasked(DeviceError),
 }
 
 impl Conversation {
@@ -175,15 +176,22 @@ impl Conversation {
     }
 
     /// Takes an answer, or an error that the sensor told unasked.
-    pub(crate) fn take_reply(&mut self, reply: &Reply, now: Duration) -> Option<Consequence> {
+    pub(crate) fn take_reply(&mut self, reply: &Reply, now: Duration) -> Vec<Consequence> {
         self.session.handle_reply(reply, now);
-        let restart = |error: &DeviceError| matches!(error, DeviceError::HardFault | DeviceError::WatchdogReset);
-        if let Some(error) = iter::from_fn(|| self.session.poll_notice()).filter(restart).last() {
-            // a sensor that restarts sends again
-            self.paused = false;
-            return Some(Consequence::Restarted(error));
+        let mut consequences = Vec::new();
+        while let Some(error) = self.session.poll_notice() {
+            match error {
+                DeviceError::HardFault | DeviceError::WatchdogReset => {
+                    // a sensor that restarts sends again
+                    self.paused = false;
+                    consequences.push(Consequence::Restarted(error));
+                }
+                _ if error.is_unasked() => {}
+                _ => consequences.push(Consequence::Unasked(error)),
+            }
         }
-        self.settle()
+        consequences.extend(self.settle());
+        consequences
     }
 
     /// Takes the time.
@@ -294,7 +302,7 @@ mod tests {
         assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
         let (sender, mut answered) = oneshot::channel();
         conversation.ask(Request { command: Command::ReadRegister(Register::IMU), answer: Some(sender) });
-        assert_eq!(conversation.take_reply(&register(Register::ASYNC_RATE, "40"), s(0)), None);
+        assert_eq!(conversation.take_reply(&register(Register::ASYNC_RATE, "40"), s(0)), []);
         assert_eq!(conversation.next_line(s(0), None).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
         conversation.take_reply(&register(Register::IMU, "+21.6"), s(0));
         let Ok(Answer::Register(contents)) = answered.try_recv().unwrap() else { panic!("no answer") };
@@ -320,5 +328,15 @@ mod tests {
             lines += u32::from(conversation.next_line(now, None).is_some());
         }
         assert_eq!((lines, now), (2, READ_EVERY + Duration::from_millis(1500)), "two more attempts of one read");
+    }
+
+    #[test]
+    fn what_nobody_asked_for_is_passed_on() {
+        // a link that only listens has asked for nothing
+        let mut conversation = Conversation::new(true, None);
+        let mut told = |error| conversation.take_reply(&Reply::Error(error), s(0));
+        assert_eq!(told(DeviceError::InvalidCommand), [Consequence::Unasked(DeviceError::InvalidCommand)]);
+        assert_eq!(told(DeviceError::HardFault), [Consequence::Restarted(DeviceError::HardFault)]);
+        assert_eq!(told(DeviceError::OutputBufferOverflow), [], "the stream tells of it");
     }
 }

@@ -4,7 +4,7 @@ use std::{fmt, io, sync::Arc};
 
 use vn100_protocol::{Layout, PrintFormat, RegisterContents, Tally};
 
-use crate::{csv::OddRowCounts, source::LinkEvent};
+use crate::{csv::OddRowCounts, source::LinkEvent, unasked_errors::UnaskedErrors};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -121,6 +121,10 @@ pub struct LinkCounts {
     pub probed_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
+    /// Questions of the host that the line brought back; part of the tally's replies, and no answers.
+    pub echoes: u64,
+    /// Errors that the sensor told without having been asked anything they answer.
+    pub unasked_errors: UnaskedErrors,
     /// How often the link came up; 0 for a capture that has no link.
     pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.
@@ -146,6 +150,12 @@ impl LinkCounts {
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.tally.skipped_bytes + self.probed_bytes
+    }
+
+    /// What the sensor said to commands, or of an error.
+    #[must_use]
+    pub fn answers(&self) -> u64 {
+        self.tally.replies - self.echoes
     }
 
     /// Good sentences that are neither samples of this stream nor replies.

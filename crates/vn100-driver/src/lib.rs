@@ -82,6 +82,7 @@ mod source;
 mod tcp;
 mod timing;
 mod trouble;
+mod unasked_errors;
 
 pub use autobaud::BAUD_RATES;
 pub use capture::{Capture, OpenError};
@@ -107,4 +108,5 @@ pub use recording::{
 pub use serial::{SerialConnection, SerialPorts};
 pub use source::{Chunk, Input, LinkEvent, LinkEventKind, ReaderSource, Source};
 pub use tcp::{TcpConnection, TcpServer};
+pub use unasked_errors::UnaskedErrors;
 pub use vn100_protocol as protocol;

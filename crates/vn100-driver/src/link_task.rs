@@ -1,5 +1,7 @@
 //! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
 
+mod find;
+
 use std::{convert::Infallible, io, pin::pin, time::Duration};
 
 use tokio::{
@@ -8,10 +10,9 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{BaudRate, Register};
+use vn100_protocol::BaudRate;
 
 use crate::{
-    autobaud::{BAUD_RATES, Trial, drain},
     back_off::BackOff,
     connect::{Connect, Connection},
     conversation::{Consequence, Conversation, Request},
@@ -19,7 +20,6 @@ use crate::{
     link::{LinkOptions, LinkState, Up},
     link_output::{LinkOutput, NobodyListens},
     output_plan::Change,
-    set_again::set_again,
     source::{Input, LinkEvent, LinkEventKind, Source},
     trouble::Trouble,
 };
@@ -29,9 +29,6 @@ const FIRST_SWEEPS: u32 = 2;
 
 /// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
 const SILENCE: Duration = Duration::from_secs(10);
-
-/// Makes the sensor send again.
-const RESUME: &[u8] = b"$VNASY,1*4E\r\n";
 
 pub(crate) struct LinkTask<C> {
     connect: C,
@@ -123,112 +120,6 @@ impl<C: Connect> LinkTask<C> {
                 return stopped;
             }
         }
-    }
-
-    /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on. A sensor that comes
-    /// `back` is set as it was.
-    async fn find(&mut self, back: bool) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
-        self.state.send_replace(LinkState::Opening);
-        let rates = self.rates();
-        let first = rates.first().copied().flatten().unwrap_or_default();
-        let opened = self.stop.run_until_cancelled(self.connect.open(first)).await;
-        let mut connection = opened.ok_or(Trouble::Stopped)??;
-        let mut found = self.sweep(&mut connection, &rates).await;
-        if let Ok((_, held)) = &mut found
-            && back
-            && let Err(trouble) = self.set_again(&mut connection, held).await
-        {
-            found = Err(trouble);
-        }
-        match found {
-            Ok((baud, held)) => {
-                self.last_baud = baud;
-                let up = Up {
-                    port: connection.name().to_owned(),
-                    baud,
-                    since_ns: self.connect.now_ns(),
-                    latency_timer_ms: connection.latency_timer().map(|timer| timer.ms),
-                };
-                Ok((connection, up, held))
-            }
-            Err(trouble) => {
-                connection.close().await;
-                Err(trouble)
-            }
-        }
-    }
-
-    /// Sets a sensor that is back as it was; what it sent before that is no part of the measurement.
-    async fn set_again(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
-        let changes = self.keep.iter().filter(|change| change.register != Register::BAUD_RATE);
-        let changes: Vec<_> = changes.cloned().collect();
-        if changes.is_empty() {
-            return Ok(());
-        }
-        let set = self.stop.run_until_cancelled(set_again(connection, &changes, held)).await;
-        self.set_aside(std::mem::take(held)).await?;
-        let Some(set) = set else {
-            // its output may be paused; whoever stops has no more use for the answer
-            connection.write(RESUME).await?;
-            return Err(Trouble::Stopped);
-        };
-        set
-    }
-
-    /// The speeds to try, in order; one that is none where the link has none.
-    fn rates(&self) -> Vec<Option<u32>> {
-        if !C::HAS_BAUD {
-            return vec![None];
-        }
-        if self.fixed_baud.is_some() {
-            return vec![self.fixed_baud];
-        }
-        let others = BAUD_RATES.into_iter().map(Some).filter(|baud| *baud != self.last_baud);
-        self.last_baud.map(Some).into_iter().chain(others).collect()
-    }
-
-    async fn sweep(
-        &mut self,
-        connection: &mut C::Connection,
-        rates: &[Option<u32>],
-    ) -> Result<(Option<u32>, Vec<Input>), Trouble> {
-        let mut tried = Vec::new();
-        let mut bytes = 0;
-        for (index, &baud) in rates.iter().enumerate() {
-            if index > 0
-                && let Some(baud) = baud
-            {
-                // a speed that this port does not have is not the one it is used at
-                if connection.set_baud(baud).is_err() {
-                    continue;
-                }
-                bytes += self.set_aside(drain(connection).await?).await?;
-            }
-            tried.extend(baud);
-            self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
-            let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
-            let heard = self.stop.run_until_cancelled(trial.run(connection)).await.ok_or(Trouble::Stopped)??;
-            bytes += self.set_aside(heard.before).await?;
-            if let Some(inputs) = heard.sensor {
-                return Ok((baud, inputs));
-            }
-        }
-        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes })
-    }
-
-    /// Takes what came before the sensor was heard: how many bytes.
-    async fn set_aside(&mut self, inputs: Vec<Input>) -> Result<u64, NobodyListens> {
-        let mut bytes = 0;
-        for input in inputs {
-            match input {
-                Input::Chunk(chunk) => bytes += chunk.bytes.len() as u64,
-                Input::Link(event) => self.tell(event.kind).await?,
-            }
-        }
-        if bytes > 0 {
-            self.tell(LinkEventKind::Probed { bytes }).await?;
-        }
-        Ok(bytes)
     }
 
     async fn tell(&mut self, kind: LinkEventKind) -> Result<(), NobodyListens> {
@@ -332,6 +223,7 @@ impl<C: Connect> LinkTask<C> {
                     Consequence::Baud(baud) => self.change_baud(connection, &mut up, baud)?,
                     Consequence::Absent if silent_since.is_some() => return Err(Trouble::Silent),
                     Consequence::Absent => {}
+                    Consequence::Unasked(error) => self.tell(LinkEventKind::UnaskedError { error }).await?,
                     Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
                     Consequence::Restarted(error) => {
                         self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;

@@ -147,6 +147,7 @@ impl Parser {
             LinkEventKind::Down { .. } => self.cut(),
             LinkEventKind::Probed { bytes } => link.probed_bytes += bytes,
             LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
+            LinkEventKind::UnaskedError { error } => link.unasked_errors.count(*error),
         }
     }
 
@@ -207,11 +208,16 @@ impl Stream {
     }
 
     fn put_reply(&mut self, sentence: &Sentence<'_>) {
-        // one that says nothing, as a command that comes back on a line that echoes, is in the tally
+        // one that says nothing is in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
-        if let Reply::Register(contents) | Reply::Written(contents) = &reply {
-            let before_row = self.row();
-            self.open.registers.push(RegisterValue::new(contents, before_row));
+        match &reply {
+            Reply::Register(contents) | Reply::Written(contents) => {
+                let before_row = self.row();
+                self.open.registers.push(RegisterValue::new(contents, before_row));
+            }
+            Reply::Question(_) => self.link.echoes += 1,
+            Reply::Error(error) if error.is_unasked() => self.link.unasked_errors.count(*error),
+            Reply::Error(_) | Reply::Echo(_) => {}
         }
         if let Some(replies) = &mut self.replies {
             replies.push(reply);

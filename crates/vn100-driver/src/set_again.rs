@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
-use vn100_protocol::{Check, Command, Frame, Framer, Options, Reply, Session};
+use vn100_protocol::{Check, Command, Frame, Framer, Options, Register, Reply, Session};
 
 use crate::{
     connect::Connection,
@@ -24,11 +24,13 @@ pub(crate) async fn set_again(
     let mut session = Session::new(Check::Xor8);
     let writes =
         changes.iter().map(|change| Command::WriteRegister { register: change.register, fields: change.after.clone() });
-    for command in [Command::Async(false)].into_iter().chain(writes).chain([Command::Async(true)]) {
+    // a question first: where it comes back the session knows the echo of a write from its answer
+    let begin = [Command::ReadRegister(Register::MODEL), Command::Async(false)];
+    for command in begin.into_iter().chain(writes).chain([Command::Async(true)]) {
         // there are fewer registers to change than a session takes requests
         let _ = session.submit(command);
     }
-    let mut left = changes.len() + 2;
+    let mut left = changes.len() + 3;
     let mut failure = None;
     let mut framer = Framer::new(Options::default());
     let mut unframed = Vec::new();

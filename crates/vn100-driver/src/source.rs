@@ -8,6 +8,7 @@ use std::{
 
 use bytes::{Bytes, BytesMut};
 use tokio::sync::mpsc;
+use vn100_protocol::DeviceError;
 
 use crate::clock::Clock;
 
@@ -78,6 +79,12 @@ pub enum LinkEventKind {
     Overrun {
         /// How many.
         bytes: u64,
+    },
+    /// The sensor refused a command that did not come from here. Errors that it never tells but unasked stand in the stream and have no
+    /// such event.
+    UnaskedError {
+        /// What it said.
+        error: DeviceError,
     },
 }
 

@@ -5,7 +5,7 @@ use std::io;
 use thiserror::Error;
 use vn100_protocol::{DeviceError, RequestFailure};
 
-use crate::{connect_error::ConnectError, link_output::NobodyListens};
+use crate::{autobaud::QUESTION, connect_error::ConnectError, link_output::NobodyListens};
 
 /// Why a link does not go on.
 #[derive(Debug, Error)]
@@ -18,8 +18,8 @@ pub(crate) enum Trouble {
     Refused(#[from] ConnectError),
     #[error("the link was lost: {0}")]
     Lost(#[from] io::Error),
-    #[error("no sensor is heard on {port}{}: {}; check the cable, the power of the sensor and --baud", at_speeds(tried), heard_instead(*bytes))]
-    Unheard { port: String, tried: Vec<u32>, bytes: u64 },
+    #[error("no sensor is heard on {port}{}: {}; {}", at_speeds(tried), heard_instead(*bytes, *echoes), advice(tried, *echoes))]
+    Unheard { port: String, tried: Vec<u32>, bytes: u64, echoes: u64 },
     #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
     Garbled { bytes: u64, ms: u128 },
     #[error("the other end closed the link")]
@@ -48,9 +48,22 @@ fn at_speeds(tried: &[u32]) -> String {
     }
 }
 
-fn heard_instead(bytes: u64) -> String {
-    match bytes {
-        0 => "nothing came".into(),
-        bytes => format!("{bytes} bytes came and none of them made a good line"),
+/// `bytes` of which `echoes` copies of the question are a part.
+fn heard_instead(bytes: u64, echoes: u64) -> String {
+    let others = bytes.saturating_sub(echoes * QUESTION.len() as u64);
+    match (echoes, others) {
+        (0, 0) => "nothing came".into(),
+        (0, bytes) => format!("{bytes} bytes came and none of them made a good line"),
+        (_, 0) => "the line echoes, and nothing came but what was sent".into(),
+        (_, bytes) => format!("the line echoes, and {bytes} bytes that were not sent made no good line"),
+    }
+}
+
+fn advice(tried: &[u32], echoes: u64) -> &'static str {
+    match (echoes, tried) {
+        (1.., _) => "take a loopback plug off; on RS-485 check the wires and the power of the sensor",
+        // the server at the other end has set the speed
+        (0, []) => "check the cable and the power of the sensor, and the speed that the server is set to",
+        (0, _) => "check the cable, the power of the sensor and --baud",
     }
 }

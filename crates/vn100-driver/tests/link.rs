@@ -8,8 +8,8 @@ use std::time::Duration;
 use support::{LINE, Sensor};
 use tokio::sync::mpsc;
 use vn100_driver::{
-    BAUD_RATES, Change, CommandError, Input, LinkEventKind, LinkOptions, LinkState,
-    protocol::{Answer, AsyncRate, BaudRate, Command, Fields, Register, RequestFailure},
+    BAUD_RATES, Change, Input, LinkEventKind, LinkOptions, LinkState,
+    protocol::{Fields, Register},
 };
 
 /// Both rates, with a speed that carries them.
@@ -97,78 +97,6 @@ async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_sensor_is_identified_while_it_streams() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let first = sensor.world().lines;
-    link.run(ms(6000)).await;
-    let told = link.stop().await;
-    let expected = [(7, "40"), (6, "14"), (1, "VN-100S-CR"), (5, "115200")];
-    let expected: Vec<_> = expected.into_iter().map(|(register, fields)| (register, fields.to_owned())).collect();
-    assert_eq!(told.registers, expected);
-    assert_eq!(told.counts.tally.replies, 24, "the others do not exist, and the sensor says so");
-    assert!(told.rows >= first + 239, "samples flow meanwhile");
-}
-
-#[tokio::test(start_paused = true)]
-async fn requests_are_answered_between_the_lines() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let handle = link.handle.clone();
-    let asked = tokio::spawn(async move {
-        let read = handle.read(Register::ASYNC_RATE).await;
-        let refused = handle.request(Command::ReadRegister(Register(99))).await;
-        let absent = handle.read(Register(99)).await;
-        let written = handle.request(Command::write(&AsyncRate::new(50).unwrap())).await;
-        (read, refused, absent, written)
-    });
-    link.run(ms(2000)).await;
-    let (read, refused, absent, written) = asked.await.unwrap();
-    let Ok(Answer::Register(written)) = written else { panic!("{written:?}") };
-    assert_eq!((read.unwrap().unwrap().fields.as_str(), written.fields.as_str()), ("40", "50"));
-    let text = refused.unwrap_err().to_string();
-    assert!(text.starts_with("the sensor refused $VNRRG,99*73 with VNERR 08: "), "{text}");
-    assert_eq!(absent, Ok(None));
-    // a lost link answers at once: what was under way, and what comes then
-    link.run(ms(4000)).await;
-    sensor.world().answers = false;
-    let handle = link.handle.clone();
-    let asked = tokio::spawn(async move { handle.read(Register::ASYNC_RATE).await });
-    link.run(ms(30)).await;
-    sensor.world().cut_at = Some(LINE.len());
-    link.until_down().await;
-    let down = |attempts| {
-        let failure = RequestFailure::LinkDown { line: "$VNRRG,07*74".into(), attempts };
-        Err(CommandError::Failed(failure))
-    };
-    assert_eq!(asked.await.unwrap(), down(1));
-    assert_eq!(link.handle.read(Register::ASYNC_RATE).await, down(0));
-    // and no sample was lost by all that
-    let handle = link.handle.clone();
-    assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
-    assert_eq!(handle.read(Register::ASYNC_RATE).await, Err(CommandError::LinkClosed));
-}
-
-#[tokio::test(start_paused = true)]
-async fn the_link_follows_the_sensor_to_another_speed() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    link.run(ms(2000)).await;
-    let handle = link.handle.clone();
-    let asked = tokio::spawn(async move {
-        handle.request(Command::write(&BaudRate::new(921_600).unwrap())).await?;
-        handle.read(Register::BAUD_RATE).await
-    });
-    link.run(ms(1000)).await;
-    assert_eq!(asked.await.unwrap().unwrap().unwrap().fields.as_str(), "921600");
-    assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
-    assert_eq!(link.stop().await.counts.connects, 1);
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_restart_of_the_sensor_begins_a_new_segment() {
     for (rate_hz, baud) in RATES {
         let sensor = Sensor::new(baud, rate_hz);
@@ -185,21 +113,6 @@ async fn a_restart_of_the_sensor_begins_a_new_segment() {
         assert_eq!((told.counts.connects, sensor.world().opened.len()), (2, 1));
         assert_eq!(told.registers.len(), 8, "identified again");
     }
-}
-
-#[tokio::test(start_paused = true)]
-async fn the_temperature_is_read_between_the_lines() {
-    let sensor = Sensor::new(115_200, 40);
-    let reading =
-        "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
-    sensor.world().registers.insert(54, reading.into());
-    let poll_temperature = Some(ms(10_000));
-    let mut link = sensor.link(LinkOptions { poll_temperature, ..LinkOptions::default() });
-    link.until_up().await;
-    link.run(ms(31_000)).await;
-    let told = link.stop().await;
-    let readings = told.registers.iter().filter(|(register, fields)| *register == 54 && fields == reading);
-    assert_eq!(readings.count(), 3);
 }
 
 #[tokio::test(start_paused = true)]
@@ -251,30 +164,33 @@ fn slowed() -> Vec<Change> {
 
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_measured() {
-    let sensor = Sensor::new(115_200, 20);
-    let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
-    link.until_up().await;
-    let is_write = |(_, bytes): &(u32, Vec<u8>)| bytes.starts_with(b"$VNWRG");
-    assert!(!sensor.world().written.iter().any(is_write), "it is as it was left");
-    link.run(ms(2000)).await;
-    sensor.world().cut_at = Some(LINE.len());
-    link.until_down().await;
-    let rows = link.told.rows;
-    {
-        let mut world = sensor.world();
-        world.registers.insert(7, "40".into());
-        (world.period, world.plugged) = (ms(25), true);
+    for echoes in [false, true] {
+        let sensor = Sensor::new(115_200, 20);
+        sensor.world().echoes = echoes;
+        let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
+        link.until_up().await;
+        let is_write = |(_, bytes): &(u32, Vec<u8>)| bytes.starts_with(b"$VNWRG");
+        assert!(!sensor.world().written.iter().any(is_write), "it is as it was left");
+        link.run(ms(2000)).await;
+        sensor.world().cut_at = Some(LINE.len());
+        link.until_down().await;
+        let rows = link.told.rows;
+        {
+            let mut world = sensor.world();
+            world.registers.insert(7, "40".into());
+            (world.period, world.plugged) = (ms(25), true);
+        }
+        link.until_up().await;
+        {
+            let world = sensor.world();
+            assert_eq!((world.registers[&7].as_str(), world.streams), ("20", true));
+        }
+        assert_eq!(link.told.rows, rows, "what came before is no sample");
+        link.run(ms(2000)).await;
+        let told = link.stop().await;
+        assert!((39..=40).contains(&(told.rows - rows)), "{}", told.rows - rows);
+        assert_eq!(told.counts.bytes(), sensor.world().bytes);
     }
-    link.until_up().await;
-    {
-        let world = sensor.world();
-        assert_eq!((world.registers[&7].as_str(), world.streams), ("20", true));
-    }
-    assert_eq!(link.told.rows, rows, "what came before is no sample");
-    link.run(ms(2000)).await;
-    let told = link.stop().await;
-    assert!((39..=40).contains(&(told.rows - rows)), "{}", told.rows - rows);
-    assert_eq!(told.counts.bytes(), sensor.world().bytes);
 }
 
 #[tokio::test(start_paused = true)]
@@ -356,6 +272,33 @@ async fn a_sensor_that_changes_its_speed_unasked_is_found_at_the_new_one() {
         let world = sensor.world();
         assert_eq!((told.rows, told.counts.bytes()), (world.lines, world.bytes));
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_boots_is_waited_for_at_the_first_speed() {
+    let asked_elsewhere = |sensor: &Sensor| sensor.world().written.iter().any(|(baud, _)| *baud != 115_200);
+    let sensor = Sensor::new(115_200, 40);
+    let boots = |boots: bool| (sensor.world().streams, sensor.world().answers) = (!boots, !boots);
+    boots(true);
+    let mut link = sensor.link(LinkOptions::default());
+    for plugged in [true, false] {
+        if !plugged {
+            sensor.world().cut_at = Some(LINE.len());
+            link.until_down().await;
+            boots(true);
+            sensor.world().plugged = true;
+        }
+        link.run(ms(1300)).await;
+        boots(false);
+        link.until_up().await;
+        assert!(!asked_elsewhere(&sensor));
+        link.run(ms(1000)).await;
+    }
+    // where something comes it is not booting
+    let sensor = Sensor::new(921_600, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    assert!(link.told.link.last().unwrap().0 < 1000, "{:?}", link.told.link);
 }
 
 #[tokio::test(start_paused = true)]

@@ -254,6 +254,8 @@ fn any_input() -> impl Strategy<Value = Input> {
         1 => (any::<i64>(), any::<String>()).prop_map(|(at_ns, cause)| link(at_ns, LinkEventKind::Down { cause })),
         1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Probed { bytes })),
         1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Overrun { bytes })),
+        1 => (any::<i64>(), any::<u8>())
+            .prop_map(|(at_ns, code)| link(at_ns, LinkEventKind::UnaskedError { error: DeviceError::from_code(code) })),
     ]
 }
 

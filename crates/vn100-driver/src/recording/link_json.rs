@@ -1,6 +1,7 @@
 //! What befell the link, as the JSON objects of `/vn100/link`.
 
 use serde_json::{Value, json};
+use vn100_protocol::DeviceError;
 
 use crate::source::{LinkEvent, LinkEventKind};
 
@@ -11,6 +12,7 @@ pub(super) fn to_json(kind: &LinkEventKind) -> Vec<u8> {
         LinkEventKind::Down { cause } => json!({ "event": "down", "cause": cause }),
         LinkEventKind::Probed { bytes } => json!({ "event": "probed", "bytes": bytes }),
         LinkEventKind::Overrun { bytes } => json!({ "event": "overrun", "bytes": bytes }),
+        LinkEventKind::UnaskedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
     };
     object.to_string().into_bytes()
 }
@@ -31,6 +33,10 @@ pub(super) fn from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
         "down" => LinkEventKind::Down { cause: text("cause")? },
         "probed" => LinkEventKind::Probed { bytes: bytes()? },
         "overrun" => LinkEventKind::Overrun { bytes: bytes()? },
+        "unasked-error" => {
+            let code = object.get("code")?.as_u64()?.try_into().ok()?;
+            LinkEventKind::UnaskedError { error: DeviceError::from_code(code) }
+        }
         _ => return None,
     };
     Some(LinkEvent { at_ns, kind })
@@ -51,6 +57,10 @@ mod tests {
             (LinkEventKind::Down { cause: "\"gone\"".into() }, r#"{"cause":"\"gone\"","event":"down"}"#),
             (LinkEventKind::Probed { bytes: u64::MAX }, r#"{"bytes":18446744073709551615,"event":"probed"}"#),
             (LinkEventKind::Overrun { bytes: 1 }, r#"{"bytes":1,"event":"overrun"}"#),
+            (
+                LinkEventKind::UnaskedError { error: DeviceError::InvalidCommand },
+                r#"{"code":4,"event":"unasked-error"}"#,
+            ),
         ];
         for (kind, object) in objects {
             assert_eq!(to_json(&kind), object.as_bytes());
@@ -67,6 +77,7 @@ mod tests {
             r#"{"event":"sideways"}"#,
             r#"{"event":"up","port":"COM3","baud":-1}"#,
             r#"{"event":"probed"}"#,
+            r#"{"event":"unasked-error","code":256}"#,
         ] {
             assert_eq!(from_json(0, object.as_bytes()), None, "{object}");
         }

@@ -54,6 +54,8 @@ pub(crate) struct World {
     pub(crate) forgets: Option<u8>,
     /// Whether it answers.
     pub(crate) answers: bool,
+    /// Whether the line hands back what is written.
+    pub(crate) echoes: bool,
     /// What it says next by itself.
     pub(crate) says: Option<&'static str>,
     /// Bytes handed out.
@@ -127,6 +129,7 @@ impl Sensor {
             read_only: None,
             forgets: None,
             answers: true,
+            echoes: false,
             says: None,
             opened: Vec::new(),
             bytes: 0,
@@ -159,7 +162,13 @@ impl Connect for Sensor {
         if !plugged {
             return Err(ConnectError::NotFound { port: self.name(), baud, candidates: Vec::new() });
         }
-        Ok(Port { sensor: self.clone(), baud, next_line: Instant::now() + world.period / 2, replies: VecDeque::new() })
+        Ok(Port {
+            sensor: self.clone(),
+            baud,
+            next_line: Instant::now() + world.period / 2,
+            echoes: VecDeque::new(),
+            replies: VecDeque::new(),
+        })
     }
 
     fn now_ns(&self) -> i64 {
@@ -176,6 +185,7 @@ pub(crate) struct Port {
     sensor: Sensor,
     baud: u32,
     next_line: Instant,
+    echoes: VecDeque<Vec<u8>>,
     replies: VecDeque<(Instant, String)>,
 }
 
@@ -186,6 +196,9 @@ impl Port {
         let mut world = self.sensor.world();
         if !world.plugged {
             return Some(Err(io::ErrorKind::BrokenPipe.into()));
+        }
+        if let Some(echo) = self.echoes.pop_front() {
+            return Some(Ok(echo));
         }
         if self.replies.front().is_some_and(|(at, _)| *at <= now) {
             return self.replies.pop_front().map(|(_, reply)| Ok(world.carry_out(&reply)));
@@ -242,6 +255,9 @@ impl Connection for Port {
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut world = self.sensor.world();
         world.written.push((self.baud, bytes.to_vec()));
+        if world.echoes {
+            self.echoes.push_back(bytes.to_vec());
+        }
         let text = String::from_utf8(bytes.to_vec()).unwrap();
         let body = text.strip_prefix('$').and_then(|text| text.split_once('*')).unwrap().0;
         if world.baud == self.baud && world.answers {
@@ -325,7 +341,8 @@ impl Link {
                 self.told.counts = batch.link;
                 self.told.registers.extend(batch.registers.into_iter().map(|value| (value.register, value.fields)));
                 let tally = batch.link.tally;
-                let told = batch.link.samples() + tally.replies + batch.link.other_messages();
+                let told =
+                    batch.link.samples() + batch.link.answers() + batch.link.echoes + batch.link.other_messages();
                 assert_eq!(tally.good_lines(), told);
                 false
             }

@@ -1,0 +1,189 @@
+//! What is asked of a scripted sensor over a live link, and what it answers between its lines, also where the line echoes.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::time::Duration;
+
+use support::{LINE, QUESTION, Sensor};
+use vn100_driver::{
+    BAUD_RATES, CommandError, LinkEventKind, LinkOptions, LinkState, OutputSettings,
+    protocol::{Answer, AsyncRate, BaudRate, Command, DeviceError, Register, RequestFailure},
+};
+
+const fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_sensor_is_identified_while_it_streams() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let first = sensor.world().lines;
+    link.run(ms(6000)).await;
+    let told = link.stop().await;
+    let expected = [(7, "40"), (6, "14"), (1, "VN-100S-CR"), (5, "115200")];
+    let expected: Vec<_> = expected.into_iter().map(|(register, fields)| (register, fields.to_owned())).collect();
+    assert_eq!(told.registers, expected);
+    assert_eq!(told.counts.tally.replies, 24, "the others do not exist, and the sensor says so");
+    assert!(told.rows >= first + 239, "samples flow meanwhile");
+}
+
+#[tokio::test(start_paused = true)]
+async fn requests_are_answered_between_the_lines() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move {
+        let read = handle.read(Register::ASYNC_RATE).await;
+        let refused = handle.request(Command::ReadRegister(Register(99))).await;
+        let absent = handle.read(Register(99)).await;
+        let written = handle.request(Command::write(&AsyncRate::new(50).unwrap())).await;
+        (read, refused, absent, written)
+    });
+    link.run(ms(2000)).await;
+    let (read, refused, absent, written) = asked.await.unwrap();
+    let Ok(Answer::Register(written)) = written else { panic!("{written:?}") };
+    assert_eq!((read.unwrap().unwrap().fields.as_str(), written.fields.as_str()), ("40", "50"));
+    let text = refused.unwrap_err().to_string();
+    assert!(text.starts_with("the sensor refused $VNRRG,99*73 with VNERR 08: "), "{text}");
+    assert_eq!(absent, Ok(None));
+    // a lost link answers at once: what was under way, and what comes then
+    link.run(ms(4000)).await;
+    sensor.world().answers = false;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move { handle.read(Register::ASYNC_RATE).await });
+    link.run(ms(30)).await;
+    sensor.world().cut_at = Some(LINE.len());
+    link.until_down().await;
+    let down = |attempts| {
+        let failure = RequestFailure::LinkDown { line: "$VNRRG,07*74".into(), attempts };
+        Err(CommandError::Failed(failure))
+    };
+    assert_eq!(asked.await.unwrap(), down(1));
+    assert_eq!(link.handle.read(Register::ASYNC_RATE).await, down(0));
+    // and no sample was lost by all that
+    let handle = link.handle.clone();
+    assert_eq!(link.stop().await.rows, sensor.world().lines + 1);
+    assert_eq!(handle.read(Register::ASYNC_RATE).await, Err(CommandError::LinkClosed));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_link_follows_the_sensor_to_another_speed() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(2000)).await;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move {
+        handle.request(Command::write(&BaudRate::new(921_600).unwrap())).await?;
+        handle.read(Register::BAUD_RATE).await
+    });
+    link.run(ms(1000)).await;
+    assert_eq!(asked.await.unwrap().unwrap().unwrap().fields.as_str(), "921600");
+    assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.baud == Some(921_600)));
+    assert_eq!(link.stop().await.counts.connects, 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_temperature_is_read_between_the_lines() {
+    let sensor = Sensor::new(115_200, 40);
+    let reading =
+        "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
+    sensor.world().registers.insert(54, reading.into());
+    let poll_temperature = Some(ms(10_000));
+    let mut link = sensor.link(LinkOptions { poll_temperature, ..LinkOptions::default() });
+    link.until_up().await;
+    link.run(ms(31_000)).await;
+    let told = link.stop().await;
+    let readings = told.registers.iter().filter(|(register, fields)| *register == 54 && fields == reading);
+    assert_eq!(readings.count(), 3);
+}
+
+/// A sensor on a line that hands back what is written, as RS-485 over two wires does.
+fn echoing(baud: u32) -> Sensor {
+    let sensor = Sensor::new(baud, 40);
+    sensor.world().echoes = true;
+    sensor
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_only_echoes_has_no_sensor_on_it() {
+    let sensor = echoing(115_200);
+    (sensor.world().streams, sensor.world().answers) = (false, false);
+    let told = sensor.link(LinkOptions::default()).end().await;
+    let expected = "no sensor is heard on /dev/imu at 9 speeds: the line echoes, and nothing came but what was sent; take a loopback \
+                    plug off; on RS-485 check the wires and the power of the sensor";
+    assert_eq!(told.error.as_deref(), Some(expected));
+    assert_eq!(told.counts.connects, 0);
+    let asked = sensor.world().written.iter().filter(|(_, bytes)| bytes == QUESTION).count() as u64;
+    assert_eq!(told.counts.probed_bytes, asked * QUESTION.len() as u64);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_behind_a_line_that_echoes_is_found_and_asked() {
+    for baud in BAUD_RATES {
+        let sensor = echoing(baud);
+        sensor.world().streams = false;
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        sensor.world().streams = true;
+        link.run(ms(6000)).await;
+        let told = link.stop().await;
+        assert_eq!(told.registers.iter().filter(|(register, _)| *register == 7).count(), 1);
+        // the answer to the search, and those to the identification
+        assert_eq!((told.counts.echoes, told.counts.answers()), (24, 25), "at {baud}");
+        assert_eq!(told.counts.unasked_errors.iter().count(), 0);
+        assert_eq!(told.rows, sensor.world().lines);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_written_over_a_line_that_echoes_counts_when_the_sensor_has_answered() {
+    let sensor = echoing(115_200);
+    let told = [(30, "0,0,0,0,1,0,1"), (85, "0,4,4,4,0,0,3,3,3,0")];
+    sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
+    // it answers what it does not do
+    sensor.world().read_only = Some(85);
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(1000)).await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let stop = tokio_util::sync::CancellationToken::new();
+        let set = |rate_hz, window| OutputSettings { rate_hz, window, ..OutputSettings::default() };
+        let taken = vn100_driver::configure(&handle, &set(Some(20), None), &stop).await.unwrap();
+        let refused = vn100_driver::configure(&handle, &set(None, Some(40)), &stop).await.unwrap_err();
+        (taken.rate_is_kept(), refused.to_string())
+    });
+    link.run(ms(8000)).await;
+    let (is_kept, refused) = work.await.unwrap();
+    assert!(is_kept);
+    assert!(refused.starts_with("the sensor refused $VNWRG,85,"), "the write, not what is asked behind it: {refused}");
+    let world = sensor.world();
+    assert_eq!((world.registers[&7].as_str(), world.streams), ("20", true));
+}
+
+#[tokio::test(start_paused = true)]
+async fn errors_that_nobody_asked_for_are_counted() {
+    use DeviceError::{InvalidCommand, OutputBufferOverflow};
+    for listen_only in [false, true] {
+        let sensor = Sensor::new(115_200, 40);
+        let mut link = sensor.link(LinkOptions { listen_only, ..LinkOptions::default() });
+        link.until_up().await;
+        link.run(ms(7000)).await;
+        assert_eq!(link.told.counts.unasked_errors.iter().count(), 0, "what is asked and refused is none");
+        for says in ["VNERR,0B", "VNERR,04", "VNERR,0B"] {
+            sensor.world().says = Some(says);
+            link.run(ms(100)).await;
+        }
+        let told = link.stop().await;
+        let errors: Vec<_> = told.counts.unasked_errors.iter().collect();
+        assert_eq!(errors, [(InvalidCommand, 1), (OutputBufferOverflow, 2)]);
+        let events = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::UnaskedError { .. }));
+        assert_eq!(events.count(), 1, "of what the stream cannot tell");
+        assert_eq!(told.counts.connects, 1);
+    }
+}
