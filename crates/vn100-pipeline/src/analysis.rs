@@ -51,6 +51,8 @@ pub struct Analysis {
     rate_change: Option<RateChange>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
+    /// Whether the next sample goes on with the segment of the last one.
+    in_segment: bool,
     /// Bad lines since the last good one: each takes the place of a sample, once a good one follows.
     bad_lines_pending: u64,
     printed: Option<PrintFormat>,
@@ -91,6 +93,7 @@ impl Analysis {
             refused_before: None,
             rate_change: None,
             index: 0,
+            in_segment: false,
             bad_lines_pending: 0,
             printed: None,
             coarsest: PrintFormat::Current,
@@ -281,8 +284,9 @@ impl Analysis {
         if used == 0 {
             return;
         }
-        if self.timing.samples == 0 {
-            self.timing.segments = 1;
+        if !self.in_segment {
+            self.in_segment = true;
+            self.timing.segments += 1;
         }
         self.timing.samples += used as u64;
         let first_index = self.index - (rows - skipped) as u64;
@@ -395,9 +399,9 @@ impl Analysis {
         }
     }
 
-    /// `missing` is `None` where nobody knows.
+    /// The next sample begins another segment, if one comes. `missing` is `None` where nobody knows.
     fn break_segment(&mut self, missing: Option<u64>) {
-        self.timing.segments += 1;
+        self.in_segment = false;
         for channel in &mut self.channels {
             channel.gap(missing);
         }

@@ -204,6 +204,12 @@ fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
     let snapshot = analysis.snapshot();
     assert_eq!((snapshot.timing.samples, snapshot.timing.segments, snapshot.timing.missing), (4, 2, 0));
     assert_eq!(snapshot.channels[3].octaves[0].terms, 2, "one window on each side, none across");
+    // however often it is lost then, nothing follows that could be a segment
+    analysis.take_link_event(&down);
+    analysis.take_link_event(&down);
+    assert_eq!(analysis.snapshot().timing.segments, 2);
+    batches(&[Good(7)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    assert_eq!(analysis.snapshot().timing.segments, 3);
 }
 
 #[test]

@@ -41,6 +41,7 @@ impl Analysis {
         let timing = &mut self.timing;
         timing.left_out += timing.samples;
         (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
+        self.in_segment = false;
         self.repeats = Repeats::new();
         if let Some(layout) = self.layout.take() {
             self.begin(layout);
