@@ -1,5 +1,7 @@
 //! The JSON document of one capture, schema `vn100.analysis/1`: a contract with scripts.
 
+use std::collections::BTreeMap;
+
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
 use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
@@ -66,10 +68,14 @@ struct Link {
     bytes: u64,
     frames: u64,
     replies: u64,
+    /// Questions that the line brought back.
+    echoes: u64,
     other_messages: u64,
     binary_packets: u64,
     skipped_bytes: u64,
     overrun_bytes: u64,
+    /// Errors that the sensor told unasked: how often which code.
+    unasked_errors: BTreeMap<String, u64>,
     reconnects: u64,
     bad_frames: BadFrames,
 }
@@ -247,11 +253,17 @@ fn link(snapshot: &Snapshot) -> Link {
     Link {
         bytes: link.bytes(),
         frames: tally.good_lines(),
-        replies: tally.replies,
+        replies: link.answers(),
+        echoes: link.echoes,
         other_messages: link.other_messages(),
         binary_packets: tally.packets,
         skipped_bytes: link.skipped_bytes(),
         overrun_bytes: link.overrun_bytes,
+        unasked_errors: link
+            .unasked_errors
+            .iter()
+            .map(|(error, count)| (format!("{:02X}", error.code()), count))
+            .collect(),
         reconnects: link.connects.saturating_sub(1),
         bad_frames: BadFrames {
             checksum: tally.bad.checksum,

@@ -144,13 +144,19 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     }
     writeln!(
         out,
-        "  good lines {} ({} replies, {} other messages, {} left out)",
+        "  good lines {} ({} replies, {}{} other messages, {} left out)",
         tally.good_lines(),
-        tally.replies,
+        link.answers(),
+        echoes(link.echoes),
         link.other_messages(),
         timing.left_out
     )?;
     writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
+}
+
+/// Nothing on a line that does not echo.
+pub(crate) fn echoes(count: u64) -> String {
+    if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
 
 fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
     Arrival, Capture, Chunk, Event, Format, Input, LinkCounts, LinkEvent, LinkEventKind, OpenError, ReadOptions,
-    RecordingEnd, RecordingError, RecordingReader, RecordingWriter, Source, read_samples,
+    RecordingEnd, RecordingError, RecordingReader, RecordingWriter, Source, protocol::DeviceError, read_samples,
 };
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";

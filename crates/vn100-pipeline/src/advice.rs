@@ -1,5 +1,7 @@
 //! The warnings a snapshot deserves: what was seen, why it matters, what to try.
 
+mod unasked;
+
 use imu_noise::{NominalRate, Refusal, TimebaseSummary};
 use vn100_driver::OddRowCounts;
 use vn100_protocol::{Channel, Quantity, Tally};
@@ -27,6 +29,7 @@ pub(crate) struct Findings {
 pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> {
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
+    advice.warnings.extend(unasked::warnings(&snapshot.link.unasked_errors));
     advice.on_time(snapshot);
     advice.on_values(snapshot, findings);
     advice.on_message(snapshot);
@@ -322,11 +325,11 @@ fn no_valid_lines(snapshot: &Snapshot) -> Option<String> {
             reasons(&odd)
         ));
     }
-    if link.connects > 0 && tally.good_lines() > 0 && tally.good_lines() == tally.replies {
+    if link.connects > 0 && link.answers() > 0 && tally.good_lines() == tally.replies {
         return Some(format!(
             "{}, all of them answers: the sensor sends nothing by itself. `vn100 configure PORT --set-message VNYMR` makes it send, or \
              VNIMU for the uncompensated measurements",
-            lines(tally.good_lines())
+            lines(link.answers())
         ));
     }
     if tally.bytes() < ENOUGH_BYTES {

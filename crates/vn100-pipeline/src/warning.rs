@@ -12,6 +12,10 @@ pub enum WarningKind {
     NoValidLines,
     /// Good lines of another message are left out.
     OtherMessages,
+    /// The sensor has more to send than its line carries.
+    LinkBudget,
+    /// The sensor told errors that answer nothing it was asked.
+    DeviceErrors,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
     /// The sensor averages and sends fewer values than it takes: its white noise reads higher, or at short tau lower, than it is.
@@ -70,6 +74,8 @@ impl WarningKind {
             Self::RecordingFailed => "recording-failed",
             Self::NoValidLines => "no-valid-lines",
             Self::OtherMessages => "other-messages",
+            Self::LinkBudget => "link-budget",
+            Self::DeviceErrors => "device-errors",
             Self::CompensatedStream => "compensated-stream",
             Self::DecimatedStream => "decimated-stream",
             Self::RateAssumed => "rate-assumed",

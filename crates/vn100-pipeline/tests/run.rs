@@ -1,11 +1,18 @@
 //! The task around the analysis: what watchers see, what every second brings, how it ends. Time is paused.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
-use std::{io, sync::Arc};
+use std::{collections::VecDeque, io, sync::Arc};
 
 use tokio::{sync::mpsc, time};
-use vn100_driver::{Batch, End, Event, protocol::VNYMR};
-use vn100_pipeline::{Settings, every_second, start};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    Batch, Chunk, End, Event, Input, LinkEvent, LinkEventKind, ReadOptions, Source,
+    protocol::{DeviceError, VNYMR},
+    read_samples,
+};
+use vn100_pipeline::{Settings, WarningKind, every_second, start};
+
+const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
 fn rows(count: usize) -> Event {
     let layout = Arc::new(VNYMR.clone());
@@ -88,4 +95,34 @@ async fn a_measurement_obeys_while_it_runs() {
     let timing = measurement.outcome().await.unwrap().snapshot.timing;
     assert_eq!((timing.samples, timing.left_out), (8, 70));
     assert_eq!(controls.start_over().await, None, "nobody measures any more");
+}
+
+/// What a link delivered, one after the other.
+struct Script(VecDeque<Input>);
+
+impl Source for Script {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        Ok(self.0.pop_front())
+    }
+}
+
+#[tokio::test]
+async fn errors_that_the_sensor_tells_unasked_are_warnings_to_the_end() {
+    let read = |bytes: &[u8]| Input::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
+    let refused = LinkEventKind::UnaskedError { error: DeviceError::InvalidCommand };
+    let (full, restarted) = (read(b"$VNERR,0B*03\r\n"), read(b"$VNERR,01*70\r\n"));
+    // the last but one answers a question of another moment
+    let answer = read(b"$VNERR,08*79\r\n");
+    let link = Input::Link(LinkEvent { at_ns: 0, kind: refused });
+    let inputs = [read(LINE), full.clone(), full, restarted, link, answer, read(LINE)];
+    let events = read_samples(Script(inputs.into()), ReadOptions::default(), CancellationToken::new());
+    let snapshot = start(events, Settings::default(), None).outcome().await.unwrap().snapshot;
+    let told: Vec<_> = (snapshot.warnings.iter())
+        .filter(|warning| matches!(warning.kind, WarningKind::LinkBudget | WarningKind::DeviceErrors))
+        .map(ToString::to_string)
+        .collect();
+    let [fault, refused, full] = &told[..] else { panic!("{told:?}") };
+    assert!(fault.contains("unasked, 1 time, VNERR 01") && fault.contains("supply voltage"), "{fault}");
+    assert!(refused.starts_with("device-errors: ") && refused.contains("another program"), "{refused}");
+    assert!(full.starts_with("link-budget: ") && full.contains("2 times") && full.contains("lower the output rate"));
 }

@@ -15,7 +15,7 @@ use super::{
     },
     method,
 };
-use crate::{args::MeasureArgs, recorded::RecordedDocument};
+use crate::{args::MeasureArgs, recorded::RecordedDocument, text::echoes};
 
 /// Stands where a thing is absent.
 pub(super) const NOT_RECORDED: &str = "not recorded";
@@ -277,9 +277,10 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         row(
             "Good lines",
             format!(
-                "{} ({} replies, {} other messages)",
+                "{} ({} replies, {}{} other messages)",
                 grouped(tally.good_lines()),
-                tally.replies,
+                link.answers(),
+                echoes(link.echoes),
                 link.other_messages()
             ),
         ),
