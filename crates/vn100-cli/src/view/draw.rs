@@ -73,8 +73,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
 
 fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, regions: &mut Regions) {
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
-    let count = source.warnings.len() + source.troubles().len();
-    let warning_rows = if all { count.clamp(1, 4) as u16 } else { 1 };
+    let warning_rows = warnings::rows(source, if all { 4 } else { 2 });
     let head_rows = if source.playback.is_some() { 4 } else { 3 };
     let [top, warned, tabs, body, keys] = Layout::vertical([
         Constraint::Length(head_rows),

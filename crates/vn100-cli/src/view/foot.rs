@@ -48,6 +48,13 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     if state.overview {
         return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
     }
+    if scene.source().is_some_and(|source| source.snapshot.timing.samples == 0) {
+        let mut keys = vec![("q", "quit"), ("?", "help")];
+        if scene.sources.len() > 1 {
+            keys.extend([("o", "overview"), ("n p", "source")]);
+        }
+        return keys;
+    }
     let mut keys = vec![("q", "quit"), ("?", "help"), ("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")];
     if scene.source().is_some_and(|source| source.playback.is_some()) {
         keys.extend([("space", "pause"), ("<>", "speed"), ("[]", "seek"), ("g", "go to %")]);

@@ -17,16 +17,31 @@ use super::{
     format::{clock, digits, grouped, time},
     source::{Playback, Source, Stage},
     theme::Theme,
+    warnings::shortened,
 };
 use crate::{exit::printable, pace::Speed, text::bad_lines};
 
-/// Columns from which on everything is spelled out.
-const WIDE: u16 = 110;
+/// How much is spelled out, the most first: the first that has room is drawn.
+const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
+
+/// Columns of a name that say which one it is.
+const LEAST_NAME: usize = 8;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Detail {
+    Least,
+    Some,
+    All,
+}
 
 /// Draws it; gives the place of the progress bar, empty without one.
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) -> Rect {
-    let wide = area.width >= WIDE;
-    let lines = vec![first(scene, source), second(scene.theme, source, wide), third(scene.theme, source, wide)];
+    let width = usize::from(area.width);
+    let lines = vec![
+        first(scene, source, width),
+        fitting(width, |detail| second(scene.theme, source, detail)),
+        fitting(width, |detail| third(scene.theme, source, detail)),
+    ];
     frame.render_widget(Paragraph::new(lines), area);
     match source.playback {
         Some(playback) => {
@@ -57,6 +72,11 @@ impl Parts {
     }
 }
 
+/// The line with the most detail that there is room for, or else with the least.
+fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static> {
+    DETAILS.into_iter().map(&line).find(|line| line.width() <= width).unwrap_or_else(|| line(Detail::Least))
+}
+
 /// A word for the link, and whether it is well.
 pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
     let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
@@ -64,7 +84,11 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
         (Stage::Preparing, _) => ("preparing".into(), theme.warning()),
         (Stage::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
         (Stage::Ended(None), _) => ("ended".into(), Style::new()),
-        (Stage::Measuring, None) => ("reading".into(), theme.good()),
+        (Stage::Measuring, None) => match source.playback.map(|playback| playback.position) {
+            Some(position) if position.at_end => ("read to its end".into(), Style::new()),
+            Some(position) if position.paused => ("paused".into(), theme.warning()),
+            _ => ("reading".into(), theme.good()),
+        },
         (Stage::Measuring, Some(link)) => match link {
             LinkState::Opening => ("opening".into(), theme.warning()),
             LinkState::Probing { baud: Some(baud), .. } => (format!("listening at {baud} baud"), theme.warning()),
@@ -77,50 +101,61 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
     }
 }
 
-fn first(scene: Scene<'_>, source: &Source) -> Line<'static> {
+/// The name is cut where there is no room for all of it: what stands behind it changes, and it does not.
+fn first(scene: Scene<'_>, source: &Source, width: usize) -> Line<'static> {
     let theme = scene.theme;
-    let mut parts = Parts::new();
-    if scene.sources.len() > 1 {
-        parts.add(format!("{}/{}", scene.state.source + 1, scene.sources.len()), theme.chosen());
-    }
-    parts.add(source.name.clone(), Style::new().bold());
-    let (word, style) = link_word(source, theme);
-    parts.add(word, style);
-    if let Some(layout) = &source.snapshot.layout {
-        let nature = if layout.compensated { "compensated" } else { "uncompensated" };
-        parts.add(format!("{} {nature}", layout.message), Style::new());
-    }
-    parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
-    if scene.state.frozen {
-        parts.add(" FROZEN, measuring goes on ", theme.chosen());
-    }
-    parts.line()
+    let line = |name: String| {
+        let mut parts = Parts::new();
+        if scene.sources.len() > 1 {
+            parts.add(format!("{}/{}", scene.state.source + 1, scene.sources.len()), theme.chosen());
+        }
+        parts.add(name, Style::new().bold());
+        let (word, style) = link_word(source, theme);
+        parts.add(word, style);
+        if let Some(layout) = &source.snapshot.layout {
+            let nature = if layout.compensated { "compensated" } else { "uncompensated" };
+            parts.add(format!("{} {nature}", layout.message), Style::new());
+        }
+        parts.add(format!("elapsed {}", clock(source.elapsed)), Style::new());
+        if scene.state.frozen {
+            parts.add(" FROZEN, measuring goes on ", theme.chosen());
+        }
+        parts.line()
+    };
+    let beside = line(String::new()).width();
+    line(shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)))
 }
 
-fn second(theme: Theme, source: &Source, wide: bool) -> Line<'static> {
+fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
-    let told = match timing.rate_from {
-        RateFrom::Option => " as asked",
-        RateFrom::Device => " set",
-        RateFrom::Arrival => " by arrival",
-        RateFrom::Assumed => " ASSUMED",
-    };
-    let style =
-        if timing.rate_from == RateFrom::Assumed && timing.samples > 0 { theme.warning() } else { Style::new() };
-    parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz)), style);
+    match timing.rate_from {
+        RateFrom::Assumed if timing.samples == 0 => parts.add("rate not known yet", theme.faint()),
+        from => {
+            let (told, style) = match from {
+                RateFrom::Option => (" as asked", Style::new()),
+                RateFrom::Device => (" set", Style::new()),
+                RateFrom::Arrival => (" by arrival", Style::new()),
+                RateFrom::Assumed => (" ASSUMED", theme.warning()),
+            };
+            parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz)), style);
+        }
+    }
+    if let Some(change) = snapshot.rate_change {
+        parts.add(format!("now {} Hz", digits_trimmed(change.to_hz)), theme.warning());
+    }
     if let Some((hz, ppm)) = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm)) {
-        let measured = if wide { format!("measured {hz:.3} ({ppm:+.0} ppm)") } else { format!("clock {ppm:+.0} ppm") };
+        let measured = match detail {
+            Detail::All => format!("measured {hz:.3} Hz ({ppm:+.0} ppm)"),
+            Detail::Some => format!("measured {hz:.3} Hz"),
+            Detail::Least => format!("clock {ppm:+.0} ppm"),
+        };
         parts.add(measured, Style::new());
     }
     if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
         let [p50, p99, max] = [arrivals.p50_us, arrivals.p99_us, arrivals.max_us].map(|us| digits(us as f64 / 1e3, 3));
-        let intervals = if wide {
-            format!("intervals p50 {p50} p99 {p99} max {max} ms")
-        } else {
-            format!("intervals p99 {p99} max {max} ms")
-        };
-        parts.add(intervals, Style::new());
+        let word = if detail == Detail::Least { "" } else { "intervals " };
+        parts.add(format!("{word}p50 {p50} p99 {p99} max {max} ms"), Style::new());
     }
     if let Some(load) = source.line_load() {
         let style = if load > 0.9 { theme.warning() } else { Style::new() };
@@ -129,37 +164,40 @@ fn second(theme: Theme, source: &Source, wide: bool) -> Line<'static> {
     parts.line()
 }
 
-fn third(theme: Theme, source: &Source, wide: bool) -> Line<'static> {
+fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
     parts.add(format!("{} samples in {}", grouped(timing.samples), time(timing.duration_s())), Style::new());
     let tally = &snapshot.link.tally;
-    let bad = if wide { bad_lines(tally) } else { grouped(tally.bad.total()) };
+    let bad = if detail == Detail::Least { grouped(tally.bad.total()) } else { bad_lines(tally) };
     parts.add(format!("bad lines {bad}"), counted(tally.bad.total()));
-    let gaps = if timing.gaps > 0 && wide { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
+    let told_gaps = timing.gaps > 0 && detail == Detail::All;
+    let gaps = if told_gaps { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
     parts.add(format!("missing {}{gaps}", grouped(timing.missing)), counted(timing.missing));
-    match &source.recording {
-        Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.bad()),
-        Some(recording) => {
-            let name = recording.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let name = printable(&name);
-            let name = if wide { format!("recorded {name}") } else { "rec".into() };
-            parts.add(format!("{name} {}", HumanBytes(recording.bytes)), theme.good());
-        }
-        None if source.playback.is_none() => parts.add("not recorded", theme.faint()),
-        None => {}
+    if timing.left_out > 0 {
+        let changed = snapshot.rate_change.is_some();
+        let style = if changed { theme.warning() } else { Style::new() };
+        parts.add(format!("left out {}", grouped(timing.left_out)), style);
     }
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {
         parts.add(format!("reconnected {reconnects}"), theme.warning());
     }
+    match &source.recording {
+        Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.bad()),
+        Some(recording) => {
+            let name = recording.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let name = printable(&name);
+            let name = if detail == Detail::All { format!("recorded {name}") } else { "rec".into() };
+            parts.add(format!("{name} {}", HumanBytes(recording.bytes)), theme.good());
+        }
+        None if source.playback.is_none() => parts.add("not recorded", theme.faint()),
+        None => {}
+    }
     let temperature = source.values.iter().find(|channel| channel.quantity == Quantity::Temperature);
     if let Some(mean) = temperature.and_then(|channel| channel.mean) {
         parts.add(format!("{mean:.1} °C"), Style::new());
-    }
-    if timing.left_out > 0 {
-        parts.add(format!("left out {}", grouped(timing.left_out)), Style::new());
     }
     parts.line()
 }

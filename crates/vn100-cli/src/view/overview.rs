@@ -15,7 +15,7 @@ use super::{
     draw::Scene,
     format::{digits, grouped, time},
     head::link_word,
-    source::{Source, short_name},
+    source::{Source, Stage, short_name},
     units::{convention, written},
     warnings::shortened,
 };
@@ -56,7 +56,12 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
     let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
     let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
-    let mut warned = source.troubles();
+    let mut warned: Vec<String> = match &source.stage {
+        Stage::Ended(reason) => reason.iter().cloned().collect(),
+        Stage::Preparing | Stage::Measuring => Vec::new(),
+    };
+    warned.extend(source.troubles());
+    let broken = !warned.is_empty();
     warned.extend(source.warnings.iter().map(ToString::to_string));
     let more = warned.len().saturating_sub(1);
     let warned = warned.into_iter().next();
@@ -68,7 +73,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
         head,
         Line::raw(counts),
         Line::raw(format!("   {}", noise.join("   "))),
-        Line::styled(warned, theme.warning()),
+        Line::styled(warned, if broken { theme.bad() } else { theme.warning() }),
         Line::raw(""),
     ]
 }

@@ -149,7 +149,9 @@ impl Source {
         let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
         let lines = timing.samples + timing.left_out + timing.missing;
         let bytes_per_line = tally.bytes() as f64 / lines as f64;
-        (lines > 0).then(|| bytes_per_line * timing.rate_hz * 10.0 / f64::from(baud))
+        // a sensor that came back without its settings sends at its own rate
+        let rate_hz = self.snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
+        (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
     }
 }
 

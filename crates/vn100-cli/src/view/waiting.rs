@@ -53,6 +53,14 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
             own(&["A stream that was cut off begins in the middle of a line: the first whole one counts."]),
         ),
         (Stage::Measuring, Some(link)) => match link {
+            LinkState::Opening if source.origin.kind == Some("tcp") => (
+                format!("Opening {name}."),
+                own(&[
+                    "The server may be off, in another network, or behind a firewall.",
+                    "It may take one connection at a time, and have it.",
+                    "Its port may be another: the number stands in its settings.",
+                ]),
+            ),
             LinkState::Opening => (
                 format!("Opening {name}."),
                 own(&[
