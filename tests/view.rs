@@ -9,15 +9,14 @@ mod support;
 use std::{
     fs::{self, File},
     path::Path,
-    thread,
-    time::{Duration, Instant},
 };
 
 use rustix::{
     process::Signal,
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
+    termios::{Action, tcflow},
 };
-use session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size};
+use session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
 use support::{replay, replay_log};
 
 #[test]
@@ -167,24 +166,30 @@ fn a_recording_says_what_was_left_out_by_hand() {
 }
 
 #[test]
-fn a_terminal_that_nobody_reads_holds_nothing_up() {
-    let mut session = Session::shell("exec \"$VN100\" attach sim --duration 6s", false);
-    // the result has no room to be printed either
-    let begin = Instant::now();
-    let pid = session.vn100();
-    while begin.elapsed() < Duration::from_secs(8) {
-        assert!(session.child.try_wait().unwrap().is_none());
-        thread::sleep(Duration::from_millis(100));
-    }
-    assert!(Path::new(&format!("/proc/{}", pid.as_raw_nonzero())).exists(), "it waits to be read");
-    session.read();
-    session.wait();
+fn a_terminal_that_takes_nothing_holds_nothing_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("kept.mcap");
+    let bytes = || fs::read(&recording).unwrap();
+    let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
+    session.wait_for("Allan deviation");
+    tcflow(&session.line, Action::OOff).unwrap();
+    let before = bytes().len();
+    wait_until("measured on", || bytes().len() > before + 10_000);
+    session.signal(Signal::INT);
+    wait_until("the recording is whole", || bytes().ends_with(END_OF_RECORDING));
+    assert!(!session.output().contains(NORMAL_SCREEN), "the result has no room to be printed either");
+    assert!(session.child.try_wait().unwrap().is_none(), "it waits for the terminal");
+    tcflow(&session.line, Action::OOn).unwrap();
+    session.assert_left_well();
+    let (document, _) = replay(&recording, &[]);
     let output = session.output();
-    let result = output.find("240 samples of VNYMR in 6 s").unwrap_or_else(|| panic!("{output:?}"));
-    assert!(output.rfind(NORMAL_SCREEN).unwrap() < result, "the result is on the normal screen: {output:?}");
-    assert!(output.contains("missing    0 samples"), "{output:?}");
-    assert_eq!(Modes::of(&session.line), session.before);
+    let result = &output[output.rfind(NORMAL_SCREEN).unwrap()..];
+    let samples = format!("{} samples of VNYMR", document["timing"]["samples"]);
+    assert!(result.contains(&samples), "all that was recorded was measured, {samples}: {result}");
 }
+
+/// The last bytes of every MCAP file; its first are the same.
+const END_OF_RECORDING: &[u8] = b"\x89MCAP0\r\n";
 
 #[test]
 fn a_capture_is_replayed_paused_and_led_about() {

@@ -178,6 +178,15 @@ impl Session {
     }
 }
 
+/// Waits until something is so.
+pub(crate) fn wait_until(what: &str, so: impl Fn() -> bool) {
+    let begin = Instant::now();
+    while !so() {
+        assert!(begin.elapsed() < PATIENCE, "never so: {what}");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
 impl Drop for Session {
     fn drop(&mut self) {
         // one that was waited for may have left its number to another
