@@ -53,25 +53,35 @@ pub(crate) fn draw(
     }
     let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);
-    frame.render_widget(Paragraph::new(legend_line(scene.theme, source, &plot)), legend);
+    frame.render_widget(Paragraph::new(legend_line(scene.theme, source, &plot, legend.width)), legend);
     frame.render_widget(Paragraph::new(read_out), below);
     draw_chart(frame, chart, scene, &plot, regions);
 }
 
-/// Which sign is which axis, and when the next point comes.
-fn legend_line(theme: Theme, source: &Source, plot: &Plot) -> Line<'static> {
+/// Which sign is which axis, and when the next point comes; in fewer words where there is no room for all.
+fn legend_line(theme: Theme, source: &Source, plot: &Plot, width: u16) -> Line<'static> {
+    let whole = legend(theme, source, plot, true);
+    if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }
+}
+
+fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'static> {
     let mut spans = Vec::new();
     for curve in &plot.curves {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
-        spans.push(Span::styled(format!(" {sign} {} ", curve.name), theme.axis(curve.axis)));
+        // the sensor stands in the title
+        let axis = curve.name.rsplit('_').next().filter(|_| !whole).unwrap_or(&curve.name);
+        spans.push(Span::styled(format!(" {sign} {axis} "), theme.axis(curve.axis)));
     }
     if plot.curves.iter().any(|curve| !curve.model.is_empty()) {
-        spans.push(Span::styled(" ┈ model and parts ", theme.faint()));
+        let text = if whole { " ┈ model and parts " } else { " ┈ model " };
+        spans.push(Span::styled(text, theme.faint()));
     }
     // nothing is to be waited for behind the end
     let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.position.at_end);
-    if let Some((tau_s, wait_s)) = next_octave(source).filter(|_| !over) {
-        spans.push(Span::styled(format!(" next: τ {} s in {}", tau(tau_s), time(wait_s)), theme.faint()));
+    if let Some(next) = next_octave(source).filter(|_| !over) {
+        let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
+        let when = if next.broken { format!("needs {wait} without a gap") } else { format!("in {wait}") };
+        spans.push(Span::styled(format!(" next: τ {tau} s {when}"), theme.faint()));
     }
     Line::from(spans)
 }
@@ -157,9 +167,7 @@ fn draw_chart(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, plot: &Plot, 
         }),
         chart,
     );
-    for curve in &shown.curves {
-        draw_points(frame.buffer_mut(), axes, curve, theme, cursor_tau);
-    }
+    draw_points(frame.buffer_mut(), axes, &shown.curves, theme, cursor_tau);
     draw_letters(frame.buffer_mut(), axes, &shown, theme);
 }
 
@@ -245,20 +253,28 @@ fn draw_curve(
     }
 }
 
-/// The signs of the points, and arrows where a bar runs out of the chart.
-fn draw_points(buffer: &mut Buffer, axes: Axes, curve: &Curve, theme: Theme, cursor_tau: f64) {
-    let style = theme.axis(curve.axis);
-    for point in &curve.points {
-        let Some(column) = axes.column(point.tau_s) else { continue };
-        let here = if point.tau_s == cursor_tau { style.patch(theme.chosen()) } else { style };
-        if let Some(row) = point.deviation.and_then(|deviation| axes.row(deviation)) {
-            put(buffer, column, row, SIGNS.get(curve.axis).unwrap_or(&"●"), here);
+/// The signs of the points, over arrows where a bar runs out of the chart. Where curves lie on each other, their signs take turns from octave to
+/// octave: none of them hides behind the last.
+fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, cursor_tau: f64) {
+    let octaves = curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
+    for octave in 0..octaves {
+        let turn = |place: usize| &curves[(octave + place) % curves.len()];
+        let here = (0..curves.len()).map(turn).filter_map(|curve| Some((curve, curve.points.get(octave)?)));
+        for (curve, point) in here.clone() {
+            let Some(column) = axes.column(point.tau_s) else { continue };
+            if point.upper.is_some_and(|upper| upper.log10() > axes.y.high) {
+                put(buffer, column, axes.chart.top(), "↑", theme.axis(curve.axis));
+            }
+            if point.lower.is_some_and(|lower| lower.log10() < axes.y.low) {
+                put(buffer, column, axes.chart.bottom() - 1, "↓", theme.axis(curve.axis));
+            }
         }
-        if point.upper.is_some_and(|upper| upper.log10() > axes.y.high) {
-            put(buffer, column, axes.chart.top(), "↑", style);
-        }
-        if point.lower.is_some_and(|lower| lower.log10() < axes.y.low) {
-            put(buffer, column, axes.chart.bottom() - 1, "↓", style);
+        for (curve, point) in here {
+            let row = point.deviation.and_then(|deviation| axes.row(deviation));
+            let Some((column, row)) = axes.column(point.tau_s).zip(row) else { continue };
+            let style = theme.axis(curve.axis);
+            let style = if point.tau_s == cursor_tau { style.patch(theme.chosen()) } else { style };
+            put(buffer, column, row, SIGNS.get(curve.axis).unwrap_or(&"●"), style);
         }
     }
 }

@@ -129,8 +129,18 @@ fn line(factors: &[u64], variances: &[f64], interval_s: f64, factor: f64) -> Vec
     factors.iter().zip(variances).map(point).collect()
 }
 
-/// The averaging time of the octave that will be observable next, and the data time until then, in seconds.
-pub(crate) fn next_octave(source: &Source) -> Option<(f64, f64)> {
+/// The octave that will be observable next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NextOctave {
+    pub(crate) tau_s: f64,
+    /// Data time until then, in seconds.
+    pub(crate) wait_s: f64,
+    /// The record is long enough, but a gap has broken every window: the wait begins behind the last one.
+    pub(crate) broken: bool,
+}
+
+/// The octave that will be observable next, and how long that takes; `None` before the first sample.
+pub(crate) fn next_octave(source: &Source) -> Option<NextOctave> {
     let snapshot = &source.snapshot;
     let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
@@ -139,7 +149,9 @@ pub(crate) fn next_octave(source: &Source) -> Option<(f64, f64)> {
         Deviation::Hadamard => 3,
     };
     let shape = snapshot.shape();
-    // a gap may have broken the windows that would be there by now
-    let lacking = (m * windows).checked_sub(shape.samples)?;
-    (source.snapshot.timing.samples > 0).then_some((m as f64 * shape.interval_s, lacking as f64 * shape.interval_s))
+    let needed = m * windows;
+    let lacking = needed.saturating_sub(shape.samples);
+    let broken = lacking == 0;
+    let wait_s = if broken { needed } else { lacking } as f64 * shape.interval_s;
+    (snapshot.timing.samples > 0).then_some(NextOctave { tau_s: m as f64 * shape.interval_s, wait_s, broken })
 }

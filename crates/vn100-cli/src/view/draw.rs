@@ -142,8 +142,8 @@ pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'st
 /// The sensors by their numbers, and the panels unless all of them are there.
 fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, all: bool, regions: &mut Regions) {
     let (state, theme) = (scene.state, scene.theme);
-    let mut spans = vec![Span::raw(" ")];
-    let mut x = area.x + 1;
+    let mut spans = Vec::new();
+    let mut x = area.x;
     if !all {
         for panel in Panel::ALL {
             let text = format!(" {} ", panel.name());
@@ -152,7 +152,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
             x += width;
             spans.push(if panel == state.panel { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
         }
-        spans.push(Span::raw(" │ ").style(theme.faint()));
+        spans.push(Span::raw("│").style(theme.faint()));
     }
     for (place, group) in source.groups().iter().enumerate() {
         let name = super::source::short_name(group.quantity);

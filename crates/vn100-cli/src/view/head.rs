@@ -144,13 +144,15 @@ fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     if let Some(change) = snapshot.rate_change {
         parts.add(format!("now {} Hz", digits_trimmed(change.to_hz)), theme.warning());
     }
-    if let Some((hz, ppm)) = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm)) {
-        let measured = match detail {
-            Detail::All => format!("measured {hz:.3} Hz ({ppm:+.0} ppm)"),
-            Detail::Some => format!("measured {hz:.3} Hz"),
-            Detail::Least => format!("clock {ppm:+.0} ppm"),
-        };
-        parts.add(measured, Style::new());
+    let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm));
+    if let Some((hz, ppm)) = measured {
+        match detail {
+            Detail::All => parts.add(format!("measured {hz:.3} Hz ({ppm:+.0} ppm)"), Style::new()),
+            Detail::Some => parts.add(format!("measured {hz:.3} Hz"), Style::new()),
+            // the rate that came before
+            Detail::Least if snapshot.rate_change.is_some() => {}
+            Detail::Least => parts.add(format!("clock {ppm:+.0} ppm"), Style::new()),
+        }
     }
     if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
         let [p50, p99, max] = [arrivals.p50_us, arrivals.p99_us, arrivals.max_us].map(|us| digits(us as f64 / 1e3, 3));
@@ -168,7 +170,11 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
-    parts.add(format!("{} samples in {}", grouped(timing.samples), time(timing.duration_s())), Style::new());
+    let time = match detail {
+        Detail::Least => String::new(),
+        Detail::Some | Detail::All => format!(" in {}", time(timing.duration_s())),
+    };
+    parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
     let tally = &snapshot.link.tally;
     let bad = if detail == Detail::Least { grouped(tally.bad.total()) } else { bad_lines(tally) };
     parts.add(format!("bad lines {bad}"), counted(tally.bad.total()));
@@ -196,7 +202,7 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
         None => {}
     }
     let temperature = source.values.iter().find(|channel| channel.quantity == Quantity::Temperature);
-    if let Some(mean) = temperature.and_then(|channel| channel.mean) {
+    if let Some(mean) = temperature.and_then(|channel| channel.mean).filter(|_| detail != Detail::Least) {
         parts.add(format!("{mean:.1} °C"), Style::new());
     }
     parts.line()

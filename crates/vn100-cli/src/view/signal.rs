@@ -80,16 +80,18 @@ fn draw_strip(
     // as wide as there are columns for, the latest on the right
     let first = dots.saturating_sub(strip.columns.len());
     let label = |value: f64| Line::styled(format!("{value:.decimals$}"), scene.theme.faint()).right_aligned();
-    let rows = usize::from(chart.height);
-    let last = rows.saturating_sub(1);
-    for row in if rows < 5 { vec![0, last] } else { vec![0, rows / 2, last] } {
-        let value = high - (high - low) * row as f64 / last.max(1) as f64;
-        let at = Rect::new(area.x, chart.y + row as u16, labels.saturating_sub(1), 1);
+    for (row, value) in labelled_rows(chart.height, low, high) {
+        let at = Rect::new(area.x, chart.y + row, labels.saturating_sub(1), 1);
         frame.render_widget(label(value), at.intersection(area));
+        // a line from the label through the chart: the value is that of its row
+        let row = Rect::new(chart.x, chart.y + row, chart.width, 1).intersection(area);
+        frame.render_widget(Line::styled("┈".repeat(row.width.into()), scene.theme.faint()), row);
     }
-    let begin = Rect { x: chart.x + (first / 2) as u16, ..below }.intersection(below);
-    let past = Line::styled(format!("{} ago", time(span_s)), scene.theme.faint());
-    frame.render_widget(past, begin);
+    let past = format!("{} ago", time(span_s));
+    // a strip that has just begun is shorter than its label
+    let most_right = below.right().saturating_sub((past.chars().count() + " now".len()) as u16);
+    let begin = Rect { x: (chart.x + (first / 2) as u16).min(most_right), ..below }.intersection(below);
+    frame.render_widget(Line::styled(past, scene.theme.faint()), begin);
     frame.render_widget(Line::styled("now", scene.theme.faint()).right_aligned(), below);
     frame.render_widget(
         canvas.paint(|context| {
@@ -102,6 +104,17 @@ fn draw_strip(
         }),
         chart,
     );
+}
+
+/// Rows of a chart with the values they stand for: the first, the last, and one between them where there is room. A row has four dots, the
+/// first row begins with the highest value, and the last row ends with the lowest.
+fn labelled_rows(rows: u16, low: f64, high: f64) -> Vec<(u16, f64)> {
+    if rows < 5 {
+        return [(0, high), (rows.saturating_sub(1), low)].into_iter().take(usize::from(rows)).collect();
+    }
+    let middle = rows / 2;
+    let part = (4.0 * f64::from(middle) + 1.5) / (4.0 * f64::from(rows) - 1.0);
+    vec![(0, high), (middle, high - (high - low) * part), (rows - 1, low)]
 }
 
 fn draw_histogram(
@@ -168,4 +181,19 @@ fn draw_histogram(
         }),
         chart,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::labelled_rows;
+
+    #[test]
+    fn a_label_is_the_value_of_its_row() {
+        assert_eq!(labelled_rows(0, 0.0, 1.0), []);
+        assert_eq!(labelled_rows(2, 0.0, 1.0), [(0, 1.0), (1, 0.0)]);
+        assert_eq!(labelled_rows(5, 0.0, 1.0), [(0, 1.0), (2, 0.5), (4, 0.0)], "as much above as below");
+        let [_, (row, value), _] = labelled_rows(6, 0.0, 23.0)[..] else { panic!("no middle") };
+        assert_eq!(row, 3);
+        assert!((value - 9.5).abs() < 1e-9, "between the second and the third dot of the fourth row: {value}");
+    }
 }

@@ -110,12 +110,25 @@ fn write_curve(out: &mut String, curve: &Curve, axes: Axes) -> fmt::Result {
             line(out, [x, low, x, high], colour)?;
         }
         if let Some((x, y)) = at(point.deviation, point.tau_s) {
-            writeln!(out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"{colour}\"/>")?;
+            sign(out, curve.axis, (x, y), 3.0)?;
         }
     }
     let y = PLOT[1] + 20.0 + 18.0 * curve.axis as f64;
-    writeln!(out, "<circle cx=\"{}\" cy=\"{}\" r=\"4\" fill=\"{colour}\"/>", PLOT[2] - 90.0, y - 5.0)?;
+    sign(out, curve.axis, (PLOT[2] - 90.0, y - 5.0), 4.0)?;
     text(out, PLOT[2] - 80.0, y, "start", &curve.name)
+}
+
+/// The sign of an axis, as on the screen: a disc, a triangle, a diamond.
+fn sign(out: &mut String, axis: usize, (x, y): (f64, f64), radius: f64) -> fmt::Result {
+    let colour = COLOURS.get(axis).unwrap_or(&"black");
+    let r = 1.3 * radius;
+    let corners = match axis {
+        1 => vec![(x, y - r), (x + r, y + r), (x - r, y + r)],
+        2 => vec![(x, y - r), (x + r, y), (x, y + r), (x - r, y)],
+        _ => return writeln!(out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{colour}\"/>"),
+    };
+    let corners: Vec<String> = corners.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    writeln!(out, "<polygon points=\"{}\" fill=\"{colour}\"/>", corners.join(" "))
 }
 
 fn line(out: &mut String, [x1, y1, x2, y2]: [f64; 4], colour: &str) -> fmt::Result {

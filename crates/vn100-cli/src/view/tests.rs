@@ -11,15 +11,19 @@ use std::{env, fmt::Write, fs, path::Path};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_driver::LinkState;
-use vn100_pipeline::{Warning, WarningKind};
+use vn100_pipeline::{RateChange, Warning, WarningKind};
 
 use super::{
+    curve::NextOctave,
     draw::{Regions, Scene, draw},
     source::{Playback, Source, Stage},
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},
 };
-use crate::pace::{Position, Speed};
+use crate::{
+    pace::{Position, Speed},
+    source_document::Origin,
+};
 use fixture::{damaged, measured, nothing, up};
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
@@ -44,10 +48,10 @@ fn text(buffer: &Buffer) -> String {
     out
 }
 
-/// Compares the screens of a state at all sizes with those kept.
-fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme) {
+/// Compares the screens of a state at these sizes with those kept.
+fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme, sizes: &[(u16, u16)]) {
     let mut screens = String::new();
-    for size in SIZES {
+    for size in sizes.iter().copied() {
         writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
         screens += &text(&drawn(state, sources, theme, size).0);
     }
@@ -61,7 +65,7 @@ fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme) {
 }
 
 fn check(name: &str, state: &State, sources: &[Source]) {
-    check_with(name, state, sources, PLAIN);
+    check_with(name, state, sources, PLAIN, &SIZES);
 }
 
 fn one() -> State {
@@ -161,6 +165,15 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         let source = Source { stage: Stage::Measuring, link: Some(link), ..nothing() };
         check(&format!("waiting-{name}"), &one(), &[source]);
     }
+    let of_server = Origin { kind: Some("tcp"), ..(*nothing().origin).clone() };
+    let server = Source {
+        name: "tcp://bench.local:4000".into(),
+        stage: Stage::Measuring,
+        link: Some(LinkState::Opening),
+        origin: of_server.into(),
+        ..nothing()
+    };
+    check("waiting-server", &one(), &[server]);
     check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
     check("waiting-failed", &one(), &[Source { stage: Stage::Ended(Some(error)), ..nothing() }]);
@@ -173,6 +186,31 @@ fn a_link_that_is_lost_or_silent() {
     check("unplugged", &one(), &[Source { link: Some(down), ..measured() }]);
     let LinkState::Up(up) = up() else { panic!("not up") };
     check("silent", &one(), &[Source { link: Some(LinkState::Silent(up)), ..measured() }]);
+}
+
+#[test]
+fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
+    let next = |source: &Source| super::curve::next_octave(source).unwrap();
+    // 2 m samples: m of the next is 16384 at 40 Hz, and 20 000 are there
+    let whole = NextOctave { tau_s: 409.6, wait_s: f64::from(2 * 16_384 - 20_000) * 0.025, broken: false };
+    assert_eq!(next(&measured()), whole);
+    // none of the four stretches holds two windows of 4096
+    assert_eq!(next(&damaged()), NextOctave { tau_s: 102.4, wait_s: 204.8, broken: true });
+    assert_eq!(super::curve::next_octave(&nothing()), None);
+}
+
+#[test]
+fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
+    let load = |source: &Source| source.line_load().unwrap();
+    let mut source = measured();
+    assert!((load(&source) - 122.0 * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
+    let mut snapshot = (*source.snapshot).clone();
+    snapshot.timing.rate_hz = 200.0;
+    snapshot.rate_change = Some(RateChange { after_samples: 20_000, from_hz: 200.0, to_hz: 40.0 });
+    snapshot.timing.left_out = 400;
+    source.snapshot = snapshot.into();
+    assert!((load(&source) - 122.0 * (20_000.0 / 20_400.0) * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
+    check("rate-changed", &one(), &[source]);
 }
 
 #[test]
@@ -196,13 +234,16 @@ fn a_replay_shows_how_far_it_is() {
 fn several_sources_have_an_overview() {
     let sources = [measured(), damaged(), nothing()];
     check("overview", &State { source: 1, ..State::new(3) }, &sources);
+    let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
+    let sources_one_ended = [measured(), Source { stage: Stage::Ended(Some(reason)), ..nothing() }];
+    check("overview-ended", &State::new(2), &sources_one_ended);
     check("second-of-three", &State { source: 1, overview: false, ..State::new(3) }, &sources);
 }
 
 #[test]
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
-    check_with("ascii", &one(), &[damaged()], theme);
+    check_with("ascii", &one(), &[damaged()], theme, &SIZES);
     for state in [one(), State { help: Some(0), ..one() }, State { axes: Axes::One(0), ..one() }] {
         let (buffer, _) = drawn(&state, &[damaged()], theme, (200, 60));
         assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
@@ -215,9 +256,7 @@ fn nothing_but_ascii_where_nothing_else_is_shown() {
 
 #[test]
 fn too_small_still_tells_that_it_measures() {
-    let (buffer, _) = drawn(&one(), &[measured()], PLAIN, (40, 10));
-    let text = text(&buffer);
-    assert!(text.contains("40x10 is too small") && text.contains("60x16") && text.contains("20 000 samples"), "{text}");
+    check_with("too-small", &one(), &[measured()], PLAIN, &[(59, 24), (80, 15), (40, 10), (12, 3)]);
 }
 
 #[test]
@@ -244,7 +283,11 @@ fn a_picture_has_all_that_the_screen_has() {
     let plot = super::curve::Plot::new(&state, &source, &group);
     let svg = super::svg::plot(&plot, &source);
     let points = plot.curves[0].points.len();
-    assert_eq!(svg.matches("<circle").count(), points + 1, "the points, and one in the legend");
+    assert_eq!(svg.matches("<polygon").count(), points + 1, "the points, and one in the legend");
+    let all = super::curve::Plot::new(&one(), &source, &group);
+    let svg_of_all = super::svg::plot(&all, &source);
+    let [discs, others] = ["<circle", "<polygon"].map(|sign| svg_of_all.matches(sign).count());
+    assert_eq!((discs, others), (points + 1, 2 * (points + 1)), "no two axes have the same sign");
     assert!(svg.contains(">N</text>") && svg.contains("gyro_y") && svg.contains("deg/s"));
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
     let name = Source { name: "<a&b>".into(), ..source };

@@ -61,6 +61,23 @@ fn an_axis_has_its_colour_and_its_sign_everywhere() {
 }
 
 #[test]
+fn curves_on_each_other_hide_no_sign() {
+    let mut source = measured();
+    let [first, others @ ..] = &mut source.values[..] else { panic!("no channels") };
+    // in the order of the stream the magnetometer and the accelerometer come before
+    let curve = first.deviations.clone();
+    let octaves = curve.len();
+    others.iter_mut().for_each(|channel| channel.deviations.clone_from(&curve));
+    let (buffer, regions) = drawn(&one(), &[source], theme(Colours::None), SIZE);
+    let signs = |sign: &str| buffer.content.iter().filter(|cell| cell.symbol() == sign).count();
+    // once more in the legend, once where the cursor is read out, and the first in the head
+    let [discs, triangles, diamonds] = ["●", "▲", "◆"].map(signs);
+    assert_eq!([discs - 3, triangles - 2, diamonds - 2].iter().sum::<usize>(), octaves);
+    assert!([discs - 3, triangles - 2, diamonds - 2].iter().all(|count| *count >= octaves / 3));
+    assert_eq!(regions.octaves.len(), octaves);
+}
+
+#[test]
 fn terminals_get_no_colours_they_do_not_have() {
     for panel in Panel::ALL {
         let state = State { panel, axes: Axes::One(0), ..one() };
