@@ -28,6 +28,8 @@ const ALL_PANELS: (u16, u16) = (110, 34);
 pub(crate) struct Regions {
     pub(crate) panels: Vec<(Rect, Panel)>,
     pub(crate) tabs: Vec<(Rect, Panel)>,
+    /// Names of the sensors, by their places.
+    pub(crate) sensors: Vec<(Rect, usize)>,
     /// Columns of the octaves of the curve, and the rows they stand in.
     pub(crate) octaves: Vec<(u16, usize)>,
     pub(crate) chart: Rect,
@@ -102,12 +104,13 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
     let right = (area.width * 2 / 5).clamp(parameters::WIDTH, 70);
     let columns = [Constraint::Fill(1), Constraint::Length(right)];
     let [allan, noise] = Layout::horizontal(columns).areas(upper);
-    let [statistics, signal] = Layout::horizontal(columns).areas(lower);
+    // a warning is read where the signal is otherwise; the signal leaves some columns to the sparklines
     let warned = scene.state.panel == Panel::Warnings;
+    let right = if warned { right } else { right.min((area.width * 2 / 5).max(signal::WIDTH)) };
+    let [statistics, signal] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(right)]).areas(lower);
     panel(frame, allan, scene, source, Panel::Allan, regions, false);
     panel(frame, noise, scene, source, Panel::Parameters, regions, false);
     panel(frame, statistics, scene, source, Panel::Statistics, regions, false);
-    // a warning is read where the signal is otherwise
     panel(frame, signal, scene, source, if warned { Panel::Warnings } else { Panel::Signal }, regions, false);
 }
 
@@ -153,10 +156,14 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
             spans.push(if panel == state.panel { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
         }
         spans.push(Span::raw("│").style(theme.faint()));
+        x += 1;
     }
     for (place, group) in source.groups().iter().enumerate() {
         let name = super::source::short_name(group.quantity);
         let text = format!(" {} {name} ", place + 1);
+        let width = text.chars().count() as u16;
+        regions.sensors.push((Rect::new(x, area.y, width, 1), place));
+        x += width;
         spans.push(if place == state.sensor { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);

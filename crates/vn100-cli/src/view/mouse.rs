@@ -28,6 +28,9 @@ pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sou
             if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {
                 state.panel = *panel;
             }
+            if let Some((_, sensor)) = regions.sensors.iter().find(|(area, _)| area.contains(at)) {
+                state.sensor = *sensor;
+            }
             let statistics = regions.panels.iter().find(|(_, panel)| *panel == Panel::Statistics);
             if let Some((_, channel)) = regions.channels.iter().find(|(row, _)| *row == at.y)
                 && statistics.is_some_and(|(area, _)| area.contains(at))

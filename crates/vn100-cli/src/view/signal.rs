@@ -23,6 +23,9 @@ use crate::units::ChannelValues;
 /// Slots of the whole strip, halved by each step of the zoom.
 const MOST_SLOTS: usize = 480;
 
+/// The least columns, with the frame.
+pub(crate) const WIDTH: u16 = 44;
+
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.values[place];
@@ -71,8 +74,7 @@ fn draw_strip(
     let (low, high) = columns
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), column| (low.min(column.min), high.max(column.max)));
     let span_s = strip.column_s * strip.columns.len() as f64;
-    let unit = &source.values[place].unit;
-    let text = format!(" last {}: min {low:.decimals$}, max {high:.decimals$} {unit}", time(span_s));
+    let text = format!(" last {}: min {low:.decimals$}, max {high:.decimals$}", time(span_s));
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let (low, high) = if high > low { (low, high) } else { (low - 1.0, high + 1.0) };
     let canvas =
@@ -134,7 +136,8 @@ fn draw_histogram(
     };
     let fits = |text: &String| text.chars().count() <= usize::from(area.width);
     let texts = [" how often which value; dots: the normal curve", " dots: normal curve", " dots: normal"];
-    let text = texts.map(|text| format!("{text}{shape}")).into_iter().find(fits).unwrap_or(shape);
+    let text = texts.map(|text| format!("{text}{shape}")).into_iter().find(fits);
+    let text = text.unwrap_or_else(|| shape.trim_start_matches(';').to_owned());
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let end = bars.first + bars.width * bars.counts.len() as f64;
     let label = |value: f64| Line::styled(format!("{value:.*}", channel.decimals), scene.theme.faint());

@@ -58,7 +58,12 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
         .iter()
         .enumerate()
         .map(|(place, name)| if place < 2 { Line::raw(*name) } else { Line::raw(*name).right_aligned() });
-    let header = header.chain([Line::raw(if bars >= 8 { "last minutes" } else { "" })]);
+    let recent = match bars {
+        0..8 => "",
+        8..12 => "recent",
+        _ => "last minutes",
+    };
+    let header = header.chain([Line::raw(recent)]);
     let header = Row::new(header).style(scene.theme.faint());
     let widths = widths.into_iter().map(Constraint::Length).chain([Constraint::Length(bars)]);
     frame.render_widget(Table::new(rows, widths).column_spacing(1).header(header), inner);

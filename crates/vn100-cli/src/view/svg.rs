@@ -15,7 +15,7 @@ const HEIGHT: f64 = 560.0;
 const PLOT: [f64; 4] = [90.0, 60.0, 770.0, 490.0];
 
 /// The colours of Okabe and Ito, as on the screen.
-const COLOURS: [&str; 3] = ["#e69f00", "#56b4e9", "#009e73"];
+const COLOURS: [&str; 3] = ["#e69f00", "#56b4e9", "#cc79a7"];
 
 /// The picture; without a curve it says so.
 pub(crate) fn plot(plot: &Plot, source: &Source) -> String {

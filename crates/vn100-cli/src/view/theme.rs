@@ -36,6 +36,7 @@ const SKY_BLUE: (u8, u8, u8) = (86, 180, 233);
 const BLUISH_GREEN: (u8, u8, u8) = (0, 158, 115);
 const VERMILLION: (u8, u8, u8) = (213, 94, 0);
 const YELLOW: (u8, u8, u8) = (240, 228, 66);
+const REDDISH_PURPLE: (u8, u8, u8) = (204, 121, 167);
 
 impl Theme {
     /// By what the environment says of the terminal.
@@ -65,12 +66,12 @@ impl Theme {
         }
     }
 
-    /// Of the first, second or third axis; of anything else no colour.
+    /// Of the first, second or third axis; of anything else no colour. None of them is that of a judgement.
     pub(crate) fn axis(self, axis: usize) -> Style {
         match axis {
-            0 => self.colour(ORANGE, Color::Yellow),
+            0 => self.colour(ORANGE, Color::LightBlue),
             1 => self.colour(SKY_BLUE, Color::LightCyan),
-            2 => self.colour(BLUISH_GREEN, Color::LightGreen),
+            2 => self.colour(REDDISH_PURPLE, Color::LightMagenta),
             _ => Style::new(),
         }
     }
@@ -194,11 +195,13 @@ mod tests {
     }
 
     #[test]
-    fn no_two_axes_look_alike() {
+    fn no_two_axes_look_alike_nor_like_a_judgement() {
         for colours in [Colours::True, Colours::Sixteen] {
             let theme = Theme { colours, ascii: true };
-            let [x, y, z] = [0, 1, 2].map(|axis| theme.axis(axis));
-            assert!(x != y && y != z && x != z, "{colours:?}");
+            let judgements = [theme.good(), theme.warning(), theme.bad(), theme.faint()];
+            let styles = [0, 1, 2].map(|axis| theme.axis(axis)).into_iter().chain(judgements);
+            let different: std::collections::HashSet<_> = styles.map(Theme::colour_of).collect();
+            assert_eq!(different.len(), 7, "{colours:?}");
         }
         let signs: std::collections::BTreeSet<_> = SIGNS.iter().flat_map(|sign| sign.chars()).map(ascii).collect();
         assert_eq!(signs.len(), 3, "nor without colours");

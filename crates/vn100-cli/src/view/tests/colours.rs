@@ -48,8 +48,8 @@ fn good_is_green_and_broken_vermillion() {
 #[test]
 fn an_axis_has_its_colour_and_its_sign_everywhere() {
     for (colours, expected) in [
-        (Colours::True, [Color::Rgb(230, 159, 0), Color::Rgb(86, 180, 233), Color::Rgb(0, 158, 115)]),
-        (Colours::Sixteen, [Color::Yellow, Color::LightCyan, Color::LightGreen]),
+        (Colours::True, [Color::Rgb(230, 159, 0), Color::Rgb(86, 180, 233), Color::Rgb(204, 121, 167)]),
+        (Colours::Sixteen, [Color::LightBlue, Color::LightCyan, Color::LightMagenta]),
         (Colours::None, [Color::Reset; 3]),
     ] {
         let state = one();

@@ -160,6 +160,9 @@ fn the_mouse_points_at_what_keys_choose() {
     let (tab, panel) = regions.tabs[3];
     mouse(click(tab.x + 1, tab.y), &mut state, &regions, &sources);
     assert_eq!(state.panel, panel);
+    let (name, sensor) = regions.sensors[2];
+    mouse(click(name.right() - 1, name.y), &mut state, &regions, &sources);
+    assert_eq!((state.sensor, state.panel), (sensor, panel), "the panel stays");
     let sources = [replayed()];
     let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
     let middle = click(regions.progress.x + regions.progress.width / 2, regions.progress.y);
