@@ -6,10 +6,7 @@
 mod session;
 mod support;
 
-use std::{
-    fs::{self, File},
-    path::Path,
-};
+use std::{fs, path::Path};
 
 use rustix::{
     process::Signal,
@@ -116,24 +113,29 @@ fn suspended_and_back() {
 fn without_its_terminal_only_a_recording_goes_on() {
     let mut session = Session::start("attach sim");
     session.wait_for("Allan deviation");
-    session.keyboard = None;
     let pid = session.vn100();
-    session.line = File::open("/dev/null").unwrap();
-    session.signal(Signal::HUP);
+    session.hang_up();
     let _ = session.wait();
     assert!(!Path::new(&format!("/proc/{}", pid.as_raw_nonzero())).exists());
 
     let folder = tempfile::tempdir().unwrap();
-    let recording = folder.path().join("kept.mcap");
-    let mut session = Session::start(&format!("attach sim --duration 4s --record {}", recording.display()));
-    session.wait_for("Allan deviation");
+    let [told, gone] = ["told", "gone"].map(|name| folder.path().join(format!("{name}.mcap")));
+    let record = |recording: &Path| {
+        let session = Session::start(&format!("attach sim --duration 4s --record {}", recording.display()));
+        session.wait_for("Allan deviation");
+        session
+    };
+    let (mut session, mut other) = (record(&told), record(&gone));
     session.signal(Signal::HUP);
+    other.hang_up();
     session.wait_for(NORMAL_SCREEN);
-    let _ = session.wait();
-    let (document, _) = replay(&recording, &[]);
-    // a machine that is too busy makes the emulator drop lines
-    let timing = |name: &str| document["timing"][name].as_u64().unwrap();
-    assert_eq!(timing("samples") + timing("missing"), 160, "all of it was recorded");
+    let _ = (session.wait(), other.wait());
+    for recording in [told, gone] {
+        let (document, _) = replay(&recording, &[]);
+        // a machine that is too busy makes the emulator drop lines
+        let timing = |name: &str| document["timing"][name].as_u64().unwrap();
+        assert_eq!(timing("samples") + timing("missing"), 160, "all of it was recorded");
+    }
 }
 
 #[test]

@@ -5,12 +5,16 @@ use std::{
     io::{Read, Write},
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
-    sync::{Arc, Mutex},
-    thread,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
 use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
     process::{Pid, Signal, kill_process},
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{Termios, Winsize, tcgetattr, tcsetwinsize},
@@ -33,6 +37,9 @@ pub(crate) struct Session {
     pub(crate) line: File,
     pub(crate) before: Modes,
     pub(crate) output: Arc<Mutex<Vec<u8>>>,
+    /// Reads what is printed, until it is told to leave.
+    reader: Option<JoinHandle<()>>,
+    leave: Arc<AtomicBool>,
 }
 
 /// The modes of a line.
@@ -70,7 +77,8 @@ impl Session {
             .stderr(end())
             .spawn()
             .unwrap();
-        let session = Self { child, keyboard: Some(keyboard), line, before, output: Arc::default() };
+        let (output, leave) = (Arc::default(), Arc::default());
+        let mut session = Self { child, keyboard: Some(keyboard), line, before, output, reader: None, leave };
         if reads_output {
             session.read();
         }
@@ -83,16 +91,29 @@ impl Session {
     }
 
     /// Reads what is printed, from now on.
-    pub(crate) fn read(&self) {
+    fn read(&mut self) {
         let mut screen = self.keyboard.as_ref().unwrap().try_clone().unwrap();
-        let output = Arc::clone(&self.output);
-        thread::spawn(move || {
+        let (output, leave) = (Arc::clone(&self.output), Arc::clone(&self.leave));
+        self.reader = Some(thread::spawn(move || {
             let mut buffer = [0; 4096];
-            // the terminal is gone: that is the end
-            while let Ok(n @ 1..) = screen.read(&mut buffer) {
+            let soon = Timespec { tv_sec: 0, tv_nsec: 20_000_000 };
+            while !leave.load(Ordering::Relaxed) {
+                if poll(&mut [PollFd::new(&screen, PollFlags::IN)], Some(&soon)) == Ok(0) {
+                    continue;
+                }
+                // the terminal is gone: that is the end
+                let Ok(n @ 1..) = screen.read(&mut buffer) else { return };
                 output.lock().unwrap().extend_from_slice(&buffer[..n]);
             }
-        });
+        }));
+    }
+
+    /// Takes the terminal away, as when its window is closed: nobody holds it any more.
+    pub(crate) fn hang_up(&mut self) {
+        self.leave.store(true, Ordering::Relaxed);
+        self.reader.take().unwrap().join().unwrap();
+        self.line = File::open("/dev/null").unwrap();
+        self.keyboard = None;
     }
 
     pub(crate) fn output(&self) -> String {

@@ -2,6 +2,7 @@
 
 use std::{
     io::{self, IsTerminal, Stdout, Write},
+    mem::ManuallyDrop,
     panic,
     sync::mpsc,
     thread,
@@ -26,7 +27,8 @@ const STALLED_AFTER: Duration = Duration::from_millis(500);
 
 /// The terminal, as long as the view has it.
 pub(crate) struct Screen {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    /// Never dropped: that would write to a terminal that may be gone, and tell of it by a macro that panics where standard error is gone too.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
 }
 
 /// Whether somebody sits before it: both what is typed and what is printed pass through a terminal that can be drawn on.
@@ -52,7 +54,7 @@ impl Screen {
         let terminal = Terminal::new(CrosstermBackend::new(io::stdout())).inspect_err(|_| {
             give_back();
         })?;
-        Ok(Self { terminal })
+        Ok(Self { terminal: ManuallyDrop::new(terminal) })
     }
 
     /// Whether nobody has given the terminal back meanwhile: a panic, or a signal that ends the program.
