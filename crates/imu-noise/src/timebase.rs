@@ -18,10 +18,11 @@
 //!   one: losses change nothing. And by the stretches, of 32 lines prolonged to the last line of a read, when their ends
 //!   lie on a straight line within 1.5 periods: bunching changes little. A rate of the sensor within 1 % of both is taken
 //!   after one stretch; of one of them after 4, if the other does not contradict; else by the stretches after 16. After
-//!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one it is
-//!   that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is one more of the sensor's;
-//!   where neither tells one it is kept if it lies within 5 % of the lower edge, by the median step of the earliest of
-//!   32 lines, or of the fastest stretch: a backlog that drains bends a few steps. Else it has until line 1024.
+//!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one the
+//!   rate is that of the lower edge, by the median step of the earliest of 32 lines: a backlog that drains bends a few
+//!   steps. But losses bend all, so it must be one of the sensor's within 1 %; else the rate is that of the fastest
+//!   stretch, or the mean, snapped within 5 %. A rate known beforehand is one more of the sensor's; where neither tells
+//!   one it is kept if it lies within 5 % of the lower edge or of the fastest stretch. Else it has until line 1024.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
 //!   record, lost lines counted. The length of a loss is counted with it.
 //! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It

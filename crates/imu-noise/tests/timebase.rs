@@ -69,6 +69,21 @@ fn losing(link: Link, lost_share: f64, lines: u64) -> (Vec<f64>, u64) {
     (kept, lost)
 }
 
+/// The stamps of a reader that takes each line as it comes, but is away for up to `stalled_s` before this share of them.
+fn stalling(rate_hz: f64, stall_share: f64, stalled_s: f64, seed: u64) -> Vec<f64> {
+    let mut random = Random(seed);
+    let mut reads_at_s = 0.0_f64;
+    let sent = Link { jitter_s: 0.02 / rate_hz, seed, ..Link::steady(rate_hz) }.stamps(20_000);
+    let read = sent.map(|sent_s| {
+        if random.unit() < stall_share {
+            reads_at_s = reads_at_s.max(sent_s + stalled_s * random.unit());
+        }
+        reads_at_s = reads_at_s.max(sent_s);
+        reads_at_s
+    });
+    read.collect()
+}
+
 /// Decisions with the number of kept lines before each, and the summary.
 fn place(stamps_s: impl IntoIterator<Item = f64>) -> (Vec<(u64, Placed)>, TimebaseSummary) {
     place_with(Timebase::new(&RATES_HZ), stamps_s)
@@ -236,25 +251,27 @@ fn a_stalled_reader_loses_nothing() {
 
 #[test]
 fn a_reader_that_stalls_at_times_hides_no_single_loss() {
-    // It takes each line as it comes, but before one in some it is away.
     for (rate_hz, stall_share, stalled_s) in
         [(200.0, 0.02, 0.07), (200.0, 0.1, 0.02), (200.0, 0.2, 0.03), (40.0, 0.2, 0.03)]
     {
-        let mut random = Random(3);
-        let mut reads_at_s = 0.0;
-        let stamps = Link { jitter_s: 0.02 / rate_hz, ..Link::steady(rate_hz) }.stamps(20_000).map(|sent_s| {
-            if random.unit() < stall_share {
-                reads_at_s = f64::max(reads_at_s, sent_s + stalled_s * random.unit());
-            }
-            sent_s.max(reads_at_s)
-        });
-        let kept = stamps.enumerate().filter(|(line, _)| line % 500 != 250 || *line < 1000);
+        let stamps = stalling(rate_hz, stall_share, stalled_s, 3).into_iter().enumerate();
+        let kept = stamps.filter(|(line, _)| line % 500 != 250 || *line < 1000);
         let (events, summary) = place(kept.map(|(_, stamp_s)| stamp_s));
         assert_eq!(
             (summary.missing, events.len()),
             (38, 38),
             "{rate_hz} Hz, {stall_share} of {stalled_s} s: {events:?}"
         );
+    }
+}
+
+#[test]
+fn a_reader_that_stalls_at_the_start_does_not_hide_the_rate() {
+    for rate_hz in [40.0, 100.0, 200.0] {
+        for seed in 0..20 {
+            let (_, summary) = place(stalling(rate_hz, 0.2, 0.05, seed));
+            assert_eq!(summary.nominal, Some(NominalRate::Snapped(rate_hz)), "seed {seed}");
+        }
     }
 }
 

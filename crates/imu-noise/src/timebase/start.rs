@@ -165,8 +165,10 @@ impl Start {
 
     /// The likeliest rate where neither intervals nor stretches tell one.
     fn unclear(&self) -> Option<Placing> {
-        let edge_hz = self.known_hz.and_then(|known_hz| self.edge_hz(known_hz));
-        let hz = edge_hz.or_else(|| self.fastest_stretch_hz()).or_else(|| self.mean_hz())?;
+        let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
+        // Losses all the time bend the edge: the fastest stretch has the fewest of them.
+        let is_sound = |hz: &f64| self.known_hz.is_some() || snap(&self.listed_hz, *hz, LISTED_TOLERANCE).is_some();
+        let hz = edge_hz.filter(is_sound).or_else(|| self.fastest_stretch_hz()).or_else(|| self.mean_hz())?;
         let near_hz = snap(&self.listed_hz, hz, STRETCH_TOLERANCE);
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
     }
@@ -189,10 +191,10 @@ impl Start {
     }
 
     /// The rate of the lower edge of the lags: the median step between the earliest arrivals of neighbouring groups of
-    /// lines. A backlog or losses bend it only when most groups have some.
-    fn edge_hz(&self, known_hz: f64) -> Option<f64> {
+    /// lines, against any rate near it. A backlog or losses bend it only when most groups have some.
+    fn edge_hz(&self, near_hz: f64) -> Option<f64> {
         let lags_s: Vec<f64> =
-            self.held_s.iter().enumerate().map(|(line, at_s)| at_s - line as f64 / known_hz).collect();
+            self.held_s.iter().enumerate().map(|(line, at_s)| at_s - line as f64 / near_hz).collect();
         let least_s: Vec<f64> =
             lags_s.chunks_exact(EDGE_LINES).map(|group| group.iter().copied().fold(f64::INFINITY, f64::min)).collect();
         if least_s.len() < MIN_EDGE_GROUPS {
@@ -201,7 +203,7 @@ impl Start {
         let mut steps_s: Vec<f64> = least_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps_s.len() / 2;
         let step_s = *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let period_s = known_hz.recip() + step_s / EDGE_LINES as f64;
+        let period_s = near_hz.recip() + step_s / EDGE_LINES as f64;
         (period_s > 0.0).then(|| period_s.recip())
     }
 
