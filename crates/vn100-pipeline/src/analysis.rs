@@ -1,10 +1,11 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
+mod rate;
 mod restart;
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use imu_noise::{NominalRate, Refusal, SpectrumPlan, Timebase};
+use imu_noise::{Refusal, SpectrumPlan};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
 use vn100_protocol::{Layout, PrintFormat};
 
@@ -14,7 +15,6 @@ use crate::{
     evidence::Verdict,
     norms::Norm,
     polled::Polled,
-    rates::rates_hz,
     recent::Recent,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
@@ -49,6 +49,8 @@ pub struct Analysis {
     /// Why the stamps of a stretch of the link that is over were no time base; the first such reason.
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
+    /// How many lines told the rate, where they were too few to be sure of it.
+    rate_by_few: Option<u64>,
     /// Absolute index of the next sample, those missing counted in.
     index: u64,
     /// Whether the next sample goes on with the segment of the last one.
@@ -92,6 +94,7 @@ impl Analysis {
             missing_by_evidence: false,
             refused_before: None,
             rate_change: None,
+            rate_by_few: None,
             index: 0,
             in_segment: false,
             bad_lines_pending: 0,
@@ -145,9 +148,14 @@ impl Analysis {
     /// The stream is over: rows whose place was in doubt take the likeliest.
     pub fn finish(&mut self) {
         if let Some(mut waiting) = self.waiting.take() {
+            let few = waiting.lines_of_unsure_rate().filter(|_| self.is_rate_open());
+            let (before, by_few_before) = (self.timing, self.rate_by_few);
             waiting.finish();
             self.take_ready(&mut waiting);
             self.waiting = Some(waiting);
+            if let Some(lines) = few {
+                self.weigh_rate(lines, before, by_few_before);
+            }
         }
     }
 
@@ -239,11 +247,7 @@ impl Analysis {
                 self.missing_by_evidence = true;
             }
             Verdict::Rate(nominal) => {
-                self.timing.rate_hz = nominal.hz();
-                if !matches!(nominal, NominalRate::Known(_)) {
-                    self.timing.rate_from = RateFrom::Arrival;
-                    self.compare_with_device();
-                }
+                self.take_rate(nominal);
                 if self.timing.missing_from != MissingFrom::Counter && self.refused_before.is_none() {
                     self.timing.missing_from = MissingFrom::Arrival;
                 }
@@ -333,17 +337,6 @@ impl Analysis {
         }
     }
 
-    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate, unless it was asked for; after
-    /// it, what comes at another rate is left out.
-    fn change_rate(&mut self, from_hz: f64, to_hz: f64) {
-        if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
-            self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
-            self.timing.rate_hz = to_hz;
-        } else if self.rate_change.is_none() {
-            self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
-        }
-    }
-
     /// The index of the first sample at or behind this data time.
     fn samples_in(&self, time: Duration) -> u64 {
         // what a product of doubles adds to a whole number is no sample
@@ -358,31 +351,7 @@ impl Analysis {
     fn take_register(&mut self, value: &RegisterValue) {
         self.polled.take(value);
         self.registers.insert(value.register, value.fields.clone());
-        match (self.timing.rate_from, self.device_rate_hz()) {
-            (RateFrom::Assumed, Some(rate_hz)) => {
-                (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, RateFrom::Device);
-            }
-            // it came back with other settings, or was set anew
-            (RateFrom::Device, Some(rate_hz)) if rate_hz != self.timing.rate_hz => {
-                self.change_rate(self.timing.rate_hz, rate_hz);
-            }
-            _ => self.compare_with_device(),
-        }
-    }
-
-    /// Where arrival times and the sensor say the same, the sensor said so.
-    fn compare_with_device(&mut self) {
-        if self.timing.rate_from == RateFrom::Arrival && self.device_rate_hz() == Some(self.timing.rate_hz) {
-            self.timing.rate_from = RateFrom::Device;
-        }
-    }
-
-    /// The rate that register 7 holds; 0 there is no rate.
-    fn device_rate_hz(&self) -> Option<f64> {
-        const ASYNC_RATE: u8 = 7;
-        let fields = self.registers.get(&ASYNC_RATE)?;
-        let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
-        (rate_hz > 0).then_some(rate_hz.into())
+        self.take_device_rate();
     }
 
     /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.
@@ -404,17 +373,6 @@ impl Analysis {
         self.in_segment = false;
         for channel in &mut self.channels {
             channel.gap(missing);
-        }
-    }
-
-    /// A time base for the stamps that come now. Where a rate is known they must agree with it: a deviation knows one sample interval.
-    fn timebase(&self) -> Timebase {
-        let rates_hz = rates_hz(self.layout.as_deref());
-        match self.timing.rate_from {
-            RateFrom::Assumed => Timebase::new(rates_hz),
-            RateFrom::Option | RateFrom::Device | RateFrom::Arrival => {
-                Timebase::with_known_rate(rates_hz, self.timing.rate_hz)
-            }
         }
     }
 }

@@ -107,6 +107,12 @@ impl Waiting {
         self.evidence.summary()
     }
 
+    /// How many lines there are of a stream whose rate is not sure yet.
+    pub(crate) fn lines_of_unsure_rate(&self) -> Option<u64> {
+        let summary = self.summary()?;
+        (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.lines)
+    }
+
     /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);

@@ -6,7 +6,7 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
-    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind,
+    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
     protocol::{Layout, VNYMR},
 };
 use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
@@ -127,6 +127,46 @@ fn stamps_refused_once_are_told_behind_the_next_link_too() {
     assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
     let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap();
     assert!(told.text.contains("100.0000 Hz") && told.text.contains("until the link was lost"), "{}", told.text);
+}
+
+#[test]
+fn a_rate_by_few_lines_before_the_link_was_lost_is_given_up() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    // A backlog of 40 Hz, read a line each 5 ms, looks like 200 Hz.
+    let few = steady(200.0, 0, 20);
+    let fewer = steady(50.0, 0, 5);
+    let lossy = without(&steady(40.0, 0, 600), |index| index == 300);
+    for (stretches, expected_hz, missing) in [
+        (vec![&few], 200.0, 0),
+        (vec![&few, &lossy], 40.0, 1),
+        (vec![&few, &fewer], 200.0, 0),
+        (vec![&fewer, &few], 200.0, 0),
+        (vec![&fewer, &few, &lossy, &fewer, &few], 40.0, 1),
+    ] {
+        let mut analysis = Analysis::new(Settings { recent: true, ..Settings::default() });
+        for &stretch in &stretches {
+            absorb(&mut analysis, VNYMR.clone(), stretch, 8);
+            analysis.take_link_event(&down);
+        }
+        let snapshot = analysis.snapshot();
+        let case = format!("{:?}", stretches.iter().map(|lines| lines.len()).collect::<Vec<_>>());
+        assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (expected_hz, RateFrom::Arrival), "{case}");
+        assert_eq!(snapshot.timing.missing, missing, "{case}");
+        let slot = snapshot.recent.map(|recent| recent.samples_per_slot());
+        assert!(slot.is_none_or(|samples| samples as f64 == expected_hz / 2.0), "{case}: {slot:?}");
+    }
+}
+
+#[test]
+fn a_rate_by_few_lines_gives_way_to_the_sensor() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let mut analysis = Analysis::new(Settings::default());
+    absorb(&mut analysis, VNYMR.clone(), &steady(200.0, 0, 20), 8);
+    analysis.take_link_event(&down);
+    let registers = vec![RegisterValue { before_row: 0, register: 7, fields: "40".into() }];
+    analysis.absorb(&Batch { registers, ..Batch::default() });
+    let timing = analysis.snapshot().timing;
+    assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
 }
 
 #[test]

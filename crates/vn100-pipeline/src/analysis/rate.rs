@@ -1,0 +1,102 @@
+//! The sample rate: who told it, when it is given up, and when it changes.
+
+use imu_noise::{NominalRate, Timebase};
+
+use super::Analysis;
+use crate::{
+    rates::rates_hz,
+    snapshot::{RateChange, RateFrom, Timing},
+};
+
+impl Analysis {
+    /// A time base for the stamps that come now. Where a rate is known they must agree with it: a deviation knows one sample interval.
+    pub(super) fn timebase(&self) -> Timebase {
+        let rates_hz = rates_hz(self.layout.as_deref());
+        if self.is_rate_open() {
+            Timebase::new(rates_hz)
+        } else {
+            Timebase::with_known_rate(rates_hz, self.timing.rate_hz)
+        }
+    }
+
+    /// Whether arrival times may still tell the rate.
+    pub(super) const fn is_rate_open(&self) -> bool {
+        match self.timing.rate_from {
+            RateFrom::Assumed => true,
+            RateFrom::Arrival => self.rate_by_few.is_some(),
+            RateFrom::Option | RateFrom::Device => false,
+        }
+    }
+
+    /// Takes the rate by which lines are placed from here on.
+    pub(super) fn take_rate(&mut self, nominal: NominalRate) {
+        match nominal {
+            NominalRate::Known(hz) => self.timing.rate_hz = hz,
+            NominalRate::Snapped(hz) | NominalRate::Measured(hz) => {
+                self.begin_rate(hz, RateFrom::Arrival);
+                self.compare_with_device();
+            }
+        }
+    }
+
+    /// A stretch of the link was over after so few `lines` that their rate was not sure: it holds until a later one tells it, and more lines
+    /// tell it better. `before` and `by_few_before` were in force until then.
+    pub(super) fn weigh_rate(&mut self, lines: u64, before: Timing, by_few_before: Option<u64>) {
+        if by_few_before.is_some_and(|more| more > lines) {
+            self.begin_rate(before.rate_hz, before.rate_from);
+            self.rate_by_few = by_few_before;
+        } else if self.timing.rate_from == RateFrom::Arrival {
+            self.rate_by_few = Some(lines);
+        }
+    }
+
+    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate, unless it was asked for; after
+    /// it, what comes at another rate is left out.
+    pub(super) fn change_rate(&mut self, from_hz: f64, to_hz: f64) {
+        if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
+            self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
+            self.timing.rate_hz = to_hz;
+        } else if self.rate_change.is_none() {
+            self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
+        }
+    }
+
+    /// Takes what the sensor says of its rate, if it does.
+    pub(super) fn take_device_rate(&mut self) {
+        match (self.timing.rate_from, self.device_rate_hz()) {
+            (_, Some(rate_hz)) if self.is_rate_open() => self.begin_rate(rate_hz, RateFrom::Device),
+            // it came back with other settings, or was set anew
+            (RateFrom::Device, Some(rate_hz)) if rate_hz != self.timing.rate_hz => {
+                self.change_rate(self.timing.rate_hz, rate_hz);
+            }
+            _ => self.compare_with_device(),
+        }
+    }
+}
+
+impl Analysis {
+    /// This is the rate, of the samples so far, too.
+    fn begin_rate(&mut self, rate_hz: f64, rate_from: RateFrom) {
+        if rate_hz != self.timing.rate_hz {
+            // its slots are of so many samples
+            self.recent = None;
+        }
+        (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, rate_from);
+        self.rate_by_few = None;
+    }
+
+    /// Where arrival times and the sensor say the same, the sensor said so.
+    fn compare_with_device(&mut self) {
+        if self.timing.rate_from == RateFrom::Arrival && self.device_rate_hz() == Some(self.timing.rate_hz) {
+            self.timing.rate_from = RateFrom::Device;
+        }
+    }
+
+    /// The rate that register 7 holds; 0 there is no rate.
+    fn device_rate_hz(&self) -> Option<f64> {
+        const ASYNC_RATE: u8 = 7;
+        let fields = self.registers.get(&ASYNC_RATE)?;
+        let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
+        (rate_hz > 0).then_some(rate_hz.into())
+    }
+}
