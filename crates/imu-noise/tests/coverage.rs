@@ -44,6 +44,12 @@ fn check(estimator: Estimator, deviation: Deviation, records: usize) {
             assert!(held_percent > 100.0 - wrong_percent, "{}: {term:?} held in {held_percent} %", noise.name);
             assert!(!absent || score.estimated_percent() < wrong_percent, "{}: {term:?} is not there", noise.name);
         }
+        let minimum_percent = cell.minimum.held_percent();
+        assert!(minimum_percent > 100.0 - wrong_percent, "{}: minimum held in {minimum_percent} %", noise.name);
+        // without flicker the white noise and the walk give its lower end, where the walk is seen
+        let known_percent = cell.minimum.estimated_percent();
+        let is_lifted = noise.step > 0.0 && noise.flicker == 0.0 && deviation == Deviation::Allan;
+        assert!(!is_lifted || known_percent > 10.0, "{}: minimum known in {known_percent} %", noise.name);
         assert!(cell.below_white <= 1, "{}: {} below their white noise", noise.name, cell.below_white);
         let tracked_percent = cell.tracked_white.held_percent();
         assert!(tracked_percent > 100.0 - wrong_percent, "{}: N, tracked, held in {tracked_percent} %", noise.name);

@@ -129,6 +129,9 @@ pub(crate) fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         (Some(value), Some(lower), Some(upper)) => {
             format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
         }
+        (None, Some(lower), Some(upper)) => {
+            format!("measured {} to {} {}{minimum}", number(lower), number(upper), shown.0)
+        }
         (_, _, Some(upper)) => format!("measured at most {} {}{minimum}", number(upper), shown.0),
         (_, Some(lower), None) => format!("measured at least {} {}{minimum}", number(lower), shown.0),
         _ if verdict.verdict == Verdict::NotComparable => "not in this stream".into(),

@@ -11,8 +11,10 @@ use super::{Parameter, Status};
 /// has a minimum; printed as B it would be 1.62 √(N K).
 ///
 /// The status is that of `bias_instability`, but for a bound, which needs one for every term: otherwise it is
-/// [`Status::NotObservable`]. The lower end counts the flicker noise alone and the upper end every term at its own, so the interval holds
-/// at the level of those three or above. The upper end is `None` where a term has none.
+/// [`Status::NotObservable`]. The lower end counts the flicker noise alone. Where that is only bounded and the white noise and the random
+/// walk are estimated, it counts those two at their own: both ends are right together as often as an interval, even if one knew nothing of
+/// the other (Bonferroni). The upper end counts every term at its own. So the interval holds at the level of those three or above. An end
+/// is `None` where nothing gives it.
 ///
 /// ```
 /// use imu_noise::{Parameter, Status, curve_minimum};
@@ -35,7 +37,11 @@ pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_wal
             upper,
             status: Status::Estimated,
         },
-        Status::Bounded if upper.is_some() => Parameter { upper, ..Parameter::without_value(Status::Bounded) },
+        Status::Bounded if upper.is_some() => {
+            // both are there only where both are estimated
+            let lower = white.lower.zip(random_walk.lower).map(|(white, walk)| minimum(white, 0.0, walk));
+            Parameter { lower, upper, ..Parameter::without_value(Status::Bounded) }
+        }
         Status::Bounded => Parameter::without_value(Status::NotObservable),
         status => Parameter::without_value(status),
     }
@@ -77,6 +83,17 @@ mod tests {
         assert_eq!(minimum.status, Status::Bounded);
         let phantom = minimum.upper.unwrap() / (2.0 * LN_2 / PI).sqrt();
         assert!((phantom - 1.62 * 6_f64.sqrt()).abs() < 0.01, "{phantom}");
+    }
+
+    #[test]
+    fn white_noise_and_walk_alone_lift_the_lower_end() {
+        let (white, walk) = (estimated(3.0, 2.9, 3.1), estimated(2.0, 1.5, 2.5));
+        let minimum = curve_minimum(&white, &bounded(1.0), &walk);
+        assert_eq!((minimum.status, minimum.value), (Status::Bounded, None));
+        assert!((minimum.lower.unwrap() - searched([2.9, 1e-9, 1.5])).abs() < 1e-3, "{minimum:?}");
+        for (white, walk) in [(white, bounded(2.5)), (bounded(3.1), walk)] {
+            assert_eq!(curve_minimum(&white, &bounded(1.0), &walk).lower, None);
+        }
     }
 
     #[test]

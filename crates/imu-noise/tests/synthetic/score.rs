@@ -2,7 +2,7 @@
 
 use imu_noise::{
     Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape, Status, Term,
-    Terms, white_deficit,
+    Terms, curve_minimum, white_deficit,
 };
 
 pub(crate) const RATE_HZ: f64 = 40.0;
@@ -61,6 +61,8 @@ pub(crate) struct Cell {
     pub(crate) below_white: usize,
     /// N of the same records, where the bias was tracked out of them.
     pub(crate) tracked_white: Score,
+    /// The minimum of the curve, as data sheets have it; estimated where it has a lower end.
+    pub(crate) minimum: Score,
 }
 
 /// The record in the unit in which white noise has the standard deviation 1, as counts.
@@ -148,6 +150,12 @@ impl Cell {
         for ((term, truth), score) in TERMS.into_iter().zip(truths).zip(&mut self.terms) {
             score.count(&fit.parameter(term).unwrap(), truth);
         }
+        let [white, bias, walk] = [0, 1, 2].map(|term| fit.parameter(TERMS[term]).unwrap());
+        let plateau = 2.0 * std::f64::consts::LN_2 / std::f64::consts::PI;
+        let truth = (plateau * truths[1] * truths[1] + 2.0 * truths[0] * truths[2] / 3_f64.sqrt()).sqrt();
+        let minimum = curve_minimum(&white, &bias, &walk);
+        self.minimum.count(&minimum, truth);
+        self.minimum.estimated += usize::from(minimum.status != Status::Estimated && minimum.lower.is_some());
         self.rejected += usize::from(fit.quality.is_none());
         let deficit = |white| white_deficit(&read_out.octaves, &read_out.variances, &read_out.shape, white);
         self.below_white += usize::from(read_out.white().value.map_or(0.0, deficit) > 3.7);
