@@ -168,8 +168,8 @@ fn without_the_window_or_the_rate_nothing_passes_and_nothing_fails() {
 fn with_the_honest_window_the_sheet_holds_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let file = capture(folder.path(), "honest.txt", "VNIMU", "10min", &register_85(20));
-    // the noise of a window of 4 is too much for one of 20
-    let (document, _) = replay(&scaled(&file, [1.0, 0.2_f64.sqrt(), 0.95 * 0.2_f64.sqrt()]), &RATE);
+    // the noise of a window of 4 is too much for one of 20; what rounds to the figure is typical: up to 0.00355 of 0.0035
+    let (document, _) = replay(&scaled(&file, [1.0, 1.015 * 0.2_f64.sqrt(), 0.2_f64.sqrt()]), &RATE);
     let of = |name| verdicts(&document, name, "white")[0];
     assert_eq!([&of("gyro_x")["factor"], &of("gyro_x")["factor_uncertainty"]], [&Value::from(1.0), &Value::from(0.0)]);
     assert_eq!([of("gyro_x"), of("gyro_y"), of("gyro_z")].map(|of| &of["verdict"]), ["fail", "undecided", "pass"]);

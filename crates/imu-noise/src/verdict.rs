@@ -13,6 +13,9 @@ pub enum Claim {
         from: f64,
         /// Upper end; the same for a single value.
         to: f64,
+        /// How far either may be rounded: half a unit of the last printed place of a single value. 0.0035 is what a maker prints of 0.00354,
+        /// too. The ends of a range are as they stand.
+        rounding: f64,
     },
 }
 
@@ -53,7 +56,7 @@ impl Claim {
     pub fn expected(&self, stream: &StreamFactor) -> (f64, f64) {
         let (from, to) = match *self {
             Self::Limit(limit) => (limit, limit),
-            Self::Typical { from, to } => (from, to),
+            Self::Typical { from, to, rounding } => (from - rounding, to + rounding),
         };
         (from * stream.factor * (1.0 - stream.uncertainty), to * stream.factor * (1.0 + stream.uncertainty))
     }
@@ -62,7 +65,8 @@ impl Claim {
     ///
     /// A limit is kept where the upper end of the interval lies below the lowest that a sensor at the limit can read (the uncertainty
     /// counts against passing, as in ISO 14253-1), and broken where the lower end lies above the highest. A typical value is kept up to the
-    /// highest that such a sensor can read. A bound can keep a claim and never break it.
+    /// highest that such a sensor can read, its rounding allowed for: beyond, a sensor is worse than what is typical, which nobody promised.
+    /// A bound can keep a claim and never break it.
     #[must_use]
     pub fn judge(&self, parameter: &Parameter, stream: &StreamFactor) -> Verdict {
         if parameter.status == Status::NotMeasurable {
@@ -147,7 +151,9 @@ mod tests {
     fn the_interval_decides() {
         use Verdict::{Consistent, Fail, NotComparable, Pass, Undecided};
         let limit = Claim::Limit(10.0);
-        let typical = Claim::Typical { from: 5.0, to: 7.0 };
+        let typical = Claim::Typical { from: 5.0, to: 7.0, rounding: 0.0 };
+        // printed as 0.0035
+        let single = Claim::Typical { from: 35.0, to: 35.0, rounding: 0.5 };
         let twice = StreamFactor { factor: 2.0, uncertainty: 0.1, is_known: true };
         let unknown = StreamFactor { is_known: false, ..twice };
         let without = Parameter::without_value;
@@ -173,6 +179,14 @@ mod tests {
             (typical, estimated(6.9, 7.1), StreamFactor::ONE, Undecided),
             (typical, estimated(7.1, 7.2), StreamFactor::ONE, Fail),
             (typical, estimated(15.0, 15.3), twice, Pass),
+            (single, estimated(35.05, 35.15), StreamFactor::ONE, Pass),
+            (single, estimated(35.3, 35.5), StreamFactor::ONE, Pass),
+            (single, estimated(35.4, 35.6), StreamFactor::ONE, Undecided),
+            (single, estimated(35.5, 36.0), StreamFactor::ONE, Undecided),
+            (single, estimated(35.51, 36.0), StreamFactor::ONE, Fail),
+            // 71 at most, and 10 %
+            (single, estimated(77.0, 78.09), twice, Pass),
+            (single, estimated(78.11, 79.0), twice, Fail),
             // without the window nothing passes and nothing fails
             (typical, estimated(1.0, 2.0), unknown, Consistent),
             (typical, estimated(15.0, 16.0), unknown, Consistent),

@@ -91,7 +91,10 @@ fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
     Ok(DatasheetFigure {
         sensor,
         term,
-        claim: if printed.limit.is_some() { Claim::Limit(low) } else { Claim::Typical { from: low, to: high } },
+        claim: match printed.typical {
+            None => Claim::Limit(low),
+            Some(typical) => Claim::Typical { from: low, to: high, rounding: typical.rounding() / unit.factor },
+        },
         is_minimum: printed.convention != Some(Flicker),
         printed: format!("{kind} {number} {}{said}", printed.unit),
         source: printed.source,
@@ -156,6 +159,15 @@ enum SensorName {
     Magnetometer,
 }
 
+impl Typical {
+    /// Half a unit of the last place that is printed of a single value.
+    fn rounding(self) -> f64 {
+        let Self::One(value) = self else { return 0.0 };
+        let decimals = value.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        0.5 * 10_f64.powi(-i32::try_from(decimals).unwrap_or(i32::MAX))
+    }
+}
+
 impl From<SensorName> for Sensor {
     fn from(name: SensorName) -> Self {
         match name {
@@ -211,7 +223,7 @@ mod tests {
         let [Claim::Typical { from: white, .. }] = claim(&sheet, Sensor::Gyroscope, Term::White)[..] else { panic!() };
         close(white, 6.11e-5);
         let bias = claim(&sheet, Sensor::Gyroscope, Term::BiasInstability);
-        let [Claim::Limit(limit), Claim::Typical { from, to }] = bias[..] else { panic!("{bias:?}") };
+        let [Claim::Limit(limit), Claim::Typical { from, to, rounding: 0.0 }] = bias[..] else { panic!("{bias:?}") };
         close(limit, 4.85e-5);
         close(from, 2.42e-5);
         close(to, 3.39e-5);
@@ -222,6 +234,25 @@ mod tests {
         let [Claim::Limit(limit)] = claim(&sheet, Sensor::Accelerometer, Term::BiasInstability)[..] else { panic!() };
         close(limit, 3.92e-4);
         assert!(sheet.figures.iter().all(|figure| figure.source.is_some()));
+    }
+
+    #[test]
+    fn a_single_typical_figure_is_known_to_half_its_last_place() {
+        let rounding = |typical: &str| {
+            let text = format!(
+                "name = \"x\"\n[[figure]]\nsensor = \"accelerometer\"\nparameter = \"white\"\nunit = \"m/s^2/sqrt(Hz)\"\ntypical = {typical}"
+            );
+            match parse(&text).unwrap().figures[0].claim {
+                Claim::Typical { rounding, .. } => rounding,
+                Claim::Limit(_) => panic!(),
+            }
+        };
+        for (typical, expected) in
+            [("0.0035", 5e-5), ("140e-6", 5e-6), ("0.14", 5e-3), ("300", 0.5), ("7.0", 0.5), ("2.25", 5e-3)]
+        {
+            close(rounding(typical), expected);
+        }
+        assert_eq!(rounding("[5.0, 7.0]"), 0.0);
     }
 
     #[test]
@@ -285,7 +316,7 @@ mod tests {
                 Ok(sheet) => for figure in sheet.figures {
                     let (low, high) = match figure.claim {
                         Claim::Limit(limit) => (limit, limit),
-                        Claim::Typical { from, to } => (from, to),
+                        Claim::Typical { from, to, rounding } => (from - rounding, to + rounding),
                     };
                     prop_assert!(low > 0.0 && low <= high && high.is_finite(), "{:?}", figure);
                 },

@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::Verdict;
-use vn100_pipeline::Motion;
+use imu_noise::{Claim, Verdict};
+use vn100_pipeline::{FigureVerdict, Motion};
 
 use super::fill;
 use crate::{
@@ -43,6 +43,13 @@ pub(super) fn write_verdicts(
     }
     if verdicts.channels.iter().flatten().any(|figure| figure.verdict == Verdict::Consistent) {
         writeln!(out, "{}", fill(&format!("consistent: {WHY_CONSISTENT}"), "", "  "))?;
+    }
+    let is_single =
+        |figure: &FigureVerdict| matches!(figure.figure.claim, Claim::Typical { rounding, .. } if rounding > 0.0);
+    if verdicts.channels.iter().flatten().any(is_single) {
+        let text = "typically: what many sensors read, and no guarantee. A single figure stands for all that round to it, half a unit of its \
+                    last place either way; a sensor beyond fails it";
+        writeln!(out, "{}", fill(text, "", "  "))?;
     }
     write_grades(out, channels)
 }

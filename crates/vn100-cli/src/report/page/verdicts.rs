@@ -60,7 +60,7 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
             }
         }
         p {
-            "A limit is kept where the whole interval lies below the least that a sensor at the limit reads; a typical value is no limit. "
+            "A limit is kept where the whole interval lies below the least that a sensor at the limit reads. A typical value is no guarantee, and a single one stands for all that round to it. "
             @if rows.iter().any(|(_, verdict)| !verdict.stream.is_known) {
                 "* If register 85 is as sold; the record does not tell, so that a figure may be consistent with it but cannot pass or fail. "
             }
@@ -98,6 +98,9 @@ fn measured(verdict: &FigureVerdict, factor: f64) -> String {
                 four_digits(lower * factor),
                 four_digits(upper * factor)
             )
+        }
+        (None, Some(lower), Some(upper)) => {
+            format!("{} to {}", four_digits(lower * factor), four_digits(upper * factor))
         }
         (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
         _ => NOTHING.into(),
