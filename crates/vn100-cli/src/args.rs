@@ -171,6 +171,19 @@ pub(crate) struct ConfigureArgs {
     pub(crate) save: bool,
 }
 
+/// Diagnostics; without them, warnings only.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct LogArgs {
+    /// Tell on stderr what befalls the link, what is asked and answered, and which lines are refused and why; no view is shown on a
+    /// terminal that this goes to
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+
+    /// Write that to a new file; an existing one is never replaced
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Option<PathBuf>,
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct FileArgs {
     /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is standard input
@@ -184,6 +197,9 @@ pub(crate) struct FileArgs {
     /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
+
+    #[command(flatten)]
+    pub(crate) log: LogArgs,
 }
 
 #[derive(Debug, clap::Args)]

@@ -21,7 +21,8 @@ use crate::{
     exit::Exit,
     interrupt::stop_on_interrupt,
     judging::Judging,
-    live_source::{LiveSource, Opened, closed},
+    live_source::{LiveSource, Opened, changed, closed},
+    log::{Entries, Log, takes_terminal},
     measured::{Measured, Teller, Telling, all_of, print_line},
     source_document::Origin,
     status::Status,
@@ -52,26 +53,33 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
         );
     }
     let metadata = conditions::read(args.recording.meta.as_deref(), &args.measure.settings())?;
+    let log = Log::open(&args.link.log)?;
     // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
     let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let runtime = runtime.context("cannot start the worker thread")?;
-    let exit = runtime.block_on(attach_all(args, telling, metadata));
+    let exit = runtime.block_on(attach_all(args, telling, metadata, log.entries()));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     exit
 }
 
-async fn attach_all(args: AttachArgs, telling: Telling, metadata: BTreeMap<String, String>) -> Result<Exit> {
+async fn attach_all(
+    args: AttachArgs,
+    telling: Telling,
+    metadata: BTreeMap<String, String>,
+    log: Entries,
+) -> Result<Exit> {
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
     let judging = Arc::new(Judging::new(&args.measure)?);
-    let notices = (telling == Telling::Text && view::is_there()).then(Notices::default);
+    let is_told_over = takes_terminal(&args.link.log);
+    let notices = (telling == Telling::Text && view::is_there() && !is_told_over).then(Notices::default);
     let mut settings = Settings { recent: notices.is_some(), ..args.measure.settings() };
     if notices.is_none() && telling != Telling::Ndjson {
         // nobody looks more often
         settings.watch_every = Status::PERIOD;
     }
-    let status = Status::new(notices.clone());
-    let job = Arc::new(Job { settings, judging, telling, metadata, status, args });
+    let status = Status::new(notices.clone(), is_told_over);
+    let job = Arc::new(Job { settings, judging, telling, metadata, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut feeds = Vec::new();
     let mut unrecorded = Vec::new();
@@ -118,6 +126,7 @@ struct Job {
     /// Goes into every recording.
     metadata: BTreeMap<String, String>,
     status: Status,
+    log: Entries,
 }
 
 async fn attach_one(
@@ -143,7 +152,7 @@ async fn measure_one(
     stop: CancellationToken,
 ) -> Result<Measured> {
     let mut origin = Origin { name: source.to_string(), ..Origin::default() };
-    let live = match LiveSource::new(source, job.args.link.clone()) {
+    let live = match LiveSource::new(source, job.args.link.clone(), job.log.clone()) {
         Ok(live) => live,
         Err(error) => {
             origin.error = Some(format!("{}: {error:#}", origin.name));
@@ -373,17 +382,6 @@ async fn measure(
                 }
             }
         }
-    }
-}
-
-/// Waits until the state of a link changes; for ever where there is none.
-async fn changed(state: &mut Option<watch::Receiver<LinkState>>) {
-    let changed = match state {
-        Some(state) => state.changed().await.is_ok(),
-        None => false,
-    };
-    if !changed {
-        std::future::pending::<()>().await;
     }
 }
 

@@ -9,6 +9,7 @@ use crate::{
     exit::{Exit, print, printable},
     interrupt::stop_on_interrupt,
     live_source::LiveSource,
+    log::Log,
 };
 
 pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
@@ -29,11 +30,12 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
             "the serial server sets the speed of its line, and would not hear the sensor at another: --set-baud needs a port"
         );
     }
+    let log = Log::open(&args.link.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let configured = runtime.block_on(async {
         let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
-        let live = LiveSource::new(args.source, args.link)?;
+        let live = LiveSource::new(args.source, args.link, log.entries())?;
         live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings, &stop).await?)).await
     })?;
     let kept = match (settings.save, configured.changes.is_empty()) {

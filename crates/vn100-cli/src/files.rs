@@ -24,6 +24,7 @@ use crate::{
     document::Document,
     interrupt::stop_on_interrupt,
     judging::Judging,
+    log::{Entries, Log, takes_terminal},
     measured::{Measured, print_line},
     progress::Progress,
     source_document::Origin,
@@ -44,8 +45,9 @@ pub(crate) fn measure_files(
     each_second: EachSecond,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
+    let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let result = runtime.block_on(measure_all(args, each_second, take));
+    let result = runtime.block_on(measure_all(args, each_second, log.entries(), take));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     result
@@ -54,16 +56,18 @@ pub(crate) fn measure_files(
 async fn measure_all(
     args: &FileArgs,
     each_second: EachSecond,
+    log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let printed = each_second == EachSecond::Printed;
     let job = Arc::new(Job {
-        read: args.measure.read_options(),
+        read: log.asked(args.measure.read_options()),
         settings: args.measure.settings(),
         columns: args.columns.clone(),
         ndjson: printed,
         judging: Arc::new(Judging::new(&args.measure)?),
-        progress: Progress::new(args.files.iter().map(|file| stored_bytes(file))),
+        progress: Progress::new(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
+        log,
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
         stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
@@ -85,6 +89,7 @@ struct Job {
     ndjson: bool,
     judging: Arc<Judging>,
     progress: Progress,
+    log: Entries,
     turns: Semaphore,
     stop: CancellationToken,
 }
@@ -130,7 +135,7 @@ async fn measure(
     let seconds = job.ndjson.then_some(seconds);
     let mut assessments = Assessments::new(settings.confidence);
     let events = capture.read(read, job.stop.clone()).context("cannot start the reading thread")?;
-    let measurement = start(events, settings, seconds);
+    let measurement = start(job.log.watch(&origin.name, events), settings, seconds);
     let outcome = async {
         // ends with the measurement: it holds the only sender
         while let Some(snapshot) = each_second.recv().await {

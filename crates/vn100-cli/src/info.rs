@@ -18,6 +18,7 @@ use crate::{
     exit::{Exit, print, print_json, printable},
     interrupt::stop_on_interrupt,
     live_source::LiveSource,
+    log::Log,
 };
 
 /// What is asked: identity, output, processing.
@@ -30,11 +31,12 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
     if args.link.listen_only {
         bail!("--listen-only sends nothing to the sensor, so that it cannot be asked");
     }
+    let log = Log::open(&args.link.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let info = runtime.block_on(async {
         let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
-        let live = LiveSource::new(args.source, args.link)?;
+        let live = LiveSource::new(args.source, args.link, log.entries())?;
         let asked = live.ask(&stop, async |link| {
             stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
         });

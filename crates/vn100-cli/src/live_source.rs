@@ -2,7 +2,7 @@
 
 use std::{
     env, fmt,
-    future::Future,
+    future::{self, Future},
     io,
     path::PathBuf,
     process,
@@ -10,7 +10,11 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use tokio::{sync::mpsc, task, time::Duration};
+use tokio::{
+    sync::{mpsc, watch},
+    task,
+    time::Duration,
+};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
     Change, Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source,
@@ -20,6 +24,7 @@ use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
     args::{Baud, LinkArgs, SourceName},
+    log::Entries,
     sim,
 };
 
@@ -33,6 +38,7 @@ const ON_FOR: Duration = Duration::from_secs(2);
 pub(crate) struct LiveSource {
     name: SourceName,
     link: LinkArgs,
+    log: Entries,
     /// The emulated sensor and the name of its port.
     emulated: Option<(PathBuf, PtySensor)>,
 }
@@ -41,6 +47,17 @@ pub(crate) struct LiveSource {
 pub(crate) async fn closed(link: &LinkHandle) {
     // a link that is gone has no state any more
     let _ = link.state().wait_for(|state| matches!(state, LinkState::Closed)).await;
+}
+
+/// Waits until the state of a link changes; for ever where there is none.
+pub(crate) async fn changed(state: &mut Option<watch::Receiver<LinkState>>) {
+    let changed = match state {
+        Some(state) => state.changed().await.is_ok(),
+        None => false,
+    };
+    if !changed {
+        future::pending::<()>().await;
+    }
 }
 
 /// A source that is being opened; what comes of that, the events tell.
@@ -52,7 +69,7 @@ pub(crate) struct Opened {
 
 impl LiveSource {
     /// Makes a source ready: starts the emulated sensor.
-    pub(crate) fn new(name: SourceName, link: LinkArgs) -> Result<Self> {
+    pub(crate) fn new(name: SourceName, link: LinkArgs, log: Entries) -> Result<Self> {
         let emulated = match name {
             SourceName::Sim => {
                 let port = private_name();
@@ -61,7 +78,7 @@ impl LiveSource {
             }
             SourceName::Port(_) | SourceName::Tcp(_) | SourceName::Stdin => None,
         };
-        Ok(Self { name, link, emulated })
+        Ok(Self { name, link, log, emulated })
     }
 
     /// Its form, as documents name it.
@@ -79,18 +96,23 @@ impl LiveSource {
         recording: Option<mpsc::Sender<Input>>,
         stop: CancellationToken,
     ) -> Result<Opened> {
+        let read = self.log.asked(read);
         if self.name == SourceName::Stdin {
             if temperature {
                 bail!("standard input cannot be asked for the temperature: name a port");
             }
             let source = ReaderSource::spawn_live(io::stdin(), Clock::start()).context("cannot start to read")?;
             let events = read_samples(Recorded { source, recording }, read, stop);
-            return Ok(Opened { link: None, events });
+            return Ok(Opened { link: None, events: self.watched(events) });
         }
         let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
         let (link, events) =
             self.open_link(LinkOptions { read, recording, poll_temperature, keep, ..LinkOptions::default() }, stop)?;
-        Ok(Opened { link: Some(link), events })
+        Ok(Opened { link: Some(link), events: self.watched(events) })
+    }
+
+    fn watched(&self, events: mpsc::Receiver<Event>) -> mpsc::Receiver<Event> {
+        self.log.watch(&self.name.to_string(), events)
     }
 
     /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and closes it again. Once begun, `work` looks
@@ -101,7 +123,9 @@ impl LiveSource {
         work: impl FnOnce(LinkHandle) -> F,
     ) -> Result<T> {
         let closing = CancellationToken::new();
-        let (link, mut events) = self.open_link(LinkOptions::default(), closing.clone())?;
+        let read = self.log.asked(ReadOptions::default());
+        let (link, events) = self.open_link(LinkOptions { read, ..LinkOptions::default() }, closing.clone())?;
+        let mut events = self.watched(events);
         // the link waits for whoever takes its events
         let ended = task::spawn(async move {
             let mut error = None;

@@ -15,6 +15,7 @@ mod info;
 mod interrupt;
 mod judging;
 mod live_source;
+mod log;
 mod man;
 mod measured;
 mod noise_document;

@@ -22,9 +22,13 @@ impl Status {
     /// How often a line is worth writing anew.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// Lines on stderr, or none where a view takes what is to be told.
-    pub(crate) fn new(view: Option<Notices>) -> Self {
-        let target = if view.is_some() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
+    /// Lines on stderr, or none where a view takes what is to be told, or something `else_is_told` there all the time.
+    pub(crate) fn new(view: Option<Notices>, else_is_told: bool) -> Self {
+        let target = if view.is_some() || else_is_told {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr_with_hz(4)
+        };
         Self { lines: MultiProgress::with_draw_target(target), view }
     }
 

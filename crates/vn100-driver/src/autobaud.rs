@@ -54,11 +54,11 @@ pub(crate) struct Heard {
 }
 
 impl Trial {
-    /// Listens, and asks unless that is not allowed.
+    /// Listens, and asks unless that is not allowed; the question, if it was written, is told to `sent`.
     ///
     /// # Errors
     /// When the link goes down.
-    pub(crate) async fn run(self, connection: &mut impl Connection) -> io::Result<Heard> {
+    pub(crate) async fn run(self, connection: &mut impl Connection, sent: impl FnOnce(&[u8])) -> io::Result<Heard> {
         // ten bits a byte
         let line_time = self.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1));
         let mut listener = Listener::new(self.accept_unchecked);
@@ -66,6 +66,7 @@ impl Trial {
         let mut found_at = listener.listen(connection, listen).await?;
         if found_at.is_none() && !self.listen_only {
             connection.write(QUESTION).await?;
+            sent(QUESTION);
             found_at = listener.listen(connection, ANSWER + line_time).await?;
         }
         Ok(listener.heard(found_at))

@@ -4,7 +4,7 @@ use std::{fmt, io, sync::Arc};
 
 use vn100_protocol::{Layout, PrintFormat, RegisterContents, Tally};
 
-use crate::{csv::OddRowCounts, source::LinkEvent, unasked_errors::UnaskedErrors};
+use crate::{csv::OddRowCounts, diagnostic::Diagnostic, source::LinkEvent, unasked_errors::UnaskedErrors};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -37,6 +37,8 @@ pub struct Batch {
     pub marks: Vec<Mark>,
     /// What the sensor said of its registers, in order.
     pub registers: Vec<RegisterValue>,
+    /// What passed beside the samples, in order; empty unless [`ReadOptions`](crate::ReadOptions) ask for it.
+    pub diagnostics: Vec<Diagnostic>,
     /// All that the stream has carried from its beginning to the end of this batch.
     pub link: LinkCounts,
 }

@@ -1,5 +1,29 @@
 //! Where VN-100 bytes come from, and how they become typed samples.
 //!
+//! # A recording
+//!
+//! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of that read. [`read_samples`] turns
+//! them into [`Event`]s: one [`Batch`] of samples per chunk, with everything that was not a sample counted and placed between them.
+//! Only a failing read ends a stream; bad content never does.
+//!
+//! ```
+//! use tokio_util::sync::CancellationToken;
+//! use vn100_driver::{Capture, Event, ReadOptions};
+//!
+//! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
+//! let mut events = capture.read(ReadOptions::default(), CancellationToken::new())?;
+//! while let Some(event) = events.recv().await {
+//!     if let Event::Batch(batch) = event {
+//!         for counts in batch.rows() {
+//!             println!("{counts:?} in units of the last printed digit");
+//!         }
+//!     }
+//! }
+//! # Ok(()) }
+//! ```
+//!
 //! # A sensor on a port
 //!
 //! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), finds the speed, hands out [`Event`]s, and opens the link again
@@ -25,30 +49,6 @@
 //! }
 //! # }
 //! ```
-//!
-//! # A recording
-//!
-//! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of that read. [`read_samples`] turns
-//! them into [`Event`]s: one [`Batch`] of samples per chunk, with everything that was not a sample counted and placed between them.
-//! Only a failing read ends a stream; bad content never does.
-//!
-//! ```
-//! use tokio_util::sync::CancellationToken;
-//! use vn100_driver::{Capture, Event, ReadOptions};
-//!
-//! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
-//! let mut events = capture.read(ReadOptions::default(), CancellationToken::new())?;
-//! while let Some(event) = events.recv().await {
-//!     if let Event::Batch(batch) = event {
-//!         for counts in batch.rows() {
-//!             println!("{counts:?} in units of the last printed digit");
-//!         }
-//!     }
-//! }
-//! # Ok(()) }
-//! ```
 
 mod autobaud;
 mod back_off;
@@ -61,6 +61,7 @@ mod connect;
 mod connect_error;
 mod conversation;
 mod csv;
+mod diagnostic;
 mod event;
 mod gunzip;
 mod health;
@@ -93,6 +94,7 @@ pub use configure::{ConfigureError, Configured, configure, restore};
 pub use connect::{Connect, Connection};
 pub use connect_error::ConnectError;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, OddRow, OddRowCounts};
+pub use diagnostic::Diagnostic;
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue, RowCounter,
 };

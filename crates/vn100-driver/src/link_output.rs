@@ -67,6 +67,11 @@ impl LinkOutput {
         Ok(())
     }
 
+    /// Notes that a command was written.
+    pub(crate) fn note_sent(&mut self, line: &[u8]) {
+        self.parser.note_sent(line);
+    }
+
     /// What the stream has carried so far. A line with a right checksum counts, whatever else may be wrong with it: the link carries a
     /// sensor.
     pub(crate) fn seen(&self) -> Seen {

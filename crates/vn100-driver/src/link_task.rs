@@ -166,6 +166,7 @@ impl<C: Connect> LinkTask<C> {
         loop {
             while let Some(line) = self.conversation.next_line(self.start.elapsed(), up.baud) {
                 connection.write(&line).await?;
+                self.output.note_sent(&line);
             }
             let silence = silent_since.map_or(heard + health.silent_after(), |since| since + SILENCE);
             let wake = self.conversation.wake_at().map(|wake| self.start + wake);

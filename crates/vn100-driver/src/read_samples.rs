@@ -7,6 +7,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR};
 
 use crate::{
+    diagnostic::Diagnostic,
     event::{Arrival, Batch, End, Event, LinkCounts, Mark, MarkKind, MessageName, RegisterValue, RowCounter},
     source::{Input, LinkEvent, LinkEventKind, Source},
 };
@@ -19,6 +20,9 @@ pub struct ReadOptions {
     /// Give every sample a batch of its own, whose counts end with its line: what was known at each sample is then the same however
     /// the bytes were cut into reads. Costs a channel send per sample.
     pub line_by_line: bool,
+    /// Keep commands, answers and refused lines in the batches, as [`diagnostics`](Batch::diagnostics). The rows of a CSV file that are
+    /// not let in are not among them: its [report](crate::CsvReport) names the first of each kind.
+    pub diagnostics: bool,
 }
 
 /// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory flat.
@@ -88,12 +92,15 @@ struct Stream {
     sealed: Vec<Batch>,
     /// Answers, where somebody takes them.
     replies: Option<Vec<Reply>>,
+    /// Whether diagnostics are kept.
+    is_diagnosed: bool,
 }
 
 impl Parser {
     pub(crate) fn new(options: ReadOptions) -> Self {
         let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
-        Self { decoder, stream: Stream::default(), line_by_line: options.line_by_line, waiting: Vec::new() }
+        let stream = Stream { is_diagnosed: options.diagnostics, ..Stream::default() };
+        Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
     }
 
     /// Takes what a source delivered: the events that follow from it.
@@ -119,6 +126,11 @@ impl Parser {
     /// The answers since the last call.
     pub(crate) fn take_replies(&mut self) -> Vec<Reply> {
         self.stream.replies.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Notes that a command was written.
+    pub(crate) fn note_sent(&mut self, line: &[u8]) {
+        self.stream.diagnose(|| Diagnostic::Sent(line.into()));
     }
 
     /// What the stream has carried so far.
@@ -194,6 +206,9 @@ impl Parser {
 
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
+        if let Item::Bad(bad) = &item {
+            self.diagnose(|| Diagnostic::refused(bad));
+        }
         match item {
             Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format(), ymr.suffix()),
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current, imu.suffix()),
@@ -207,7 +222,14 @@ impl Stream {
         }
     }
 
+    fn diagnose(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
+        if self.is_diagnosed {
+            self.open.diagnostics.push(diagnostic());
+        }
+    }
+
     fn put_reply(&mut self, sentence: &Sentence<'_>) {
+        self.diagnose(|| Diagnostic::reply(sentence));
         // one that says nothing is in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
         match &reply {

@@ -12,7 +12,8 @@ use crate::{
     trouble::Trouble,
 };
 
-/// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is put behind `aside`.
+/// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is put behind `aside`; each line
+/// written is told to `sent`.
 ///
 /// # Errors
 /// When the sensor refuses or does not answer, or the link goes down.
@@ -20,6 +21,7 @@ pub(crate) async fn set_again(
     connection: &mut impl Connection,
     changes: &[Change],
     aside: &mut Vec<Input>,
+    mut sent: impl FnMut(&[u8]),
 ) -> Result<(), Trouble> {
     let mut session = Session::new(Check::Xor8);
     let writes =
@@ -38,6 +40,7 @@ pub(crate) async fn set_again(
     while left > 0 {
         while let Some(line) = session.poll_transmit(start.elapsed()) {
             connection.write(&line).await?;
+            sent(&line);
         }
         let wake = start + session.poll_timeout().unwrap_or(Duration::ZERO);
         tokio::select! {

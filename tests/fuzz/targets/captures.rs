@@ -33,7 +33,7 @@ pub(crate) fn check(input: &[u8]) {
             let plain = capture.stored_bytes.is_none() && !is_packed(bytes);
             told(
                 capture,
-                ReadOptions { accept_unchecked: options & 1 == 1, line_by_line },
+                ReadOptions { accept_unchecked: options & 1 == 1, line_by_line, diagnostics: options & 8 == 8 },
                 plain.then_some(bytes.len()),
             )
         })

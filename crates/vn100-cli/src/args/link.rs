@@ -6,6 +6,8 @@ use clap::Args;
 use vn100_driver::OutputSettings;
 use vn100_sim::{Profile, fault::FaultPlan};
 
+use super::LogArgs;
+
 /// Where a live stream comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum SourceName {
@@ -88,6 +90,9 @@ pub(crate) struct LinkArgs {
 
     #[command(flatten)]
     pub(crate) sim: SimSensorArgs,
+
+    #[command(flatten)]
+    pub(crate) log: LogArgs,
 }
 
 /// The sensor that "sim" emulates.

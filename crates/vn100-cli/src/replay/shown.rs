@@ -23,6 +23,7 @@ use crate::{
     files::{Opened, name, open, open_capture, unreadable},
     interrupt::stop_on_interrupt,
     judging::Judging,
+    log::{Entries, Log, takes_terminal},
     measured::{Measured, Teller, all_of},
     pace::{Beginning, PaceWish, Speed, paced},
     source_document::Origin,
@@ -42,26 +43,31 @@ pub(super) fn replay_shown(args: &FileArgs, speed: Speed) -> Result<Exit> {
             "--speed is for the view, which needs a terminal before and behind it; without --speed the result is printed at once"
         );
     }
+    if takes_terminal(&args.log) {
+        bail!("-v would be written over the view: --log FILE keeps the diagnostics beside it");
+    }
+    let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let exit = runtime.block_on(replay_all(args, speed));
+    let exit = runtime.block_on(replay_all(args, speed, log.entries()));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     exit
 }
 
-async fn replay_all(args: &FileArgs, speed: Speed) -> Result<Exit> {
+async fn replay_all(args: &FileArgs, speed: Speed, log: Entries) -> Result<Exit> {
     let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
     let notices = Notices::default();
     let settings = Settings { recent: true, ..args.measure.settings() };
     let confidence = settings.confidence;
     let job = Arc::new(Job {
-        read: ReadOptions { line_by_line: true, ..args.measure.read_options() },
+        read: log.asked(ReadOptions { line_by_line: true, ..args.measure.read_options() }),
         settings,
         columns: args.columns.clone(),
         judging: Arc::new(Judging::new(&args.measure)?),
         speed,
         notices: notices.clone(),
         stop: stop.clone(),
+        log,
     });
     let judging = Arc::clone(&job.judging);
     let mut feeds = Vec::new();
@@ -89,6 +95,7 @@ struct Job {
     speed: Speed,
     notices: Notices,
     stop: CancellationToken,
+    log: Entries,
 }
 
 /// Replays one capture, from its beginning again whenever the view goes back in it, until the view is quit.
@@ -145,6 +152,7 @@ async fn replay_once(
     let ends = job.stop.child_token();
     let _ends = ends.clone().drop_guard();
     let events = capture.read(job.read, ends.clone()).context("cannot start the reading thread")?;
+    let events = job.log.watch(&origin.name, events);
     let (paces, wished) = mpsc::channel(WAITING_WISHES);
     let (rate, rate_hz) = watch::channel(settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ));
     let (events, position) = paced(events, wished, rate_hz, beginning, ends);
@@ -217,7 +225,7 @@ async fn count_samples(path: PathBuf, job: Arc<Job>, counted: watch::Sender<Opti
     }
     let columns = job.columns.clone();
     let capture = task::spawn_blocking(move || open_capture(&path, columns.as_ref())).await??;
-    let read = ReadOptions { line_by_line: false, ..job.read };
+    let read = ReadOptions { line_by_line: false, diagnostics: false, ..job.read };
     let mut events = capture.read(read, job.stop.clone())?;
     let mut rows = 0;
     while let Some(event) = events.recv().await {

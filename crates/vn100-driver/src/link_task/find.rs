@@ -63,11 +63,14 @@ impl<C: Connect> LinkTask<C> {
         if changes.is_empty() {
             return Ok(());
         }
-        let set = self.stop.run_until_cancelled(set_again(connection, &changes, held)).await;
+        let output = &mut self.output;
+        let set =
+            self.stop.run_until_cancelled(set_again(connection, &changes, held, |line| output.note_sent(line))).await;
         self.set_aside(std::mem::take(held)).await?;
         let Some(set) = set else {
             // its output may be paused; whoever stops has no more use for the answer
             connection.write(RESUME).await?;
+            self.output.note_sent(RESUME);
             return Err(Trouble::Stopped);
         };
         set
@@ -108,7 +111,9 @@ impl<C: Connect> LinkTask<C> {
             self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
             let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
             loop {
-                let heard = self.stop.run_until_cancelled(trial.run(connection)).await.ok_or(Trouble::Stopped)??;
+                let output = &mut self.output;
+                let heard = self.stop.run_until_cancelled(trial.run(connection, |line| output.note_sent(line))).await;
+                let heard = heard.ok_or(Trouble::Stopped)??;
                 let came = self.set_aside(heard.before).await?;
                 (bytes, echoes) = (bytes + came, echoes + heard.echoes);
                 if let Some(inputs) = heard.sensor {

@@ -1,0 +1,197 @@
+//! Diagnostics, for whoever looks for a fault: what befell a link, what was asked and answered, which lines were refused and why.
+//!
+//! A thread of its own writes them: measuring never waits for it. What it does not take in time is left out, and counted in it.
+
+use std::{
+    fs::File,
+    io::{self, IsTerminal, Write},
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+        mpsc::{self as blocking, SyncSender},
+    },
+    thread::{self, JoinHandle},
+    time::SystemTime,
+};
+
+use anyhow::{Context, Result};
+use tokio::sync::mpsc;
+use vn100_driver::{CsvReport, Event, LinkEventKind, ReadOptions};
+
+use crate::{
+    args::LogArgs,
+    exit::{printable, report},
+};
+
+/// Entries that may wait to be written; a stream of nothing but refused lines fills them within a second of a slow disk.
+const WAITING_ENTRIES: usize = 4096;
+
+/// Events that may wait between a source and its measurement beside those of the source itself.
+const WAITING_EVENTS: usize = 1;
+
+/// Diagnostics as the options ask for them, from here on until it is dropped.
+pub(crate) struct Log {
+    entries: Entries,
+    writer: Option<JoinHandle<()>>,
+}
+
+/// Where diagnostics go; nowhere by default.
+#[derive(Clone, Default)]
+pub(crate) struct Entries {
+    sender: Option<SyncSender<Option<String>>>,
+    lost: Arc<AtomicU64>,
+}
+
+impl Log {
+    /// Begins to write; a file is always a new one.
+    ///
+    /// # Errors
+    /// When the file exists, be it as a link, or cannot be made.
+    pub(crate) fn open(args: &LogArgs) -> Result<Self> {
+        let file = match &args.log {
+            Some(path) => Some((path.clone(), create(path)?)),
+            None => None,
+        };
+        if file.is_none() && !args.verbose {
+            return Ok(Self { entries: Entries::default(), writer: None });
+        }
+        let (sender, inbox) = blocking::sync_channel(WAITING_ENTRIES);
+        let entries = Entries { sender: Some(sender), lost: Arc::default() };
+        let (lost, verbose) = (Arc::clone(&entries.lost), args.verbose);
+        // ends with the log
+        let writer = thread::Builder::new().name("log".into()).spawn(move || {
+            let mut file = file;
+            let mut write = |entry: &str| {
+                if verbose {
+                    report(entry);
+                }
+                if let Some((path, open)) = &mut file
+                    && let Err(error) = writeln!(open, "{}", printable(entry))
+                {
+                    report(&format!("{}: the log cannot be written, and ends here: {error}", path.display()));
+                    file = None;
+                }
+            };
+            while let Ok(Some(entry)) = inbox.recv() {
+                write(&entry);
+                match lost.swap(0, Ordering::Relaxed) {
+                    0 => {}
+                    lost => write(&format!("{lost} entries are left out here: they came faster than they are written")),
+                }
+            }
+        });
+        Ok(Self { entries, writer: Some(writer.context("cannot start the thread of the log")?) })
+    }
+
+    /// Where to tell it something.
+    pub(crate) fn entries(&self) -> Entries {
+        self.entries.clone()
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        if let Some(sender) = &self.entries.sender {
+            // behind all that was told; a writer that is gone needs no end
+            let _ = sender.send(None);
+        }
+        if let Some(writer) = self.writer.take() {
+            // one that panicked has nothing more to write
+            let _ = writer.join();
+        }
+    }
+}
+
+impl Entries {
+    /// What to ask a source for.
+    pub(crate) fn asked(&self, read: ReadOptions) -> ReadOptions {
+        ReadOptions { diagnostics: self.sender.is_some(), ..read }
+    }
+
+    /// The events of the source of that name, told on the way.
+    pub(crate) fn watch(&self, name: &str, mut events: mpsc::Receiver<Event>) -> mpsc::Receiver<Event> {
+        if self.sender.is_none() {
+            return events;
+        }
+        let (sender, watched) = mpsc::channel(WAITING_EVENTS);
+        let (entries, name) = (self.clone(), name.to_owned());
+        // ends with the source, or when nobody takes its events any more
+        tokio::spawn(async move {
+            loop {
+                let event = tokio::select! {
+                    // a source of which nobody takes anything any more may bring nothing for ever
+                    biased;
+                    () = sender.closed() => return,
+                    event = events.recv() => event,
+                };
+                let Some(event) = event else { return };
+                entries.tell(&name, &event);
+                if sender.send(event).await.is_err() {
+                    return;
+                }
+            }
+        });
+        watched
+    }
+
+    /// Tells what an event holds beside samples.
+    pub(crate) fn tell(&self, name: &str, event: &Event) {
+        match event {
+            Event::Batch(batch) => {
+                batch.diagnostics.iter().for_each(|diagnostic| self.put(name, &diagnostic.to_string()));
+            }
+            Event::Link(event) => self.put(name, &befell(&event.kind)),
+            Event::End(end) => {
+                end.csv.iter().flat_map(refused_rows).for_each(|rows| self.put(name, &rows));
+                match &end.error {
+                    Some(error) => self.put(name, &format!("ended: {error}")),
+                    None => self.put(name, "ended"),
+                }
+            }
+        }
+    }
+
+    fn put(&self, name: &str, text: &str) {
+        let Some(sender) = &self.sender else { return };
+        let now = humantime::format_rfc3339_millis(SystemTime::now());
+        if sender.try_send(Some(format!("{now} {name}: {text}"))).is_err() {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Whether diagnostics would be written over what else is shown on the terminal.
+pub(crate) fn takes_terminal(args: &LogArgs) -> bool {
+    args.verbose && io::stderr().is_terminal()
+}
+
+fn create(path: &Path) -> Result<File> {
+    // also where a link leads nowhere
+    File::create_new(path).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => anyhow::anyhow!("{} exists: a log never replaces a file", path.display()),
+        _ => anyhow::Error::new(error).context(format!("cannot make the log {}", path.display())),
+    })
+}
+
+fn befell(kind: &LinkEventKind) -> String {
+    match kind {
+        LinkEventKind::Up { port, baud: Some(baud) } => format!("link up: {port} at {baud} baud"),
+        LinkEventKind::Up { port, baud: None } => format!("link up: {port}"),
+        LinkEventKind::Down { cause } => format!("link down: {cause}"),
+        LinkEventKind::Probed { bytes } => format!("{bytes} bytes came before the sensor was heard"),
+        LinkEventKind::Overrun { bytes } => format!("{bytes} bytes were lost before they were read"),
+        LinkEventKind::UnaskedError { error } => {
+            format!("the sensor refused a command that did not come from here: {error}")
+        }
+    }
+}
+
+fn refused_rows(csv: &CsvReport) -> impl Iterator<Item = String> {
+    csv.odd.iter().map(|rows| {
+        format!(
+            "refused {} rows, {}: the first in line {}: {}",
+            rows.count, rows.reason, rows.first_line, rows.first_text
+        )
+    })
+}

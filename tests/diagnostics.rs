@@ -1,0 +1,78 @@
+//! What `-v` and `--log FILE` tell, and that nothing else changes by them.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
+
+mod support;
+
+use std::{fs, os::unix::fs::symlink};
+
+use support::{document, replay, replay_log, run, vn100, with_stdin};
+
+/// The lines of a log that hold `what`, behind time and source.
+fn entries<'a>(log: &'a str, what: &str) -> Vec<&'a str> {
+    log.lines().filter(|line| line.contains(what)).collect()
+}
+
+#[test]
+fn every_refused_line_is_in_the_log_and_the_result_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let (capture, log) = (replay_log("corrupted.vnymr"), folder.path().join("log"));
+    let (without, _) = replay(&capture, &[]);
+    let output = vn100().args(["replay", "--json", "--log"]).arg(&log).arg(&capture).output().unwrap();
+    assert_eq!(document(&output), without);
+    assert!(output.stderr.is_empty());
+    let log = fs::read_to_string(&log).unwrap();
+    for (kind, count) in without["link"]["bad_frames"].as_object().unwrap() {
+        let reason = format!(", {}:", kind.replace("too_long", "too long"));
+        assert_eq!(entries(&log, &reason).len() as u64, count.as_u64().unwrap(), "{kind}");
+    }
+    assert!(entries(&log, "corrupted.vnymr: refused at byte ").len() > 10, "{log}");
+    assert!(log.trim_end().ends_with("corrupted.vnymr: ended"), "{log}");
+}
+
+#[test]
+fn what_is_asked_and_answered_is_told_of_a_live_sensor() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log");
+    let measured = run(vn100().args(["attach", "sim", "--duration", "2s", "--json", "--log"]).arg(&log));
+    assert_eq!(measured.status.code(), Some(0));
+    let told = fs::read_to_string(&log).unwrap();
+    for what in ["link up: ", "sent $VNRRG,07*74", "reply $VNRRG,07,40*"] {
+        assert_eq!(entries(&told, &format!(" sim: {what}")).len(), 1, "{what}: {told}");
+    }
+    assert_eq!(
+        entries(&told, "reply $VNRRG").len() as u64,
+        document(&measured)["link"]["replies"].as_u64().unwrap(),
+        "{told}"
+    );
+    let asked = run(vn100().args(["info", "sim", "-v"]));
+    let told = String::from_utf8(asked.stderr).unwrap();
+    assert!(entries(&told, "sim: sent $VNRRG,03").len() == 1 && told.ends_with("sim: ended\n"), "{told}");
+    let quiet = run(vn100().args(["info", "sim"]));
+    assert!(quiet.stderr.is_empty() && quiet.stdout.starts_with(b"sim: "), "{quiet:?}");
+}
+
+#[test]
+fn a_log_is_a_new_file_in_which_nothing_steers_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("precious"), "precious").unwrap();
+    symlink(path("precious"), path("link")).unwrap();
+    symlink(path("made"), path("dangling")).unwrap();
+    for name in ["precious", "link", "dangling"] {
+        for command in [&["replay", "-"][..], &["attach", "-"], &["info", "sim"]] {
+            let output = with_stdin(vn100().args(command).arg("--log").arg(path(name)), b"");
+            let error = String::from_utf8(output.stderr).unwrap();
+            assert!(output.status.code() == Some(1) && error.contains("exists"), "{command:?} {name}: {error}");
+        }
+    }
+    assert_eq!(fs::read_to_string(path("precious")).unwrap(), "precious");
+    assert!(!path("made").exists());
+    let hostile = "$VNRRG,01,\x1b[2J\u{9b}\u{202e}*00\r\n$VNYMR,\x07*00\r\nx".repeat(20);
+    let output = with_stdin(vn100().args(["replay", "-", "-v", "--log"]).arg(path("new")), hostile.as_bytes());
+    for told in [fs::read(path("new")).unwrap(), output.stderr] {
+        let told = String::from_utf8(told).unwrap();
+        assert!(entries(&told, r"$VNRRG,01,").len() == 20, "{told}");
+        assert!(told.bytes().all(|byte| byte == b'\n' || (b' '..=b'~').contains(&byte)), "{told:?}");
+    }
+}
