@@ -1,17 +1,6 @@
 //! Statistics of inertial sensor channels, streaming and exact: Allan and Hadamard deviation over octaves of averaging
 //! time, moments, histogram, and angles made continuous.
 //!
-//! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer: results do not
-//! depend on how samples are divided over calls, and do not lose digits over years of data. Floats appear when a
-//! result is read out, with a relative error below 1e-13 for deviations and 1e-12 for moments. Without enough samples a
-//! result is `None` or absent, never zero or NaN.
-//!
-//! Beside them, [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
-//! disturbances, warm-up and steps of the level, values that are not normally distributed.
-//!
-//! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the averaging time is
-//! m times that interval.
-//!
 //! ```
 //! use imu_noise::{ChannelAccumulator, Deviation, Estimator, counts_to_unit};
 //!
@@ -28,6 +17,17 @@
 //!     println!("{tau_s} s: {deviation_rad_s:?} rad/s from {} windows", octave.terms);
 //! }
 //! ```
+//!
+//! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer: results do not
+//! depend on how samples are divided over calls, and do not lose digits over years of data. Floats appear when a
+//! result is read out, with a relative error below 1e-13 for deviations and 1e-12 for moments. Without enough samples a
+//! result is `None` or absent, never zero or NaN.
+//!
+//! Beside them, [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
+//! disturbances, warm-up and steps of the level, values that are not normally distributed.
+//!
+//! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the averaging time is
+//! m times that interval.
 //!
 //! # References
 //!
