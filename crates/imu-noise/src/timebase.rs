@@ -29,10 +29,10 @@
 //!   follows an earlier arrival at once, and the least lag of each block of 16 lines.
 //! - *Gap*: a line is in doubt when it is 0.82 periods late. Lines are lost when the least lag has stood for 12 reads
 //!   and 0.1 s; then floor(lag / period + 0.18) of them. Lines that came together are one read: only the last of them
-//!   tells how late it is. Where some reads bring several lines the least lag must stand for 16 reads.
-//!   Where most do, and always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads
-//!   shift by a whole line when the clocks drift past each other, and single lost lines cannot be told from that. At the
-//!   end lines in doubt are a loss where none of late was 0.3 periods late without one, else from 0.1 s of bunching on.
+//!   tells how late it is. Where some reads bring several lines the least lag must stand for 16 reads. Where most do, and
+//!   always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a whole line
+//!   when the clocks drift past each other, and single lost lines cannot be told from that. At the end lines in doubt are
+//!   a loss where none of late was 0.3 periods late without one, else from 0.1 s of bunching on.
 //! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
 //! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or lines that come too
 //!   early: from the first one that is by 0.1 periods they are held, until 12 lines and 0.1 s pass without another, or
