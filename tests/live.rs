@@ -185,7 +185,7 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
     assert_conserved(&measured);
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!(error.matches(": lost: ").count(), 1, "not for every attempt: {error}");
-    assert!(error.contains("lost: the link was lost"), "the first cause, not that of an attempt: {error}");
+    assert!(error.contains("lost: the port is gone"), "the first cause, not that of an attempt: {error}");
     assert_same_but_source(replay(&recording, &[]).0, measured);
 }
 

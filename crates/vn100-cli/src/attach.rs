@@ -18,7 +18,7 @@ use crate::{
     conditions::{self, conditions},
     configure::describe,
     document::Document,
-    exit::Exit,
+    exit::{Exit, about},
     interrupt::stop_on_interrupt,
     judging::Judging,
     live_source::{LiveSource, Opened, changed, closed},
@@ -155,7 +155,7 @@ async fn measure_one(
     let live = match LiveSource::new(source, job.args.link.clone(), job.log.clone()) {
         Ok(live) => live,
         Err(error) => {
-            origin.error = Some(format!("{}: {error:#}", origin.name));
+            origin.error = Some(about(&origin.name, &format!("{error:#}")));
             return Ok(Measured::nothing(origin, &job.settings));
         }
     };
@@ -164,7 +164,7 @@ async fn measure_one(
     let prepared = match prepare(&live, recording, job, &stop, &origin.name).await {
         Ok(prepared) => prepared,
         Err(error) => {
-            origin.error = Some(format!("{}: {error:#}", origin.name));
+            origin.error = Some(about(&origin.name, &format!("{error:#}")));
             let exit = if error.is::<RecordError>() { Exit::Failed } else { Exit::NoData };
             return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
         }
@@ -270,7 +270,7 @@ async fn measure_and_record(
     let opened = match live.open(read, job.args.temperature, changes.to_vec(), inputs, stop.clone()) {
         Ok(opened) => opened,
         Err(error) => {
-            origin.error = Some(format!("{}: {error:#}", origin.name));
+            origin.error = Some(about(&origin.name, &format!("{error:#}")));
             if let Some(recorder) = recorder {
                 end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
             }

@@ -93,6 +93,12 @@ pub(crate) fn printable(text: &str) -> String {
     text.chars().map(shown).collect()
 }
 
+/// The text, with the source it is about before it where it does not name that itself.
+pub(crate) fn about(name: &str, text: &str) -> String {
+    let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
+    if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
+}
+
 fn shown(c: char) -> char {
     if steers(c) { char::REPLACEMENT_CHARACTER } else { c }
 }
@@ -114,6 +120,14 @@ mod tests {
     #[test]
     fn control_characters_do_not_reach_the_terminal() {
         assert_eq!(printable("a\x1b[2Jb\u{9b}c\nd"), "a\u{fffd}[2Jb\u{fffd}c\u{fffd}d");
+    }
+
+    #[test]
+    fn a_source_is_named_once() {
+        let named = "cannot open /dev/ttyUSB0: there is no such port";
+        assert_eq!(about("/dev/ttyUSB0", named), named);
+        assert_eq!(about("/dev/ttyUSB", named), format!("/dev/ttyUSB: {named}"));
+        assert_eq!(about("-", "no bytes came"), "-: no bytes came");
     }
 
     #[test]

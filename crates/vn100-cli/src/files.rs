@@ -175,7 +175,7 @@ pub(crate) async fn open(
     let opening = move || open_capture(&from, columns.as_ref());
     let capture = match task::spawn_blocking(opening).await.context("the capture could not be opened")? {
         Ok(capture) => capture,
-        Err(error) => return Ok(Err(error.to_string())),
+        Err(error) => return Ok(Err(format!("{:#}", anyhow::Error::from(error)))),
     };
     let name = name(path);
     let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);

@@ -10,7 +10,7 @@ use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings
 
 use crate::{
     document::Document,
-    exit::{Exit, print, print_json, report},
+    exit::{Exit, about, print, print_json, report},
     judging::Verdicts,
     source_document::Origin,
     text,
@@ -126,7 +126,7 @@ fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment
 /// A source that never gave a byte was not cut short.
 fn failure(name: &str, bytes: u64, error: &io::Error) -> String {
     match bytes {
-        0 => format!("{name}: {error}"),
+        0 => about(name, &error.to_string()),
         _ => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
     }
 }

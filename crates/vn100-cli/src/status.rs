@@ -7,7 +7,7 @@ use vn100_driver::{LinkState, RecordingState, Up};
 use vn100_pipeline::Snapshot;
 
 use crate::{
-    exit::{printable, report},
+    exit::{about, printable, report},
     view::Notices,
 };
 
@@ -92,13 +92,11 @@ impl StatusLine {
     /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why.
     pub(crate) fn tell(&mut self, state: &LinkState) {
         let is_lost = matches!(self.told, Some(LinkState::Down { .. }));
-        let Some(event) =
-            event(state, self.told.is_some()).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. })))
-        else {
+        let Some(event) = event(state).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. }))) else {
             return;
         };
         if self.told.as_ref() != Some(state) {
-            self.report(&format!("{}: {event}", self.name));
+            self.report(&about(&self.name, &event));
             self.told = Some(state.clone());
         }
     }
@@ -118,15 +116,15 @@ impl Drop for StatusLine {
 }
 
 /// What is worth a line of its own; the coming and going of single attempts is not.
-fn event(state: &LinkState, was_there: bool) -> Option<String> {
+fn event(state: &LinkState) -> Option<String> {
     match state {
         LinkState::Up(Up { port, baud, .. }) => {
             let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
             Some(format!("connected to {port}{speed}"))
         }
         LinkState::Silent(_) => Some("the sensor is silent".into()),
-        LinkState::Down { cause, .. } if was_there => Some(format!("lost: {cause}; trying again")),
-        LinkState::Down { cause, .. } => Some(format!("not there yet: {cause}; trying again")),
+        LinkState::Down { was_up: true, cause, .. } => Some(format!("lost: {cause}; trying again")),
+        LinkState::Down { was_up: false, cause, .. } => Some(format!("not there yet: {cause}; trying again")),
         _ => None,
     }
 }
@@ -139,7 +137,8 @@ fn short_state(state: &LinkState) -> Cow<'static, str> {
         LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud").into(),
         LinkState::Up(_) => "connected".into(),
         LinkState::Silent(_) => "SILENT".into(),
-        LinkState::Down { .. } => "LOST".into(),
+        LinkState::Down { was_up: true, .. } => "LOST".into(),
+        LinkState::Down { was_up: false, .. } => "not there yet".into(),
         _ => "ending".into(),
     }
 }

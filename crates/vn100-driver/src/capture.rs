@@ -136,7 +136,7 @@ fn bytes(reader: Box<dyn Read + Send>, sidecar: Option<Sidecar>) -> io::Result<I
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The operating system, or the decompressor, refused.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}", path.display())]
     Io {
         /// The file, `-` for standard input.
         path: PathBuf,

@@ -1,6 +1,6 @@
 //! Why a live source cannot be opened, and what to do about it.
 
-use std::{fs, io, path::Path};
+use std::{ffi::OsStr, fs, io, path::Path};
 
 use thiserror::Error;
 
@@ -55,15 +55,23 @@ pub enum ConnectError {
         /// What was given.
         address: String,
     },
+    /// The server behind the address cannot be reached.
+    #[error("cannot connect to {address}: {}", server_advice(error))]
+    Server {
+        /// The address.
+        address: String,
+        /// What the system said.
+        error: io::Error,
+    },
     /// Anything else that the system said.
-    #[error("cannot open {port}{}: {source}", baud.map(|baud| format!(" at {baud} baud")).unwrap_or_default())]
+    #[error("cannot open {port} at {baud} baud: {error}")]
     Other {
-        /// The port or address.
+        /// The port.
         port: String,
-        /// The speed it was to have; `None` where the link has none.
-        baud: Option<u32>,
+        /// The speed it was to have.
+        baud: u32,
         /// What it said.
-        source: io::Error,
+        error: io::Error,
     },
 }
 
@@ -81,7 +89,7 @@ impl ConnectError {
             _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => {
                 Self::NotASerialPort { port, baud, candidates: ports }
             }
-            _ => Self::Other { port, baud: Some(baud), source: error.into() },
+            _ => Self::Other { port, baud, error: error.into() },
         }
     }
 
@@ -90,7 +98,7 @@ impl ConnectError {
     #[must_use]
     pub fn is_passing(&self) -> bool {
         match self {
-            Self::Busy { .. } | Self::NotFound { .. } | Self::Other { .. } => true,
+            Self::Busy { .. } | Self::NotFound { .. } | Self::Server { .. } | Self::Other { .. } => true,
             // udev sets the rights of a port a moment after it makes the node
             Self::Denied { .. } => true,
             Self::NotASerialPort { .. } | Self::Address { .. } => false,
@@ -131,6 +139,18 @@ fn group_of(_path: &Path) -> Option<String> {
     Some("dialout".into())
 }
 
+fn server_advice(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused => {
+            "nothing takes connections there: start the serial server, and look at the \
+                                             number of its port"
+                .into()
+        }
+        io::ErrorKind::TimedOut => "no answer: is the server on, and in this network?".into(),
+        _ => format!("{error}; look at the name of the server, and at the network"),
+    }
+}
+
 fn permission_advice(group: Option<&str>) -> String {
     match group {
         Some(group) => format!("it is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again"),
@@ -151,15 +171,24 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
     })
 }
 
-/// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
+/// The program that has a port open, as far as `/proc` shows it: another user's is not shown. Whoever has the other side of a
+/// pseudo-terminal, as an emulated sensor does, is what is behind the port and not its user.
 fn holder_of(path: &Path) -> Option<String> {
     let port = fs::canonicalize(path).ok()?;
     fs::read_dir("/proc").ok()?.flatten().find_map(|process| {
-        let mut files = fs::read_dir(process.path().join("fd")).ok()?.flatten();
-        let holds = files.any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port));
+        let files: Vec<_> = fs::read_dir(process.path().join("fd")).ok()?.flatten().collect();
+        let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port))
+            && !files.iter().any(|file| is_other_side(&process.path(), &file.file_name(), &port));
         let name = holds.then(|| fs::read_to_string(process.path().join("comm")).ok()).flatten()?;
         Some(format!("{} (process {})", name.trim(), process.file_name().to_string_lossy()))
     })
+}
+
+/// Whether this file of a process is the master of the pseudo-terminal `port`.
+fn is_other_side(process: &Path, file: &OsStr, port: &Path) -> bool {
+    let Some(number) = port.strip_prefix("/dev/pts").ok().and_then(Path::to_str) else { return false };
+    let info = fs::read_to_string(process.join("fdinfo").join(file)).unwrap_or_default();
+    info.lines().any(|line| line.strip_prefix("tty-index:").is_some_and(|index| index.trim() == number))
 }
 
 fn cable_advice(candidates: &[PortEntry]) -> String {

@@ -62,8 +62,10 @@ pub enum LinkState {
     Up(Up),
     /// The port is open and nothing has come on it for several lines' time.
     Silent(Up),
-    /// The link is lost and will be opened again.
+    /// There is no link, and it will be opened again.
     Down {
+        /// Whether a sensor was heard before: else it is not lost, but was never there.
+        was_up: bool,
         /// What happened, in words.
         cause: String,
         /// The wait before the next attempt.

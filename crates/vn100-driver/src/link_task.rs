@@ -36,6 +36,8 @@ pub(crate) struct LinkTask<C> {
     fixed_baud: Option<u32>,
     /// The speed the sensor was last heard at.
     last_baud: Option<u32>,
+    /// Whether a sensor was heard at all.
+    was_up: bool,
     listen_only: bool,
     accept_unchecked: bool,
     /// Set again when the sensor comes back.
@@ -63,6 +65,7 @@ impl<C: Connect> LinkTask<C> {
             connect,
             fixed_baud: options.baud,
             last_baud: None,
+            was_up: false,
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
             keep: if options.listen_only { Vec::new() } else { options.keep },
@@ -88,12 +91,11 @@ impl<C: Connect> LinkTask<C> {
 
     /// Keeps the link until there is no point in it any more: why.
     async fn follow(&mut self) -> Trouble {
-        let mut was_up = false;
         let mut sweeps = 0;
         loop {
-            let trouble = match self.find(was_up).await {
+            let trouble = match self.find().await {
                 Ok((mut connection, up, held)) => {
-                    was_up = true;
+                    self.was_up = true;
                     let trouble = self.attend(&mut connection, up, held).await;
                     connection.close().await;
                     trouble
@@ -101,6 +103,7 @@ impl<C: Connect> LinkTask<C> {
                 Err(trouble) => trouble,
             };
             sweeps += 1;
+            let was_up = self.was_up;
             let again = match &trouble {
                 Trouble::Stopped | Trouble::NobodyListens => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
@@ -278,7 +281,7 @@ impl<C: Connect> LinkTask<C> {
     /// Waits before the next attempt.
     async fn wait(&mut self, trouble: &Trouble) -> Result<(), Trouble> {
         let retry_in = self.back_off.wait();
-        self.state.send_replace(LinkState::Down { cause: trouble.to_string(), retry_in });
+        self.state.send_replace(LinkState::Down { was_up: self.was_up, cause: trouble.to_string(), retry_in });
         let end = Instant::now() + retry_in;
         loop {
             select! {

@@ -68,9 +68,9 @@ impl Connect for SerialPorts {
             let connection = open_at(&mut address, baud, clock)?;
             Ok((address, connection))
         });
-        let opened = opening.await.unwrap_or_else(|error| {
-            Err(ConnectError::Other { port: self.name(), baud: Some(baud), source: error.into() })
-        });
+        let opened = opening
+            .await
+            .unwrap_or_else(|error| Err(ConnectError::Other { port: self.name(), baud, error: error.into() }));
         let (address, connection) = opened?;
         self.address = address;
         Ok(connection)

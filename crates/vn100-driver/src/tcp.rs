@@ -1,6 +1,9 @@
 //! A sensor behind a serial server, reached over TCP.
 
-use std::{io, time::Duration};
+use std::{
+    io::{self, ErrorKind},
+    time::Duration,
+};
 
 use bytes::BytesMut;
 use tokio::{
@@ -54,11 +57,7 @@ impl Connect for TcpServer {
 
     async fn open(&mut self, _baud: u32) -> Result<TcpConnection, ConnectError> {
         let connect = async {
-            let stream = timeout(ANSWER_TIME, TcpStream::connect(&self.host_and_port)).await.unwrap_or_else(|_| {
-                let text =
-                    format!("no answer within {} s: is the server on, and in this network?", ANSWER_TIME.as_secs());
-                Err(io::Error::new(io::ErrorKind::TimedOut, text))
-            })?;
+            let stream = in_answer_time(TcpStream::connect(&self.host_and_port)).await?;
             // a command is one small packet that must not wait for another
             stream.set_nodelay(true)?;
             Ok(stream)
@@ -70,7 +69,7 @@ impl Connect for TcpServer {
                 buffer: BytesMut::with_capacity(READ_BYTES),
                 clock: self.clock,
             }),
-            Err(source) => Err(ConnectError::Other { port: self.name(), baud: None, source }),
+            Err(error) => Err(ConnectError::Server { address: self.name(), error }),
         }
     }
 
@@ -81,6 +80,11 @@ impl Connect for TcpServer {
     fn name(&self) -> String {
         format!("tcp://{}", self.host_and_port)
     }
+}
+
+/// What `connecting` comes to, if the server answers in time.
+async fn in_answer_time<T>(connecting: impl Future<Output = io::Result<T>>) -> io::Result<T> {
+    timeout(ANSWER_TIME, connecting).await.unwrap_or_else(|_| Err(ErrorKind::TimedOut.into()))
 }
 
 /// An open connection. When its bytes are not taken, the server has to wait.
@@ -107,11 +111,15 @@ impl Connection for TcpConnection {
     }
 
     fn set_baud(&mut self, _baud: u32) -> io::Result<()> {
-        Err(io::Error::new(io::ErrorKind::Unsupported, "the serial server sets the speed of its line"))
+        Err(io::Error::new(ErrorKind::Unsupported, "the serial server sets the speed of its line"))
     }
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.stream.write_all(bytes).await
+        self.stream.write_all(bytes).await.map_err(|error| match error.kind() {
+            // of a socket this means that the server has hung up; of a port, that it is gone
+            ErrorKind::BrokenPipe => ErrorKind::ConnectionReset.into(),
+            _ => error,
+        })
     }
 
     async fn close(mut self) {
@@ -166,6 +174,16 @@ mod tests {
         let address = format!("tcp://{}", listener.local_addr().unwrap());
         drop(listener);
         let error = TcpServer::new(&address, Clock::start()).unwrap().open(0).await.unwrap_err();
-        assert!(error.to_string().contains(&address), "{error}");
+        let told = error.to_string();
+        assert!(told.contains(&address) && told.contains("start the serial server"), "{told}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_server_that_does_not_answer_is_given_up() {
+        let begin = tokio::time::Instant::now();
+        let error = in_answer_time(std::future::pending::<io::Result<()>>()).await.unwrap_err();
+        assert_eq!((error.kind(), begin.elapsed()), (ErrorKind::TimedOut, ANSWER_TIME));
+        let told = ConnectError::Server { address: "tcp://sensor:2000".into(), error }.to_string();
+        assert_eq!(told, "cannot connect to tcp://sensor:2000: no answer: is the server on, and in this network?");
     }
 }

@@ -1,6 +1,6 @@
 //! Why a live link does not go on, in the words that its user reads.
 
-use std::io;
+use std::io::{self, ErrorKind};
 
 use thiserror::Error;
 use vn100_protocol::{DeviceError, RequestFailure};
@@ -16,13 +16,13 @@ pub(crate) enum Trouble {
     NobodyListens,
     #[error(transparent)]
     Refused(#[from] ConnectError),
-    #[error("the link was lost: {0}")]
+    #[error("{}", lost(.0))]
     Lost(#[from] io::Error),
     #[error("no sensor is heard on {port}{}: {}; {}", at_speeds(tried), heard_instead(*bytes, *echoes), advice(tried, *echoes))]
     Unheard { port: String, tried: Vec<u32>, bytes: u64, echoes: u64 },
     #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
     Garbled { bytes: u64, ms: u128 },
-    #[error("the other end closed the link")]
+    #[error("the other end closed the connection, as a server that stops, or that has the port for another program")]
     Closed,
     #[error("the sensor says nothing and does not answer")]
     Silent,
@@ -39,6 +39,22 @@ impl From<NobodyListens> for Trouble {
         Self::NobodyListens
     }
 }
+
+/// What a read or write says when the link is gone, in the words of the one who pulled the cable.
+fn lost(error: &io::Error) -> String {
+    // a write to an adapter that is gone: EIO, ENXIO, ENODEV
+    let is_gone = cfg!(unix) && matches!(error.raw_os_error(), Some(5 | 6 | 19));
+    match error.kind() {
+        _ if is_gone => GONE.into(),
+        ErrorKind::BrokenPipe => GONE.into(),
+        ErrorKind::UnexpectedEof | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => {
+            Trouble::Closed.to_string()
+        }
+        _ => format!("the link was lost: {error}"),
+    }
+}
+
+const GONE: &str = "the port is gone, as when the cable is pulled out or the adapter loses its power";
 
 fn at_speeds(tried: &[u32]) -> String {
     match tried {
@@ -65,5 +81,29 @@ fn advice(tried: &[u32], echoes: u64) -> &'static str {
         // the server at the other end has set the speed
         (0, []) => "check the cable and the power of the sensor, and the speed that the server is set to",
         (0, _) => "check the cable, the power of the sensor and --baud",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_lost_is_told_without_the_words_of_the_system() {
+        for kind in [ErrorKind::BrokenPipe, ErrorKind::UnexpectedEof, ErrorKind::ConnectionReset] {
+            let told = Trouble::from(io::Error::from(kind)).to_string();
+            assert!(told.contains("cable") || told.contains("server"), "{told}");
+            assert!(!told.contains(&io::Error::from(kind).to_string()), "{told}");
+        }
+        let other = Trouble::from(io::Error::other("a fault")).to_string();
+        assert_eq!(other, "the link was lost: a fault");
+    }
+
+    #[test]
+    fn advice_names_no_option_that_does_not_fit() {
+        let told =
+            |tried: &[u32]| Trouble::Unheard { port: "x".into(), tried: tried.into(), bytes: 0, echoes: 0 }.to_string();
+        assert!(told(&[9600]).contains("--baud"));
+        assert!(!told(&[]).contains("--baud"));
     }
 }

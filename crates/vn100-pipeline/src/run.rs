@@ -78,7 +78,7 @@ pub struct Outcome {
 
 /// A task of the measurement died; its results are lost. This is a fault of the program.
 #[derive(Debug, thiserror::Error)]
-#[error("the analysis stopped by a fault of this program: {0}")]
+#[error("the analysis stopped by a fault of this program")]
 pub struct Died(#[from] tokio::task::JoinError);
 
 /// Starts a task that measures a stream of samples, until it ends.

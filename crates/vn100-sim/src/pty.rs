@@ -68,10 +68,10 @@ pub enum PtyError {
     )]
     Unsupported,
     /// The machine gives no pseudo-terminal.
-    #[error("no pseudo-terminal for the emulated sensor: {0}")]
+    #[error("no pseudo-terminal for the emulated sensor")]
     Open(#[source] io::Error),
     /// The link cannot be made.
-    #[error("cannot make the link {} to the emulated sensor: {source}", path.display())]
+    #[error("cannot make the link {} to the emulated sensor", path.display())]
     Link {
         /// Where it should be.
         path: PathBuf,
@@ -85,7 +85,7 @@ pub enum PtyError {
         path: PathBuf,
     },
     /// The thread of the sensor cannot be started.
-    #[error("cannot start the thread of the emulated sensor: {0}")]
+    #[error("cannot start the thread of the emulated sensor")]
     Thread(#[source] io::Error),
     /// The thread of the sensor has ended by a fault of its own.
     #[error("the thread of the emulated sensor has panicked")]

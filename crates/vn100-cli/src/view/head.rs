@@ -95,7 +95,8 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
             LinkState::Probing { baud: None, .. } => ("listening".into(), theme.warning()),
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.bad()),
-            LinkState::Down { .. } => ("LOST".into(), theme.bad()),
+            LinkState::Down { was_up: true, .. } => ("LOST".into(), theme.bad()),
+            LinkState::Down { was_up: false, .. } => ("not there yet".into(), theme.warning()),
             _ => ("ending".into(), Style::new()),
         },
     }

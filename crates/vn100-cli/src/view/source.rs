@@ -103,7 +103,7 @@ impl Source {
     /// What is broken now: the link, or the recording.
     pub(crate) fn troubles(&self) -> Vec<String> {
         let link = match &self.link {
-            Some(LinkState::Down { cause, .. }) => {
+            Some(LinkState::Down { was_up: true, cause, .. }) => {
                 Some(format!("LOST: {}; it is opened again as soon as it is back", printable(cause)))
             }
             Some(LinkState::Silent(up)) => {

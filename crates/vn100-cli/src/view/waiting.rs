@@ -99,8 +99,12 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
                     "Another program may have changed its speed.",
                 ]),
             ),
-            LinkState::Down { cause, retry_in } => (
-                format!("The link is lost: {cause}. Trying again in {} ms.", retry_in.as_millis()),
+            LinkState::Down { was_up, cause, retry_in } => (
+                format!(
+                    "{}: {cause}. Trying again in {} ms.",
+                    if *was_up { "The link is lost" } else { "There is no link yet" },
+                    retry_in.as_millis()
+                ),
                 own(&["It is opened again as soon as it is back; what was measured stands."]),
             ),
             _ => ("Ending.".to_owned(), Vec::new()),

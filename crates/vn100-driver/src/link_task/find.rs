@@ -24,8 +24,8 @@ const RESUME: &[u8] = b"$VNASY,1*4E\r\n";
 
 impl<C: Connect> LinkTask<C> {
     /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on. A sensor that comes
-    /// `back` is set as it was.
-    pub(super) async fn find(&mut self, back: bool) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
+    /// back is set as it was.
+    pub(super) async fn find(&mut self) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
         self.state.send_replace(LinkState::Opening);
         let rates = self.rates();
         let first = rates.first().copied().flatten().unwrap_or_default();
@@ -33,7 +33,7 @@ impl<C: Connect> LinkTask<C> {
         let mut connection = opened.ok_or(Trouble::Stopped)??;
         let mut found = self.sweep(&mut connection, &rates).await;
         if let Ok((_, held)) = &mut found
-            && back
+            && self.was_up
             && let Err(trouble) = self.set_again(&mut connection, held).await
         {
             found = Err(trouble);

@@ -57,7 +57,7 @@ pub struct RecordingEnd {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file could not be read.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] io::Error),
     /// Something else.
     #[error("it is no MCAP file")]
