@@ -50,7 +50,7 @@ impl Measured {
         origin.csv = csv;
         let mut exit = Exit::Good;
         if let Some(error) = source_error {
-            origin.error = Some(failure(&origin.name, snapshot.link.bytes(), &error));
+            origin.error = Some(failure(&origin.name, snapshot.link.tally.bytes(), &error));
             exit = Exit::Failed;
         }
         if snapshot.timing.samples == 0 {
@@ -76,10 +76,16 @@ impl Measured {
     pub(crate) fn note_recording(&mut self, recording: &RecordingState, unrecorded_bytes: u64) {
         let path = recording.path.display();
         let text = match &recording.error {
-            Some(error) => format!(
-                "{path} ends after {} of the bytes read: {error}. The result does not depend on it; free the disk, or record elsewhere",
-                HumanBytes(recording.bytes)
-            ),
+            Some(error) => {
+                let advice = match error.kind() {
+                    io::ErrorKind::NotFound => "leave it in its place until the end",
+                    _ => "free the disk, or record elsewhere",
+                };
+                let bytes = HumanBytes(recording.bytes);
+                format!(
+                    "{path} ends after {bytes} of the bytes read: {error}. The result does not depend on it; {advice}"
+                )
+            }
             None if unrecorded_bytes > 0 => format!(
                 "{path} lacks {unrecorded_bytes} bytes, which the disk did not take in time, and says where; the result does not depend on it"
             ),
@@ -123,7 +129,7 @@ fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment
     format!("{name}: the data ended before {goal} was reached: {known}")
 }
 
-/// A source that never gave a byte was not cut short.
+/// A source on which no sensor was heard was not cut short.
 fn failure(name: &str, bytes: u64, error: &io::Error) -> String {
     match bytes {
         0 => about(name, &error.to_string()),

@@ -13,6 +13,7 @@
 //! other tools have put into chunks and compressed are read as well.
 
 mod link_json;
+mod named_file;
 mod reader;
 mod recorder;
 mod replay;

@@ -246,3 +246,37 @@ async fn a_link_that_was_lost_and_found_replays_as_it_was_measured() {
     let replayed = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
     assert_eq!(replayed, live);
 }
+
+#[cfg(unix)]
+#[tokio::test]
+async fn a_recording_that_is_removed_meanwhile_says_so() {
+    let metadata = conditions("me");
+    for resumed in [false, true] {
+        let (_folder, path) = place();
+        record(Recorder::create(&path, &metadata).unwrap(), &[read(0)], "stopped").await;
+        let recorder = if resumed {
+            Recorder::resume(&path, &metadata).unwrap()
+        } else {
+            fs::remove_file(&path).unwrap();
+            Recorder::create(&path, &metadata).unwrap()
+        };
+        let mut state = recorder.state();
+        fs::remove_file(&path).unwrap();
+        // within a second of stream
+        recorder.inputs().send(read(0)).await.unwrap();
+        recorder.inputs().send(read(SECOND_NS)).await.unwrap();
+        let told = state.wait_for(|state| state.ended).await.unwrap().error.clone().unwrap();
+        assert_eq!(
+            (told.kind(), told.to_string()),
+            (std::io::ErrorKind::NotFound, "the file was removed while it was written".into())
+        );
+        assert!(recorder.finish("stopped").await.error.is_some());
+        assert!(!path.exists(), "nothing else takes its place");
+    }
+    // as late as that, at the end
+    let (_folder, path) = place();
+    let recorder = Recorder::create(&path, &metadata).unwrap();
+    recorder.inputs().send(read(0)).await.unwrap();
+    fs::remove_file(&path).unwrap();
+    assert!(recorder.finish("stopped").await.error.is_some());
+}

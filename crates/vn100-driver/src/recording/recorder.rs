@@ -11,7 +11,7 @@ use std::{
 
 use tokio::sync::{mpsc, watch};
 
-use super::{reader::RecordingError, resume::resume, writer::RecordingWriter};
+use super::{named_file::NamedFile, reader::RecordingError, resume::resume, writer::RecordingWriter};
 use crate::source::{Chunk, Input};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the sender to drop and to tell.
@@ -60,7 +60,7 @@ pub struct RecordingState {
     pub path: PathBuf,
     /// Bytes of the stream that this recorder has handed to the file.
     pub bytes: u64,
-    /// Why it stopped, if it did: a full disk, for example. The file holds what came before, and the measurement goes on.
+    /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds what came before, and the measurement goes on.
     pub error: Option<Arc<io::Error>>,
     /// Whether it is over, by [`Recorder::finish`] or by an error.
     pub ended: bool,
@@ -89,7 +89,7 @@ impl Recorder {
             ErrorKind::AlreadyExists => RecordError::Exists { path: path.to_owned() },
             _ => failed(source),
         })?;
-        let writer = RecordingWriter::new(file, metadata).map_err(failed)?;
+        let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(failed)?;
         Self::start(path, writer, |file| file.sync_all()).map_err(failed)
     }
 

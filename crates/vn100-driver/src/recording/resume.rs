@@ -9,6 +9,7 @@ use std::{
 };
 
 use super::{
+    named_file::NamedFile,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
     recorder::RecordError,
     writer::{RecordingWriter, head},
@@ -17,7 +18,10 @@ use crate::source::{Chunk, Input, LinkEvent, LinkEventKind};
 use bytes::Bytes;
 
 /// Gives the writer behind the copy, which then bears the name of the recording. That stays as it was until the copy is on the disk.
-pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result<RecordingWriter<File>, RecordError> {
+pub(super) fn resume(
+    path: &Path,
+    metadata: &BTreeMap<String, String>,
+) -> Result<RecordingWriter<NamedFile>, RecordError> {
     let failed = |source| RecordError::Io { path: path.to_owned(), source };
     if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
         return Err(RecordError::SymbolicLink { path: path.to_owned() });
@@ -30,7 +34,8 @@ pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result
     let copy = Copy::beside(path);
     copy.remove_leftover().map_err(failed)?;
     let file = File::create_new(&copy.path).map_err(failed)?;
-    let mut writer = RecordingWriter::begin(file.try_clone().map_err(failed)?, recording.head()).map_err(failed)?;
+    let mut writer =
+        RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), recording.head()).map_err(failed)?;
     copy_inputs(&mut recording, &mut writer).map_err(failed)?;
     let topics = recording.other_topics();
     if !topics.is_empty() {
@@ -43,7 +48,7 @@ pub(super) fn resume(path: &Path, metadata: &BTreeMap<String, String>) -> Result
 }
 
 /// Copies all that can be read, and tells that there was a break.
-fn copy_inputs(recording: &mut RecordingReader<impl Read>, writer: &mut RecordingWriter<File>) -> io::Result<()> {
+fn copy_inputs(recording: &mut RecordingReader<impl Read>, writer: &mut RecordingWriter<NamedFile>) -> io::Result<()> {
     let mut copy = |entry: Entry<'_>| match entry {
         Entry::Bytes { at_ns, bytes } => {
             writer.write(&Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
