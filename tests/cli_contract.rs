@@ -5,13 +5,13 @@ mod support;
 
 use std::{
     fs,
-    io::{BufRead, BufReader, Write},
+    io::Write,
     process::{Command, Stdio},
 };
 
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
-use support::{channel, document, replay, replay_log, vn100, with_stdin};
+use support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -317,10 +317,9 @@ fn an_interrupt_ends_like_the_end_of_the_data() {
             command.args(["replay", "-", "--ndjson"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let mut stdin = child.stdin.take().unwrap();
         stdin.write_all(&fs::read(replay_log(CLEAN)).unwrap()[..80 * 122]).unwrap();
-        let mut output = BufReader::new(child.stdout.take().unwrap()).lines();
+        let mut output = Lines::of(child.stdout.take().unwrap());
         // it lives and waits for more
-        let second =
-            |line: Option<std::io::Result<String>>| -> Value { serde_json::from_str(&line.unwrap().unwrap()).unwrap() };
+        let second = |line: Option<String>| -> Value { serde_json::from_str(&line.unwrap()).unwrap() };
         assert_eq!(second(output.next())["timing"]["samples"], 40);
         assert_eq!(second(output.next())["timing"]["samples"], 80);
         assert!(Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap().success());

@@ -10,13 +10,12 @@
 mod support;
 
 use std::{
-    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio},
 };
 
 use serde_json::Value;
-use support::{document, replay, run, vn100, warned};
+use support::{Lines, Running, document, replay, run, vn100, warned};
 use tempfile::TempDir;
 
 /// An emulated sensor in a process of its own, behind a name that stays.
@@ -38,9 +37,8 @@ impl Sensor {
             .spawn()
             .unwrap();
         // it says its name once the port is there
-        let mut name = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut name).unwrap();
-        assert_eq!(Path::new(name.trim_end()), link);
+        let name = Lines::of(process.stdout.take().unwrap()).next().unwrap();
+        assert_eq!(Path::new(&name), link);
         Self { process, folder }
     }
 
@@ -161,15 +159,13 @@ fn flipped_bits_cost_their_lines_and_nothing_else() {
 #[test]
 fn a_port_is_for_one() {
     let sensor = Sensor::start(&[]);
-    let mut first = sensor.command("attach", &["--ndjson"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(first.stdout.take().unwrap()).lines();
-    lines.next().unwrap().unwrap();
+    let mut first = Running::start(&mut sensor.command("attach", &["--ndjson"]));
+    first.lines.next().unwrap();
     let second = sensor.run("attach", &["--duration", "1s", "--json"]);
     assert_eq!(second.status.code(), Some(3));
     let error = String::from_utf8(second.stderr).unwrap();
     assert!(error.contains("in use"), "{error}");
-    first.kill().unwrap();
-    first.wait().unwrap();
+    drop(first);
     // a killed program leaves no lock behind
     assert_eq!(sensor.run("attach", &["--duration", "1s", "--json"]).status.code(), Some(0));
 }
@@ -193,16 +189,13 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
 fn an_interrupt_ends_with_the_result() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("interrupted.mcap");
-    let mut attached =
-        sensor.command("attach", &["--ndjson", "--record"]).arg(&recording).stdout(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
+    let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
     // two seconds of data
-    lines.next().unwrap().unwrap();
-    lines.next().unwrap().unwrap();
-    let interrupt = Command::new("kill").args(["-INT", &attached.id().to_string()]).status().unwrap();
+    attached.lines.nth(1).unwrap();
+    let interrupt = Command::new("kill").args(["-INT", &attached.process.id().to_string()]).status().unwrap();
     assert!(interrupt.success());
-    let last: Value = serde_json::from_str(&lines.last().unwrap().unwrap()).unwrap();
-    assert_eq!(attached.wait().unwrap().code(), Some(0));
+    let last: Value = serde_json::from_str(&attached.lines.by_ref().last().unwrap()).unwrap();
+    assert_eq!(attached.end().0.code(), Some(0));
     assert!(number(&last, "/timing/samples") >= 80);
     let (recorded, _) = replay(&recording, &[]);
     assert_eq!(recorded["source"]["recorded"]["end_reason"], "stopped");
@@ -213,18 +206,11 @@ fn an_interrupt_ends_with_the_result() {
 fn a_reader_that_leaves_ends_in_order() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("left.mcap");
-    let mut attached = sensor
-        .command("attach", &["--set-rate", "20", "--ndjson", "--record"])
-        .arg(&recording)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
-    lines.next().unwrap().unwrap();
-    drop(lines);
-    let output = attached.wait_with_output().unwrap();
-    let error = String::from_utf8(output.stderr).unwrap();
+    let options = ["--set-rate", "20", "--ndjson", "--record"];
+    let mut attached = Running::start(sensor.command("attach", &options).arg(&recording));
+    attached.lines.next().unwrap();
+    attached.lines = Lines::of(std::io::empty());
+    let (_, error) = attached.end();
     assert!(error.contains("put back as it was"), "{error}");
     assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
     let (recorded, _) = replay(&recording, &[]);
@@ -257,14 +243,11 @@ fn what_never_began_leaves_nothing_behind() {
 fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
     let sensor = Sensor::start(&[]);
     let recording = sensor.file("killed.mcap");
-    let mut attached =
-        sensor.command("attach", &["--ndjson", "--record"]).arg(&recording).stdout(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(attached.stdout.take().unwrap()).lines();
-    let second: Value = serde_json::from_str(&lines.nth(1).unwrap().unwrap()).unwrap();
+    let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
+    let second: Value = serde_json::from_str(&attached.lines.nth(1).unwrap()).unwrap();
     // a second may wait in the program; another is for a machine too busy to give the recorder its turn
-    lines.nth(1).unwrap().unwrap();
-    attached.kill().unwrap();
-    attached.wait().unwrap();
+    attached.lines.nth(1).unwrap();
+    drop(attached);
     let (recorded, exit) = replay(&recording, &[]);
     assert_eq!((exit, &recorded["source"]["recorded"]["complete"]), (0, &false.into()));
     assert!(number(&recorded, "/timing/samples") >= number(&second, "/timing/samples"));

@@ -3,9 +3,9 @@
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
 use std::{
-    io::{Read, Write},
+    io::{BufRead, BufReader, Read, Write},
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Child, Command, ExitStatus, Output, Stdio},
     sync::mpsc,
     thread,
     time::Duration,
@@ -81,6 +81,65 @@ fn finish(command: &mut Command, bytes: Vec<u8>) -> Output {
     let stdout = stdout.unwrap_or_else(|_| panic!("{command:?} does not end: {}", String::from_utf8_lossy(&stderr)));
     writer.into_iter().for_each(|writer| writer.join().unwrap());
     Output { status, stdout, stderr }
+}
+
+/// A program that is looked at while it runs, and ended when it is let go of.
+pub(crate) struct Running {
+    pub(crate) process: Child,
+    /// What it writes, line by line; a line that does not come is a failure.
+    pub(crate) lines: Lines,
+    stderr: mpsc::Receiver<Vec<u8>>,
+}
+
+impl Running {
+    pub(crate) fn start(command: &mut Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let lines = Lines::of(process.stdout.take().unwrap());
+        let stderr = read_on(process.stderr.take().unwrap());
+        Self { process, lines, stderr }
+    }
+
+    /// Waits for its end: how it ended, and what it said on standard error.
+    pub(crate) fn end(&mut self) -> (ExitStatus, String) {
+        let stderr = self.stderr.recv_timeout(PATIENCE).unwrap();
+        (self.process.wait().unwrap(), String::from_utf8(stderr).unwrap())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Lines as they come, each waited for and not for ever. Whoever lets go of them closes the pipe at the next line.
+pub(crate) struct Lines(mpsc::Receiver<String>);
+
+impl Lines {
+    pub(crate) fn of(stream: impl Read + Send + 'static) -> Self {
+        let (sender, lines) = mpsc::channel();
+        thread::spawn(move || {
+            for line in BufReader::new(stream).lines() {
+                if sender.send(line.unwrap()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self(lines)
+    }
+}
+
+impl Iterator for Lines {
+    type Item = String;
+
+    fn next(&mut self) -> Option<String> {
+        match self.0.recv_timeout(PATIENCE) {
+            Ok(line) => Some(line),
+            Err(mpsc::RecvTimeoutError::Disconnected) => None,
+            Err(mpsc::RecvTimeoutError::Timeout) => panic!("no line in {PATIENCE:?}"),
+        }
+    }
 }
 
 /// All that comes until the end, once it has come.

@@ -2,20 +2,17 @@
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{Read, Write},
+    io::{self, PipeWriter, Read, Write},
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Condvar, Mutex},
     thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
-    process::{Pid, Signal, kill_process},
+    process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open},
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{Termios, Winsize, tcgetattr, tcsetwinsize},
 };
@@ -36,10 +33,16 @@ pub(crate) struct Session {
     /// Kept open, to look at its modes.
     pub(crate) line: File,
     pub(crate) before: Modes,
-    pub(crate) output: Arc<Mutex<Vec<u8>>>,
-    /// Reads what is printed, until it is told to leave.
-    reader: Option<JoinHandle<()>>,
-    leave: Arc<AtomicBool>,
+    printed: Arc<Printed>,
+    /// Reads what is printed until the pipe is dropped.
+    reader: Option<(JoinHandle<()>, PipeWriter)>,
+}
+
+/// What was printed so far, and the news of more.
+#[derive(Default)]
+struct Printed {
+    output: Mutex<Vec<u8>>,
+    more: Condvar,
 }
 
 /// The modes of a line.
@@ -77,8 +80,8 @@ impl Session {
             .stderr(end())
             .spawn()
             .unwrap();
-        let (output, leave) = (Arc::default(), Arc::default());
-        let mut session = Self { child, keyboard: Some(keyboard), line, before, output, reader: None, leave };
+        let printed = Arc::default();
+        let mut session = Self { child, keyboard: Some(keyboard), line, before, printed, reader: None };
         if reads_output {
             session.read();
         }
@@ -93,44 +96,57 @@ impl Session {
     /// Reads what is printed, from now on.
     fn read(&mut self) {
         let mut screen = self.keyboard.as_ref().unwrap().try_clone().unwrap();
-        let (output, leave) = (Arc::clone(&self.output), Arc::clone(&self.leave));
-        self.reader = Some(thread::spawn(move || {
+        let printed = Arc::clone(&self.printed);
+        let (leave, stay) = io::pipe().unwrap();
+        let reader = thread::spawn(move || {
             let mut buffer = [0; 4096];
-            let soon = Timespec { tv_sec: 0, tv_nsec: 20_000_000 };
-            while !leave.load(Ordering::Relaxed) {
-                if poll(&mut [PollFd::new(&screen, PollFlags::IN)], Some(&soon)) == Ok(0) {
-                    continue;
+            loop {
+                let mut ready = [PollFd::new(&screen, PollFlags::IN), PollFd::new(&leave, PollFlags::IN)];
+                poll(&mut ready, None).unwrap();
+                if !ready[1].revents().is_empty() {
+                    return;
                 }
                 // the terminal is gone: that is the end
                 let Ok(n @ 1..) = screen.read(&mut buffer) else { return };
-                output.lock().unwrap().extend_from_slice(&buffer[..n]);
+                printed.output.lock().unwrap().extend_from_slice(&buffer[..n]);
+                printed.more.notify_all();
             }
-        }));
+        });
+        self.reader = Some((reader, stay));
     }
 
     /// Takes the terminal away, as when its window is closed: nobody holds it any more.
     pub(crate) fn hang_up(&mut self) {
-        self.leave.store(true, Ordering::Relaxed);
-        self.reader.take().unwrap().join().unwrap();
+        let (reader, stay) = self.reader.take().unwrap();
+        drop(stay);
+        reader.join().unwrap();
         self.line = File::open("/dev/null").unwrap();
         self.keyboard = None;
     }
 
     pub(crate) fn output(&self) -> String {
-        String::from_utf8_lossy(&self.output.lock().unwrap()).into_owned()
+        String::from_utf8_lossy(&self.printed.output.lock().unwrap()).into_owned()
+    }
+
+    /// Looks at what was printed, now and whenever there is more, until `find` finds what it looks for in it.
+    fn wait_until<T>(&self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> T {
+        let end = Instant::now() + PATIENCE;
+        let mut output = self.printed.output.lock().unwrap();
+        loop {
+            let text = String::from_utf8_lossy(&output).into_owned();
+            if let Some(found) = find(&text) {
+                return found;
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            assert!(!left.is_zero(), "no {wanted:?} on\n{}\nof {text:?}", screen(&text));
+            output = self.printed.more.wait_timeout(output, left).unwrap().0;
+        }
     }
 
     /// Waits until something was printed, behind the first `from` bytes.
     pub(crate) fn wait_for_after(&self, from: usize, text: &str) -> usize {
-        let begin = Instant::now();
-        loop {
-            let output = self.output();
-            if let Some(place) = output.get(from..).and_then(|output| output.find(text)) {
-                return from + place + text.len();
-            }
-            assert!(begin.elapsed() < PATIENCE, "no {text:?} behind {from} in {output:?}");
-            thread::sleep(Duration::from_millis(20));
-        }
+        let place = |output: &str| Some(from + output.get(from..)?.find(text)? + text.len());
+        self.wait_until(text, place)
     }
 
     pub(crate) fn wait_for(&self, text: &str) -> usize {
@@ -139,15 +155,7 @@ impl Session {
 
     /// Waits until something stands on the screen.
     pub(crate) fn wait_to_see(&self, text: &str) {
-        let begin = Instant::now();
-        loop {
-            let screen = screen(&self.output());
-            if screen.contains(text) {
-                return;
-            }
-            assert!(begin.elapsed() < PATIENCE, "no {text:?} on\n{screen}");
-            thread::sleep(Duration::from_millis(20));
-        }
+        self.wait_until(text, |output| screen(output).contains(text).then_some(()));
     }
 
     pub(crate) fn press(&mut self, keys: &str) {
@@ -165,6 +173,7 @@ impl Session {
                 return Pid::from_raw(pid as i32).unwrap();
             }
             assert!(begin.elapsed() < PATIENCE, "it does not run");
+            // a process tells nobody that it has begun
             thread::sleep(Duration::from_millis(20));
         }
     }
@@ -174,14 +183,11 @@ impl Session {
     }
 
     pub(crate) fn wait(&mut self) -> ExitStatus {
-        let begin = Instant::now();
-        loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
-            }
-            assert!(begin.elapsed() < PATIENCE, "it does not end: {:?}", self.output());
-            thread::sleep(Duration::from_millis(20));
-        }
+        let process = pidfd_open(Pid::from_child(&self.child), PidfdFlags::empty()).unwrap();
+        let patience = Timespec::try_from(PATIENCE).unwrap();
+        let ended = poll(&mut [PollFd::new(&process, PollFlags::IN)], Some(&patience)).unwrap();
+        assert!(ended == 1, "it does not end: {:?}", self.output());
+        self.child.wait().unwrap()
     }
 
     /// It has ended well: the screen is back, the line is as it was, and the result follows.
@@ -204,6 +210,7 @@ pub(crate) fn wait_until(what: &str, so: impl Fn() -> bool) {
     let begin = Instant::now();
     while !so() {
         assert!(begin.elapsed() < PATIENCE, "never so: {what}");
+        // what the system shows of a process tells nobody that it changed
         thread::sleep(Duration::from_millis(20));
     }
 }
