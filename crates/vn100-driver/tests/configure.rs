@@ -5,9 +5,12 @@ mod support;
 
 use std::time::Duration;
 
-use support::{OTHER_LINE, Sensor};
+use support::{Link, OTHER_LINE, Sensor};
+use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{ConfigureError, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore};
+use vn100_driver::{
+    ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore,
+};
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
 const FILTER: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
@@ -18,11 +21,28 @@ fn sensor() -> Sensor {
     sensor
 }
 
+/// A link to it that is up.
+async fn up(sensor: &Sensor) -> Link {
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link
+}
+
+/// The same, with somebody who sets it so.
+async fn configuring(
+    sensor: &Sensor,
+    settings: OutputSettings,
+    stop: &CancellationToken,
+) -> (Link, JoinHandle<Result<Configured, ConfigureError>>) {
+    let link = up(sensor).await;
+    let (handle, stop) = (link.handle.clone(), stop.clone());
+    (link, tokio::spawn(async move { configure(&handle, &settings, &stop).await }))
+}
+
 #[tokio::test(start_paused = true)]
 async fn rate_and_speed_are_changed_measured_and_put_back() {
     let sensor = sensor();
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
+    let mut link = up(&sensor).await;
     let handle = link.handle.clone();
     let work = tokio::spawn(async move {
         let settings =
@@ -53,8 +73,7 @@ async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
     // 38 bytes 20 times a second beside the lines
     let told = [(6, "14,1"), (30, "3,0,0,0,1,0,1"), (32, counting), (75, "1,40,01,0201")];
     sensor.world().registers.extend(told.map(|(register, fields)| (register, fields.to_owned())));
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
+    let mut link = up(&sensor).await;
     let handle = link.handle.clone();
     let work = tokio::spawn(async move {
         let settings = OutputSettings { message: Some("VNYMR".into()), rate_hz: Some(20), ..OutputSettings::default() };
@@ -75,13 +94,8 @@ async fn a_count_follows_the_rate_and_a_port_told_is_no_change() {
 async fn what_is_not_kept_is_told_and_the_output_goes_on() {
     let sensor = sensor();
     sensor.world().forgets = Some(7);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-        configure(&handle, &settings, &CancellationToken::new()).await
-    });
+    let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     link.run(Duration::from_secs(5)).await;
     assert_eq!(work.await.unwrap().unwrap_err().to_string(), "register 07 was to be 20 and reads 40");
     assert!(sensor.world().streams);
@@ -90,30 +104,20 @@ async fn what_is_not_kept_is_told_and_the_output_goes_on() {
 #[tokio::test(start_paused = true)]
 async fn what_does_not_fit_is_not_written() {
     let sensor = sensor();
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
-        configure(&handle, &settings, &CancellationToken::new()).await.unwrap_err()
-    });
+    let settings = OutputSettings { rate_hz: Some(200), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     link.run(Duration::from_secs(5)).await;
-    assert!(matches!(work.await.unwrap(), ConfigureError::Plan(_)));
+    assert!(matches!(work.await.unwrap().unwrap_err(), ConfigureError::Plan(_)));
     assert!(sensor.world().written.iter().all(|(_, bytes)| bytes.starts_with(b"$VNRRG,")));
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_refusal_in_the_middle_puts_back_what_was_written_before_it() {
     let sensor = sensor();
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
     // it has the register to be read, and not to be written
     sensor.world().read_only = Some(85);
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
-        configure(&handle, &settings, &CancellationToken::new()).await
-    });
+    let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     link.run(Duration::from_secs(5)).await;
     let error = work.await.unwrap().unwrap_err();
     assert!(matches!(error, ConfigureError::Command(_)) && error.to_string().contains("VNERR 09"), "{error}");
@@ -126,14 +130,9 @@ async fn a_refusal_in_the_middle_puts_back_what_was_written_before_it() {
 async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
     for after in (0..2500).step_by(37).map(Duration::from_millis) {
         let sensor = sensor();
-        let mut link = sensor.link(LinkOptions::default());
-        link.until_up().await;
-        let (handle, stop) = (link.handle.clone(), CancellationToken::new());
-        let stopping = stop.clone();
-        let work = tokio::spawn(async move {
-            let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
-            configure(&handle, &settings, &stopping).await
-        });
+        let stop = CancellationToken::new();
+        let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+        let (mut link, work) = configuring(&sensor, settings, &stop).await;
         link.run(after).await;
         stop.cancel();
         link.run(Duration::from_secs(3)).await;
@@ -148,14 +147,9 @@ async fn told_to_stop_at_any_time_it_puts_back_what_was_written() {
 #[tokio::test(start_paused = true)]
 async fn what_cannot_be_put_back_is_told() {
     let sensor = sensor();
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let (handle, stop) = (link.handle.clone(), CancellationToken::new());
-    let stopping = stop.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-        configure(&handle, &settings, &stopping).await
-    });
+    let stop = CancellationToken::new();
+    let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &stop).await;
     link.run(Duration::from_secs(2)).await;
     sensor.world().answers = false;
     stop.cancel();
@@ -168,28 +162,18 @@ async fn what_cannot_be_put_back_is_told() {
 async fn lines_of_any_message_are_counted() {
     let sensor = sensor();
     sensor.world().line = OTHER_LINE;
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-        configure(&handle, &settings, &CancellationToken::new()).await.unwrap()
-    });
+    let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     link.run(Duration::from_secs(5)).await;
-    let configured = work.await.unwrap();
+    let configured = work.await.unwrap().unwrap();
     assert!(configured.rate_is_kept(), "{configured:?}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn the_output_goes_on_where_nobody_waits_any_more() {
     let sensor = sensor();
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move {
-        let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
-        configure(&handle, &settings, &CancellationToken::new()).await
-    });
+    let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     while sensor.world().streams {
         link.run(Duration::from_millis(10)).await;
     }
