@@ -168,7 +168,7 @@ fn a_recording_says_what_was_left_out_by_hand() {
 }
 
 #[test]
-fn a_terminal_that_takes_nothing_holds_nothing_up() {
+fn a_terminal_that_nobody_reads_holds_nothing_up() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("kept.mcap");
     let bytes = || fs::read(&recording).unwrap();
