@@ -224,7 +224,8 @@ impl State {
         match code {
             KeyCode::Tab => self.next_panel(1),
             KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
-            KeyCode::Char('!') => self.panel = Panel::Warnings,
+            // the newest is what made somebody press it
+            KeyCode::Char('!') => (self.panel, self.warning) = (Panel::Warnings, 0),
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
             KeyCode::Char('u') => self.units += 1,

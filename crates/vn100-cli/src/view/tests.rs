@@ -174,6 +174,11 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         ..nothing()
     };
     check("waiting-server", &one(), &[server]);
+    let mut held = Source { stage: Stage::Measuring, link: Some(up()), ..nothing() };
+    let mut snapshot = (*held.snapshot).clone();
+    (snapshot.link.tally.samples, snapshot.link.tally.good_line_bytes) = (336, 336 * 122);
+    held.snapshot = snapshot.into();
+    check("waiting-held", &one(), &[held]);
     check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
     check("waiting-failed", &one(), &[Source { stage: Stage::Ended(Some(error)), ..nothing() }]);

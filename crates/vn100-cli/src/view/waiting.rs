@@ -80,6 +80,16 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
                     "It may send nothing: then it is asked, unless --listen-only forbids it.",
                 ]),
             ),
+            LinkState::Up(up) if source.snapshot.link.tally.samples > 0 => (
+                format!(
+                    "{} sends; its first lines are held until their times tell the rate and what is missing.",
+                    up.port
+                ),
+                own(&[
+                    "On a quiet line that takes a second, on a disturbed or busy one up to half a minute at 40 Hz.",
+                    "None of them is lost: they are counted as soon as it is known.",
+                ]),
+            ),
             LinkState::Up(up) => (
                 match up.baud {
                     Some(baud) => format!("{} is heard at {baud} baud; waiting for the first measurement.", up.port),

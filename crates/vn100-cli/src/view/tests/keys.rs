@@ -72,6 +72,8 @@ fn the_help_has_pages_and_closes() {
 #[test]
 fn a_key_leads_to_the_warnings() {
     assert_eq!(pressed("!", &[measured()]).0, State { panel: Panel::Warnings, ..one() });
+    assert_eq!(pressed("!jj", &[damaged()]).0.warning, 2);
+    assert_eq!(pressed("!jj!", &[damaged()]).0.warning, 0, "the newest");
 }
 
 #[test]
