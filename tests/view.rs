@@ -6,9 +6,13 @@
 mod session;
 mod support;
 
-use std::{fs, path::Path};
+use std::{
+    fs::{self, File},
+    path::Path,
+};
 
 use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
     process::Signal,
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{Action, tcflow},
@@ -175,10 +179,12 @@ fn a_terminal_that_nobody_reads_holds_nothing_up() {
     let mut session = Session::start(&format!("attach sim --record {}", recording.display()));
     session.wait_for("Allan deviation");
     tcflow(&session.line, Action::OOff).unwrap();
+    let takes = |line: &File| poll(&mut [PollFd::new(line, PollFlags::OUT)], Some(&Timespec::default())).unwrap() > 0;
     let before = bytes().len();
     wait_until("measured on", || bytes().len() > before + 10_000);
     session.signal(Signal::INT);
     wait_until("the recording is whole", || bytes().ends_with(END_OF_RECORDING));
+    assert!(!takes(&session.line), "the terminal is stopped all the time");
     assert!(!session.output().contains(NORMAL_SCREEN), "the result has no room to be printed either");
     assert!(session.child.try_wait().unwrap().is_none(), "it waits for the terminal");
     tcflow(&session.line, Action::OOn).unwrap();
