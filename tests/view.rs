@@ -103,7 +103,7 @@ fn the_first_screen_says_what_is_waited_for() {
 
 #[test]
 fn suspended_and_back() {
-    let mut session = Session::shell("\"$VN100\" attach sim; echo the shell again; fg >/dev/null", true);
+    let mut session = Session::shell("\"$VN100\" attach sim; echo the shell again; fg >/dev/null");
     session.wait_for("Allan deviation");
     session.press("\x1a");
     let shell = session.wait_for("the shell again");
@@ -224,7 +224,7 @@ fn what_is_shown_is_saved_beside_other_files() {
     let folder = tempfile::tempdir().unwrap();
     let log = fs::canonicalize(replay_log("clean-minute.vnymr")).unwrap();
     let command = format!("cd {}; exec \"$VN100\" replay {} --speed max", folder.path().display(), log.display());
-    let mut session = Session::shell(&command, true);
+    let mut session = Session::shell(&command);
     session.wait_to_see("100 %");
     session.press("s");
     session.wait_to_see("saved ");

@@ -58,7 +58,7 @@ impl Modes {
 
 impl Session {
     /// Runs a shell command as the leader of a session on a terminal of its own.
-    pub(crate) fn shell(command: &str, reads_output: bool) -> Self {
+    pub(crate) fn shell(command: &str) -> Self {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&master).unwrap();
         unlockpt(&master).unwrap();
@@ -82,15 +82,13 @@ impl Session {
             .unwrap();
         let printed = Arc::default();
         let mut session = Self { child, keyboard: Some(keyboard), line, before, printed, reader: None };
-        if reads_output {
-            session.read();
-        }
+        session.read();
         session
     }
 
     /// Runs the program with these arguments.
     pub(crate) fn start(arguments: &str) -> Self {
-        Self::shell(&format!("exec \"$VN100\" {arguments}"), true)
+        Self::shell(&format!("exec \"$VN100\" {arguments}"))
     }
 
     /// Reads what is printed, from now on.
@@ -138,7 +136,7 @@ impl Session {
                 return found;
             }
             let left = end.saturating_duration_since(Instant::now());
-            assert!(!left.is_zero(), "no {wanted:?} on\n{}\nof {text:?}", screen(&text));
+            assert!(!left.is_zero(), "no {wanted:?} on\n{}", screen(&text));
             output = self.printed.more.wait_timeout(output, left).unwrap().0;
         }
     }
@@ -186,7 +184,7 @@ impl Session {
         let process = pidfd_open(Pid::from_child(&self.child), PidfdFlags::empty()).unwrap();
         let patience = Timespec::try_from(PATIENCE).unwrap();
         let ended = poll(&mut [PollFd::new(&process, PollFlags::IN)], Some(&patience)).unwrap();
-        assert!(ended == 1, "it does not end: {:?}", self.output());
+        assert!(ended == 1, "it does not end:\n{}", screen(&self.output()));
         self.child.wait().unwrap()
     }
 
