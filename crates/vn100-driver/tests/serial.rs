@@ -79,8 +79,8 @@ async fn a_port_is_opened_once_and_again_after_it_was_closed() {
     let (_sensor, name) = terminal();
     let first = open(&name).await;
     let error = SerialPorts::new(&name, Clock::start()).open(115_200).await.map(drop).unwrap_err();
-    assert!(matches!(&error, ConnectError::Busy { holder, .. } if holder.is_some()), "{error}");
-    assert!(error.to_string().contains("(process "), "{error}");
+    // this process has the other side as well, and what is behind a port is not named as its user
+    assert!(matches!(&error, ConnectError::Busy { holder: None, .. }), "{error}");
     first.close().await;
     open(&name).await.close().await;
 }
