@@ -61,7 +61,7 @@ impl Findings {
     }
 
     /// The skip of a warm-up, if there is one.
-    fn warm_up_skip_s(&self) -> Option<Option<f64>> {
+    pub(crate) fn warm_up_skip_s(&self) -> Option<Option<f64>> {
         match self.change?.shape {
             LevelShape::WarmUp { skip_s, .. } => Some(skip_s),
             LevelShape::Step { .. } => None,
@@ -127,14 +127,19 @@ impl Channel {
                 at_line(&find(&|i| if i >= samples / 4 * 3 { 0.5 * sine(i, line_hz) } else { 0.0 }))
             }
             Disturbance::WarmUp { sigmas, time_constant_s } => {
-                let amplitude = sigmas * self.block_mean_std(plan);
-                let counts = self.counts(|i| amplitude * (-time_s(i) / time_constant_s).exp());
+                let counts = self.warmed_up(sigmas, time_constant_s, plan);
                 let skip_s = Findings::of(&counts, plan).warm_up_skip_s();
                 // Without what is to be skipped it must be gone.
                 let cured = |skip_s: f64| Findings::of(&counts[(skip_s * RATE_HZ) as usize..], plan);
                 skip_s.is_some_and(|skip_s| skip_s.is_none_or(|skip_s| cured(skip_s).warm_up_skip_s().is_none()))
             }
         }
+    }
+
+    /// With a level that relaxes from so many standard deviations of the block means.
+    pub(crate) fn warmed_up(&self, sigmas: f64, time_constant_s: f64, plan: &SpectrumPlan) -> Vec<i32> {
+        let amplitude = sigmas * self.block_mean_std(plan);
+        self.counts(|i| amplitude * (-(i as f64) * INTERVAL_S / time_constant_s).exp())
     }
 
     fn counts(&self, disturbance: impl Fn(usize) -> f64) -> Vec<i32> {
