@@ -37,6 +37,29 @@ const DEG_SQRT_H: f64 = 1.0 / 3_437.746_770_785;
 const DEG_H15: f64 = 1.0 / 1.237_588_8e7;
 const DEG_H: f64 = 1.0 / 206_264.806;
 
+/// A line at 18.4 Hz below, the attitude filter above: hardly an octave of the gyroscope's y is its noise alone.
+#[test]
+fn what_no_model_fits_has_a_bound_of_its_white_noise_and_advice() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--profile", "lab3", "--message", "VNYMR", "--duration", "5h"];
+    let (document, _) = replay(&capture(folder.path(), "lab3.vnymr", &options), &["--rate", "40"]);
+    assert!(channel(&document, "gyro_y")["noise"]["fit"].is_null(), "no model fits");
+    let [white, truth] = [parameter(&document, "gyro_y", "white"), &Value::from(0.354 * DEG_SQRT_H)];
+    assert_eq!(
+        [&white["status"], &white["value"], &white["lower"]],
+        [&Value::from("bounded"), &Value::Null, &Value::Null]
+    );
+    let over = white["upper"].as_f64().unwrap() / truth.as_f64().unwrap();
+    assert!((1.0..1.03).contains(&over), "{over}");
+    assert_eq!(parameter(&document, "gyro_x", "white")["status"], "estimated");
+    let mut warnings = document["warnings"].as_array().unwrap().iter();
+    let line = warnings.find(|warning| warning["kind"] == "vibration-line").unwrap()["text"].as_str().unwrap();
+    assert!(
+        line.contains("too few are left on gyro_y, where no model fits") && line.contains("another rate"),
+        "{line}"
+    );
+}
+
 #[test]
 fn five_hours_of_a_published_sensor_give_its_truth_back() {
     let folder = tempfile::tempdir().unwrap();

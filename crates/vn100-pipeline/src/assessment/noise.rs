@@ -1,8 +1,8 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ClassicalReading, Deviation, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw, RecordShape,
-    Sensor, Status, Term, Terms, classical_reading, edf, white_deficit,
+    BoxcarWindow, ClassicalReading, Deviation, Interval, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw,
+    RecordShape, Sensor, Status, Term, Terms, classical_reading, edf, white_deficit,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -23,6 +23,8 @@ pub struct ChannelNoise {
     pub sensor: Sensor,
     /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
     pub fit: NoiseFit,
+    /// What white noise cannot be above where no model fits, see [`parameter`](Self::parameter).
+    white_bound: Option<f64>,
     /// The letters as they are read off the curve by rule, for comparison with published figures only.
     pub classical: ClassicalReading,
     /// What a longer record would show, where this one is too short for the random walk.
@@ -119,14 +121,21 @@ impl ChannelNoise {
         };
         let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTaus::Sensor);
         let walk_seen_later = walk.filter(|walk| walk.value.is_none()).and_then(|_| models.walk_seen_later(&fit));
-        Some(Self { sensor, fit, classical, walk_seen_later, long_taus })
+        let is_rejected = fit.parameter(Term::White).is_some_and(|white| white.status == Status::ModelRejected);
+        // windows that share samples read low
+        let white_bound = (is_rejected && window.is_none()).then(|| white_bound(curve, confidence)).flatten();
+        Some(Self { sensor, fit, white_bound, classical, walk_seen_later, long_taus })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white and
-    /// quantisation noise alone are its own.
+    /// quantisation noise alone are its own. Where no model fits, white noise is bounded by the lowest that the curve shows: whatever else
+    /// is in it adds to it.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
+            _ if term == Term::White && self.white_bound.is_some() => {
+                Some(Parameter { upper: self.white_bound, ..Parameter::without_value(Status::Bounded) })
+            }
             _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
             LongTaus::Sensor => self.fit.parameter(term),
             LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Motion => {
@@ -157,6 +166,19 @@ fn spoiled_octaves(curve: &Curve, lines: &[Line]) -> usize {
         added > 0.25 * variance * (2.0 / edf).sqrt()
     };
     curve.octaves.iter().zip(&curve.variances).rposition(shows).map_or(0, |last| last + 1)
+}
+
+/// The least N that the upper ends of the deviation leave, at averaging times that no filter of the bias reaches: a variance is N²/τ and
+/// whatever other noise and vibration add. All of those upper ends hold together at the level `confidence` (Bonferroni), with the degrees of
+/// freedom of the noise that has fewest.
+fn white_bound(curve: &Curve, confidence: f64) -> Option<f64> {
+    let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
+    let each = 1.0 - (1.0 - confidence) / before_filter as f64;
+    let bounds = curve.octaves[..before_filter].iter().zip(&curve.variances).filter_map(|(octave, variance)| {
+        let edf = edf(octave, &curve.shape, PowerLaw::RandomWalk)?;
+        Some(Interval::new(*variance, edf, each)?.upper * curve.tau_s(octave).sqrt())
+    });
+    bounds.reduce(f64::min)
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.

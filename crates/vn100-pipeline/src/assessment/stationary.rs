@@ -55,7 +55,10 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     let channels: Vec<_> =
         layout.iter().zip(assessed).map(|(channel, assessed)| (channel, &assessed.disturbed)).collect();
-    [vibration(&channels, snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
+    let rejected = (layout.iter().zip(assessed))
+        .filter(|(_, assessed)| assessed.noise.as_ref().is_some_and(|noise| noise.fit.quality.is_none()))
+        .map(|(channel, _)| channel);
+    [vibration(&channels, &names(rejected), snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
         .into_iter()
         .flatten()
         .collect()
@@ -63,7 +66,8 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
 
 type Of<'a> = (&'a Channel, &'a Disturbed);
 
-fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+/// `rejected` are the names of the axes that no noise model fits.
+fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let strongest = shakes.first()?;
     let told = told(&shakes, |shake| {
@@ -77,12 +81,21 @@ fn vibration(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         format!("{:.2} Hz on {} ({share} of its short-term variance{also})", shake.frequency_hz, channel.name)
     });
     let alias = alias(strongest, snapshot.timing.rate_hz);
+    let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
+    let spoilt: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
+    let instead = match spoilt.is_empty() {
+        true => String::new(),
+        false => format!(
+            "; too few are left on {}, where no model fits, and N is at most what the curve leaves. A longer record does not help: another \
+             place does, or another rate or averaging window, which put the line elsewhere",
+            spoilt.join(" ")
+        ),
+    };
     let text = format!(
         "lines stand out of the spectrum: {told}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
-         times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil"
+         times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil{instead}"
     );
-    let axes = shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel));
-    Some(Warning { kind: WarningKind::VibrationLine, channels: names(axes), text })
+    Some(Warning { kind: WarningKind::VibrationLine, channels: axes, text })
 }
 
 /// Where else the strongest shake may be in truth; empty where the stream is too fast for any.

@@ -1,6 +1,6 @@
 //! How far the numbers can be trusted.
 
-use imu_noise::Status;
+use imu_noise::{Parameter, Status};
 use vn100_pipeline::{RateFrom, WarningKind};
 
 use super::{
@@ -77,16 +77,25 @@ fn fits(findings: &Findings) -> Option<String> {
     let names = |axes: &[&AxisFindings]| listed(&axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>());
     let least = good.iter().filter_map(|axis| Some(axis.quality?.p)).reduce(f64::min);
     let rejected: Vec<&AxisFindings> =
-        bad.into_iter().filter(|axis| axis.white.is_some_and(|white| white.status == Status::ModelRejected)).collect();
+        bad.into_iter().filter(|axis| axis.white.is_some_and(|white| is_without_model(&white))).collect();
     let good = least.map(|least| {
         format!("The noise model explains the curves of {} over the range of averaging times it was fitted to (smallest p {}; below 0.01 it would have been refused).", names(&good), digits(least, 2))
     });
-    let rejected = (!rejected.is_empty())
-        .then(|| format!("It explains no range of {}: nothing is estimated there.", names(&rejected)));
+    let rejected = (!rejected.is_empty()).then(|| {
+        format!(
+            "It explains no range of {}: nothing is estimated there, and at most a bound of N is given.",
+            names(&rejected)
+        )
+    });
     match (good, rejected) {
         (None, None) => None,
         (good, rejected) => Some([good, rejected].into_iter().flatten().collect::<Vec<_>>().join(" ")),
     }
+}
+
+/// White noise may be bounded without a model.
+fn is_without_model(white: &Parameter) -> bool {
+    matches!(white.status, Status::ModelRejected | Status::Bounded)
 }
 
 fn vibration(findings: &Findings) -> Option<String> {
