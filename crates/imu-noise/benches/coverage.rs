@@ -1,9 +1,9 @@
 //! How often intervals and bounds hold: seeded records of known noise, every record scored.
 //!
 //! `cargo bench -p imu-noise --bench coverage -- --records 500 --minutes 60`, with `--plain`, `--full` or
-//! `--hadamard` for other estimators. Prints per noise the share of records whose interval or bound at 95 % holds the
+//! `--hadamard` for other estimators, `--confidence 0.68` for another level than 0.95. Prints per noise the share of records whose interval or bound holds the
 //! truth, with the share in which the parameter is called estimated, and the share of octave intervals (degrees of
-//! freedom above 10) that hold. The last column is N of the same records with the bias tracked out of them, as an
+//! freedom above 10) that hold. The minimum is that of the curve, in brackets where it has a lower end. The last column is N of the same records with the bias tracked out of them, as an
 //! attitude filter does, and then the number of records that seem to fall below their own white noise. All noises of a record share its random numbers.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
@@ -15,7 +15,7 @@ mod score;
 mod synthetic;
 
 use imu_noise::{Deviation, Estimator};
-use score::{Cell, NOISES, RATE_HZ, ReadOut, counts, tracked};
+use score::{CONFIDENCE, Cell, NOISES, RATE_HZ, ReadOut, counts, tracked};
 use synthetic::Synthesis;
 
 fn main() {
@@ -25,6 +25,7 @@ fn main() {
     };
     let records = argument("--records").unwrap_or(200.0) as usize;
     let minutes = argument("--minutes").map_or(vec![10.0, 60.0, 300.0], |minutes| vec![minutes]);
+    let confidence = argument("--confidence").unwrap_or(CONFIDENCE);
     let has = |name: &str| std::env::args().any(|argument| argument == name);
     let estimator = match (has("--plain"), has("--full")) {
         (true, _) => Estimator::Plain,
@@ -32,11 +33,11 @@ fn main() {
         _ => Estimator::Strided,
     };
     let deviation = if has("--hadamard") { Deviation::Hadamard } else { Deviation::Allan };
-    println!("share of {records} records that holds (share estimated), %");
+    println!("share of {records} records that holds at {confidence} (share estimated), %");
     for minutes in minutes {
         let samples = (minutes * 60.0 * RATE_HZ) as usize;
         println!(
-            "\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      octaves  rejected  N, tracked  below"
+            "\n{minutes} min at {RATE_HZ} Hz      N          B          K          R      minimum   octaves  rejected  N, tracked  below"
         );
         let mut cells = vec![Cell::default(); NOISES.len()];
         let (mut in_model, mut in_fit) = (Duration::ZERO, Duration::ZERO);
@@ -45,7 +46,7 @@ fn main() {
             let record = synthesis.next_record();
             for (cell, noise) in cells.iter_mut().zip(&NOISES) {
                 let counts = counts(noise, &record);
-                let read_out = ReadOut::new(&counts, estimator, deviation);
+                let read_out = ReadOut::new(&counts, estimator, deviation).at(confidence);
                 let start = Instant::now();
                 let model = read_out.model();
                 in_model += start.elapsed();
@@ -53,12 +54,12 @@ fn main() {
                 let fit = read_out.fit(&model);
                 in_fit += start.elapsed();
                 cell.score(noise, &read_out, &fit);
-                cell.score_tracked(&ReadOut::new(&tracked(&counts), estimator, deviation));
+                cell.score_tracked(&ReadOut::new(&tracked(&counts), estimator, deviation).at(confidence));
             }
         }
         for (cell, noise) in cells.iter().zip(&NOISES) {
             print!("{:24}", noise.name);
-            for score in &cell.terms {
+            for score in cell.terms.iter().chain([&cell.minimum]) {
                 print!("{:5.1} ({:3.0})", score.held_percent(), score.estimated_percent());
             }
             let rejected = 100.0 * cell.rejected as f64 / records as f64;

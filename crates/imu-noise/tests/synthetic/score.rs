@@ -96,6 +96,8 @@ pub(crate) struct ReadOut {
     pub(crate) octaves: Vec<imu_noise::Octave>,
     pub(crate) variances: Vec<f64>,
     slope_s: f64,
+    /// Of every interval.
+    confidence: f64,
 }
 
 impl ReadOut {
@@ -108,7 +110,13 @@ impl ReadOut {
             octaves: sums.sums().map(|sum| sum.octave()).collect(),
             variances: sums.sums().map(|sum| sum.variance_counts2().unwrap() / (COUNTS * COUNTS)).collect(),
             slope_s: slope(counts) / COUNTS * RATE_HZ,
+            confidence: CONFIDENCE,
         }
+    }
+
+    /// With intervals at another level.
+    pub(crate) fn at(self, confidence: f64) -> Self {
+        Self { confidence, ..self }
     }
 
     pub(crate) fn model(&self) -> NoiseModel {
@@ -116,7 +124,7 @@ impl ReadOut {
     }
 
     pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
-        model.fit(&self.variances, Some(self.slope_s), CONFIDENCE)
+        model.fit(&self.variances, Some(self.slope_s), self.confidence)
     }
 
     /// N by the averaging times that show nothing of a filter which tracks the bias.
@@ -125,7 +133,7 @@ impl ReadOut {
         let octaves: Vec<_> = self.octaves.iter().take_while(before_filter).copied().collect();
         let terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
         let model = NoiseModel::new(&octaves, &self.shape, terms, None);
-        model.fit_part(&self.variances[..octaves.len()], CONFIDENCE).parameter(Term::White).unwrap()
+        model.fit_part(&self.variances[..octaves.len()], self.confidence).parameter(Term::White).unwrap()
     }
 }
 
@@ -170,7 +178,7 @@ impl Cell {
                     0.0
                 };
             if let Some(edf) = fit.edf(octave.m).filter(|edf| *edf > 10.0) {
-                let interval = Interval::new(*variance, edf, CONFIDENCE).unwrap();
+                let interval = Interval::new(*variance, edf, read_out.confidence).unwrap();
                 self.octaves.of += 1;
                 self.octaves.held += usize::from((interval.lower..=interval.upper).contains(&truth.sqrt()));
             }
