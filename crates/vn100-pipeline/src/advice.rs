@@ -165,7 +165,7 @@ impl Advice {
                     WarningKind::TooShort,
                     format!(
                         "{} say little: the fit of N, B and K asks for four octaves, and the fourth has ten degrees of freedom from \
-                         {LEAST_SAMPLES} samples on. Below that intervals span a factor of two and more, or are not there. Record longer",
+                         {LEAST_SAMPLES} samples on. Below that its interval spans more than a factor of two. Record longer",
                         samples(timing.samples)
                     ),
                 ),
