@@ -218,6 +218,11 @@ mod tests {
             assert!(near(*found, expected, 1e-12), "{corrected:?}");
         }
         assert_eq!(holm(&[]), [0.0; 0]);
+        // from NumPy 2.4.6, with ties: the greatest so far of p times the tests left
+        let corrected = holm(&[0.0203, 0.7574, 1e-12, 0.0033, 0.0203, 0.0859, 0.6, 0.0033]);
+        for (found, expected) in corrected.iter().zip([0.1015, 1.0, 8e-12, 0.0231, 0.1015, 0.2577, 1.0, 0.0231]) {
+            assert!(near(*found, expected, 1e-12), "{corrected:?}");
+        }
     }
 
     proptest! {
