@@ -12,7 +12,10 @@ use std::{
 
 use support::Sensor;
 use tempfile::TempDir;
-use tokio::{sync::mpsc, time::sleep};
+use tokio::{
+    sync::mpsc,
+    time::{sleep, timeout},
+};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
     Arrival, Capture, Chunk, Event, Input, LinkCounts, LinkEvent, LinkEventKind, LinkOptions, ReadOptions, RecordError,
@@ -265,7 +268,8 @@ async fn a_recording_that_is_removed_meanwhile_says_so() {
         // within a second of stream
         recorder.inputs().send(read(0)).await.unwrap();
         recorder.inputs().send(read(SECOND_NS)).await.unwrap();
-        let told = state.wait_for(|state| state.ended).await.unwrap().error.clone().unwrap();
+        let ended = timeout(Duration::from_secs(20), state.wait_for(|state| state.ended)).await.unwrap();
+        let told = ended.unwrap().error.clone().unwrap();
         assert_eq!(
             (told.kind(), told.to_string()),
             (std::io::ErrorKind::NotFound, "the file was removed while it was written".into())
