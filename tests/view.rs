@@ -85,6 +85,21 @@ fn another_size_is_drawn_at_once() {
 }
 
 #[test]
+fn a_key_that_comes_with_another_size_is_not_lost() {
+    let mut session = Session::start(&format!("replay {} --speed 1x", replay_log("clean-minute.vnymr").display()));
+    session.wait_for("Allan deviation");
+    // help comes, and goes
+    for (columns, (key, shown)) in (80..100).zip([("?", "attached"), ("\r", "Stats")].into_iter().cycle()) {
+        let before = session.output().len();
+        set_size(session.keyboard.as_ref().unwrap(), columns, 30);
+        session.press(key);
+        session.wait_for_after(before, shown);
+    }
+    session.press("q");
+    session.assert_left_well();
+}
+
+#[test]
 fn the_first_screen_says_what_is_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     // a line on which nobody sends
@@ -245,8 +260,7 @@ fn a_name_on_the_screen_commands_no_terminal() {
     let hostile = folder.path().join("n\u{1b}]0;title\u{7}\u{9b}31m\u{202e}ight.vnymr");
     fs::copy(replay_log("clean-minute.vnymr"), &hostile).unwrap();
     // the shell finds it by its first letter
-    let mut session =
-        Session::shell(&format!("exec \"$VN100\" replay {}/n* --speed max", folder.path().display()), true);
+    let mut session = Session::shell(&format!("exec \"$VN100\" replay {}/n* --speed max", folder.path().display()));
     session.wait_to_see("100 %");
     session.press("q");
     session.assert_left_well();

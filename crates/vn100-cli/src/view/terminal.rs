@@ -153,7 +153,9 @@ pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
     match event::poll(Duration::ZERO)? {
         true => event::read().map(Some),
         false => {
-            // half of a key: what is still missing is on its way
+            // half of a key, whose rest is on its way; or a key that came with another size: crossterm is told of both at once, returns
+            // the size and forgets the key
+            tell_again()?;
             thread::sleep(Duration::from_millis(10));
             Ok(None)
         }
@@ -178,6 +180,19 @@ fn something_came(wait: Duration) -> io::Result<bool> {
         return Err(io::Error::new(io::ErrorKind::NotConnected, "the terminal is gone"));
     }
     Ok(came.contains(PollFlags::IN))
+}
+
+/// Makes the system tell anew of what can be read: it does so whenever a line is set, be it as it is.
+#[cfg(unix)]
+fn tell_again() -> io::Result<()> {
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+    let stdin = io::stdin();
+    Ok(tcsetattr(&stdin, OptionalActions::Now, &tcgetattr(&stdin)?)?)
+}
+
+#[cfg(not(unix))]
+fn tell_again() -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(not(unix))]
