@@ -187,20 +187,22 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
 }
 
 #[test]
-fn an_interrupt_ends_with_the_result() {
-    let sensor = Sensor::start(&[]);
-    let recording = sensor.file("interrupted.mcap");
-    let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
-    // two seconds of data
-    attached.lines.nth(1).unwrap();
-    let interrupt = Command::new("kill").args(["-INT", &attached.process.id().to_string()]).status().unwrap();
-    assert!(interrupt.success());
-    let last: Value = serde_json::from_str(&attached.lines.by_ref().last().unwrap()).unwrap();
-    assert_eq!(attached.end().0.code(), Some(0));
-    assert!(number(&last, "/timing/samples") >= 80);
-    let (recorded, _) = replay(&recording, &[]);
-    assert_eq!(recorded["source"]["recorded"]["end_reason"], "stopped");
-    assert_same_but_source(recorded, last);
+fn an_interrupt_and_a_hang_up_without_a_view_end_with_the_result() {
+    for signal in ["-INT", "-HUP"] {
+        let sensor = Sensor::start(&[]);
+        let recording = sensor.file("interrupted.mcap");
+        let mut attached = Running::start(sensor.command("attach", &["--ndjson", "--record"]).arg(&recording));
+        // two seconds of data
+        attached.lines.nth(1).unwrap();
+        let told = Command::new("kill").args([signal, &attached.process.id().to_string()]).status().unwrap();
+        assert!(told.success());
+        let last: Value = serde_json::from_str(&attached.lines.by_ref().last().unwrap()).unwrap();
+        assert_eq!(attached.end().0.code(), Some(0), "{signal}");
+        assert!(number(&last, "/timing/samples") >= 80);
+        let (recorded, _) = replay(&recording, &[]);
+        assert_eq!(recorded["source"]["recorded"]["end_reason"], "stopped");
+        assert_same_but_source(recorded, last);
+    }
 }
 
 #[test]
@@ -263,10 +265,27 @@ fn a_killed_recording_loses_the_last_moments_at_most_and_can_be_resumed() {
 }
 
 #[test]
+fn a_recording_that_was_resumed_is_replayed_to_its_end_and_nobody_else_resumes_it_meanwhile() {
+    let sensor = Sensor::start(&[]);
+    let recording = sensor.file("resumed.mcap");
+    assert!(run(sensor.command("record", &["--duration", "1s", "-o"]).arg(&recording)).status.success());
+    let mut other = Running::start(sensor.command("attach", &["--ndjson", "--resume", "--record"]).arg(&recording));
+    other.lines.nth(1).unwrap();
+    let refused = run(vn100().args(["record", "sim", "--duration", "1s", "--resume", "-o"]).arg(&recording));
+    assert_eq!(refused.status.code(), Some(1));
+    let told = String::from_utf8(refused.stderr).unwrap();
+    assert!(told.contains("is being recorded to"), "{told}");
+    drop(other);
+    let (whole, _) = replay(&recording, &[]);
+    assert_eq!(number(&whole, "/timing/segments"), 2);
+    assert!(number(&whole, "/timing/samples") > 40, "{whole}");
+}
+
+#[test]
 fn a_full_disk_stops_the_recording_and_not_the_measurement() {
     let folder = tempfile::tempdir().unwrap();
-    // files of this process may not grow beyond 8 blocks; writing on is then an error instead of a signal
-    let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" attach sim --duration 3s --json --record \"$1\"";
+    // files of this process may not grow beyond 8 blocks
+    let script = "ulimit -f 8; exec \"$0\" attach sim --duration 3s --json --record \"$1\"";
     let output = Command::new("bash")
         .args(["-c", script])
         .arg(env!("CARGO_BIN_EXE_vn100"))

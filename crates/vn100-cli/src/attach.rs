@@ -19,7 +19,7 @@ use crate::{
     configure::describe,
     document::Document,
     exit::{Exit, about},
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
     judging::Judging,
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
@@ -69,10 +69,11 @@ async fn attach_all(
     metadata: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Exit> {
-    let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
     let judging = Arc::new(Judging::new(&args.measure)?);
     let is_told_over = takes_terminal(&args.link.log);
     let notices = (telling == Telling::Text && view::is_there() && !is_told_over).then(Notices::default);
+    let hang_up = if notices.is_some() { HangUp::IsSeenTo } else { HangUp::Stops };
+    let stop = stop_on_interrupt(hang_up).context("cannot listen to Ctrl-C")?;
     let mut settings = Settings { recent: notices.is_some(), ..args.measure.settings() };
     if notices.is_none() && telling != Telling::Ndjson {
         // nobody looks more often

@@ -7,7 +7,7 @@ use vn100_driver::{Configured, OutputSettings};
 use crate::{
     args::ConfigureArgs,
     exit::{Exit, print, printable},
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
     live_source::LiveSource,
     log::Log,
 };
@@ -34,7 +34,7 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let configured = runtime.block_on(async {
-        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
         let live = LiveSource::new(args.source, args.link, log.entries())?;
         live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings, &stop).await?)).await
     })?;

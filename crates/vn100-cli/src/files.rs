@@ -22,7 +22,7 @@ use crate::{
     args::FileArgs,
     conditions::{conditions, measured_duration, measured_until},
     document::Document,
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
     judging::Judging,
     log::{Entries, Log, takes_terminal},
     measured::{Measured, print_line},
@@ -70,7 +70,7 @@ async fn measure_all(
         log,
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
-        stop: stop_on_interrupt().context("cannot listen to Ctrl-C")?,
+        stop: stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?,
     });
     let files: Vec<JoinHandle<Result<Measured>>> =
         args.files.iter().map(|file| task::spawn(measure_one(file.clone(), Arc::clone(&job)))).collect();
@@ -179,8 +179,9 @@ pub(crate) async fn open(
     };
     let name = name(path);
     let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
+    let is_resumed = capture.recorded.as_ref().is_some_and(|recorded| recorded.resumed);
     let mut settings = settings.clone();
-    if let Some(metadata) = metadata {
+    if let Some(metadata) = metadata.filter(|_| !is_resumed) {
         settings.duration = settings.duration.or_else(|| measured_duration(metadata));
         if settings.until.is_empty() {
             settings.until = measured_until(metadata);

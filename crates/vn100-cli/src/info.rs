@@ -16,7 +16,7 @@ use vn100_driver::{
 use crate::{
     args::InfoArgs,
     exit::{Exit, print, print_json, printable},
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
     live_source::LiveSource,
     log::Log,
 };
@@ -35,7 +35,7 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let info = runtime.block_on(async {
-        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
         let live = LiveSource::new(args.source, args.link, log.entries())?;
         let asked = live.ask(&stop, async |link| {
             stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))

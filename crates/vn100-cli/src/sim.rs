@@ -20,7 +20,7 @@ use vn100_sim::{
 use crate::{
     args::{SimArgs, SimSensorArgs},
     exit::{Exit, print, report},
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
 };
 
 /// The length of a capture, unless asked for.
@@ -40,7 +40,7 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
 fn emulate(args: &SimArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
-        let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
         let options = PtyOptions { link: args.link.clone(), usb_latency: args.usb, ..pty_options(&args.sensor) };
         let sensor = serve(device(&args.sensor), options)?;
         let path = args.link.clone().unwrap_or_else(|| sensor.path());

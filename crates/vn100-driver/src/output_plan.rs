@@ -247,6 +247,13 @@ impl Output {
     /// Switches the count of lines on or off, or lets one that is on follow the rate.
     fn set_count(&mut self, count: Option<bool>, counted_lines: bool) -> Result<(), PlanError> {
         let Some(count) = count.or(counted_lines.then_some(true)) else { return Ok(()) };
+        if !count && !counted_lines {
+            // an output pulse for something else, as for a camera, is none of ours; that lines carry its count is
+            if self.protocol.serial_count == COUNT_OF_SYNC_OUT {
+                self.protocol.serial_count = 0;
+            }
+            return Ok(());
+        }
         let skip = self.measurements_skipped();
         let sync = self.sync.as_mut().ok_or(PlanError::Missing { register: Register::SYNC_CONTROL })?;
         // the output pulse marks the start of every measurement that is sent, and is what is counted

@@ -40,6 +40,8 @@ const LINK_ENCODING: &str = "json";
 const UNSTAMPED: (&str, &str) = ("arrival", "unknown");
 
 const RECORDING_METADATA: &str = "vn100.recording";
+/// Set in the metadata of a recording that was gone on with.
+const RESUMED: &str = "resumed";
 const CALLER_METADATA: &str = "vn100.metadata";
 const END_METADATA: &str = "vn100.end";
 

@@ -84,6 +84,14 @@ pub enum PtyError {
         /// Where it should be.
         path: PathBuf,
     },
+    /// A link is in its place that leads to something, as to the port of another sensor.
+    #[error("{} leads to {} already: end what is there, or choose another place for the link", path.display(), leads_to.display())]
+    LinkInUse {
+        /// Where it should be.
+        path: PathBuf,
+        /// What is reached by it.
+        leads_to: PathBuf,
+    },
     /// The thread of the sensor cannot be started.
     #[error("cannot start the thread of the emulated sensor")]
     Thread(#[source] io::Error),

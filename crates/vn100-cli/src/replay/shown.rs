@@ -21,7 +21,7 @@ use crate::{
     args::FileArgs,
     exit::Exit,
     files::{Opened, name, open, open_capture, unreadable},
-    interrupt::stop_on_interrupt,
+    interrupt::{HangUp, stop_on_interrupt},
     judging::Judging,
     log::{Entries, Log, takes_terminal},
     measured::{Measured, Teller, all_of},
@@ -55,7 +55,7 @@ pub(super) fn replay_shown(args: &FileArgs, speed: Speed) -> Result<Exit> {
 }
 
 async fn replay_all(args: &FileArgs, speed: Speed, log: Entries) -> Result<Exit> {
-    let stop = stop_on_interrupt().context("cannot listen to Ctrl-C")?;
+    let stop = stop_on_interrupt(HangUp::IsSeenTo).context("cannot listen to Ctrl-C")?;
     let notices = Notices::default();
     let settings = Settings { recent: true, ..args.measure.settings() };
     let confidence = settings.confidence;

@@ -95,6 +95,9 @@ fn a_count_of_lines_follows_the_rate_and_no_other_pulse_does() {
     // pulses of someone's own, which no line counts
     let own = with(current(115_200, 14, 40), &[(Register::SYNC_CONTROL, "3,0,0,0,1,0,19,100000000,0")]);
     assert_eq!(planned(&own, &rate(20)), ["07,20"]);
+    let camera = (Register::SYNC_CONTROL, "3,0,0,0,3,1,9,5000000,0");
+    assert_eq!(planned(&with(current(115_200, 14, 40), &[camera]), &count(false)), [""; 0]);
+    assert_eq!(planned(&counting(camera), &count(false)), ["30,0,0,0,0,1,0,1"]);
 }
 
 #[test]

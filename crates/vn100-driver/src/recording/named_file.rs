@@ -1,7 +1,7 @@
 //! A file that is worth writing as long as it has a name.
 
 use std::{
-    fs::File,
+    fs::{File, TryLockError},
     io::{self, Write},
 };
 
@@ -11,6 +11,12 @@ use std::{
 pub(super) struct NamedFile(pub(super) File);
 
 impl NamedFile {
+    /// Claims a file for this program alone, as long as it is open; `false` where another one writes it.
+    pub(super) fn claim(file: &File) -> bool {
+        // a file system without locks lets everybody in
+        !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+    }
+
     pub(super) fn sync_all(&self) -> io::Result<()> {
         self.0.sync_all()
     }

@@ -15,8 +15,8 @@ use mcap::{
 };
 
 use super::{
-    BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, UNSTAMPED, at_ns, io_error,
-    link_json::from_json,
+    BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
+    io_error, link_json::from_json,
 };
 use crate::source::{Chunk, Input, LinkEvent};
 
@@ -38,6 +38,8 @@ pub struct Recorded {
     pub program: Option<String>,
     /// What the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
+    /// It was gone on with after it had ended: what `metadata` says of its length is of the first part alone.
+    pub resumed: bool,
     /// How it ended; set when it was read to there.
     pub end: Arc<OnceLock<RecordingEnd>>,
 }
@@ -242,6 +244,7 @@ impl<R: Read> RecordingReader<R> {
                     return Err(RecordingError::Format { found: found.clone() });
                 }
                 self.recorded.program = values.get("program").cloned();
+                self.recorded.resumed = values.contains_key(RESUMED);
             }
             CALLER_METADATA => self.recorded.metadata = values.clone(),
             _ => {}

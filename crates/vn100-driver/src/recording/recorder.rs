@@ -43,6 +43,12 @@ pub enum RecordError {
         /// The link.
         path: PathBuf,
     },
+    /// Another program records to it.
+    #[error("{} is being recorded to: end that first", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// What is there is no recording that could go on.
     #[error("{} cannot be resumed: {problem}", path.display())]
     NotResumable {
@@ -89,6 +95,7 @@ impl Recorder {
             ErrorKind::AlreadyExists => RecordError::Exists { path: path.to_owned() },
             _ => failed(source),
         })?;
+        NamedFile::claim(&file);
         let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(failed)?;
         Self::start(path, writer, |file| file.sync_all()).map_err(failed)
     }
@@ -96,11 +103,11 @@ impl Recorder {
     /// Goes on with a recording, whole or cut: its readable part, then [`Down`](crate::LinkEventKind::Down), then what comes now.
     ///
     /// The readable part is copied to a file beside it, which takes its place only when it is safely on the disk. Until then the
-    /// recording stays as it is, and there must be room for both. No other program may be recording to it.
+    /// recording stays as it is, and there must be room for both.
     /// Blocks while it copies.
     ///
     /// # Errors
-    /// [`RecordError`] when it cannot be read or is no recording, or when the copy cannot be written.
+    /// [`RecordError`] when it cannot be read or is no recording, when another program records to it, or when the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let writer = resume(path, metadata)?;

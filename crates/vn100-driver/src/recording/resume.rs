@@ -9,6 +9,7 @@ use std::{
 };
 
 use super::{
+    RECORDING_METADATA, RESUMED,
     named_file::NamedFile,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
     recorder::RecordError,
@@ -27,15 +28,24 @@ pub(super) fn resume(
         return Err(RecordError::SymbolicLink { path: path.to_owned() });
     }
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
-    let mut recording = RecordingReader::open(File::open(path).map_err(failed)?).map_err(not_resumable)?;
+    let file = File::open(path).map_err(failed)?;
+    // the reader keeps it claimed until the copy has taken its place
+    if !NamedFile::claim(&file) {
+        return Err(RecordError::InUse { path: path.to_owned() });
+    }
+    let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
     if !recording.has_our_topics() {
         return Err(not_resumable(RecordingError::NotBegun));
     }
     let copy = Copy::beside(path);
     copy.remove_leftover().map_err(failed)?;
     let file = File::create_new(&copy.path).map_err(failed)?;
-    let mut writer =
-        RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), recording.head()).map_err(failed)?;
+    NamedFile::claim(&file);
+    let mut begin = recording.head().to_vec();
+    for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
+        about.metadata.insert(RESUMED.into(), "true".into());
+    }
+    let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
     copy_inputs(&mut recording, &mut writer).map_err(failed)?;
     let topics = recording.other_topics();
     if !topics.is_empty() {

@@ -18,6 +18,12 @@ pub(super) struct Link {
 impl Link {
     /// Makes the link, or turns the one that is there.
     pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
+        // where it leads somewhere, another sensor may be reached by it
+        if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
+            && let Ok(leads_to) = fs::canonicalize(path)
+        {
+            return Err(PtyError::LinkInUse { path: path.to_owned(), leads_to });
+        }
         lead(path, target)?;
         Ok(Self { path: path.to_owned() })
     }
@@ -83,6 +89,19 @@ mod tests {
                 .ends_with("sensor exists and is not a symbolic link: remove it, or choose another place for the link")
         );
         assert_eq!(fs::read_to_string(&path)?, "precious");
+        Ok(())
+    }
+
+    #[test]
+    fn a_link_that_leads_somewhere_is_not_taken_away() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let (path, port) = (folder.path().join("sensor"), folder.path().join("port"));
+        fs::write(&port, "")?;
+        let link = Link::make(&path, &port).unwrap();
+        let error = Link::make(&path, Path::new("other")).unwrap_err();
+        assert!(matches!(error, PtyError::LinkInUse { .. }), "{error}");
+        assert_eq!(fs::read_link(&path)?, port);
+        drop(link);
         Ok(())
     }
 
