@@ -327,6 +327,19 @@ fn a_measurement_ends_when_the_figure_is_known() {
 }
 
 #[test]
+fn a_figure_that_the_message_does_not_carry_ends_the_measurement_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = capture(folder.path(), "ymr.vnymr", &["--duration", "1min"]);
+    for options in [&["--rate", "40"][..], &["--rate", "40", "--skip", "30s"]] {
+        let output =
+            vn100().args(["replay", "--json", "--until", "gyro B ±20%"]).args(options).arg(&path).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{stderr}");
+        assert_eq!(stderr.matches("gyro B is not measurable in VNYMR").count(), 1, "{stderr}");
+    }
+}
+
+#[test]
 fn filters_get_their_models_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let path = capture(folder.path(), "imu.vnymr", &["--message", "VNIMU", "--duration", "1h"]);

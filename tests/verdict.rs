@@ -288,12 +288,15 @@ fn a_wrong_sheet_or_figure_is_told_before_anything_is_read() {
     for part in ["wrong.toml", "line 3", "deg/sqrt(h)"] {
         assert!(said.contains(part), "{said}");
     }
-    assert_eq!(ended(&missing, &["--fail-on", "gyro R"]).0, 2);
+    for no_figure in ["gyro R", "gyro_w N", "yaw N", "mag B"] {
+        assert_eq!(ended(&missing, &["--fail-on", no_figure]).0, 2, "{no_figure}");
+        assert_eq!(ended(&missing, &["--until", &format!("{no_figure} ±5%")]).0, 2, "{no_figure}");
+    }
     assert_eq!(ended(&missing, &["--fail-on", "gyro N"]).0, 3, "no data is worse than no verdict");
     let file = capture(folder.path(), "short.txt", "VNIMU", "20s", "");
-    let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "gyro_w N", "--fail-on", "gyro_x K"]);
+    let (exit, said) = ended(&file, &["--rate", "40", "--fail-on", "mag_x N", "--fail-on", "gyro_x K"]);
     assert_eq!(exit, 4);
-    assert!(said.contains("gyro_w N does not pass") && said.contains("gyro_x has no such figure"), "{said}");
+    assert!(said.contains("mag_x N does not pass") && said.contains("gyro_x has no such figure"), "{said}");
 }
 
 #[test]

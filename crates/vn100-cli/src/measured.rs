@@ -53,7 +53,9 @@ impl Measured {
             origin.error = Some(failure(&origin.name, snapshot.link.tally.bytes(), &error));
             exit = Exit::Failed;
         }
-        if snapshot.timing.samples == 0 {
+        let out_of_reach = settings.until.iter().any(|goal| goal.out_of_reach(&snapshot).is_some());
+        // where a goal is out of reach the measurement ended before there had to be a sample
+        if snapshot.timing.samples == 0 && !out_of_reach {
             origin.error.get_or_insert_with(|| {
                 let bytes = snapshot.link.bytes();
                 match snapshot.timing.left_out {
@@ -118,6 +120,9 @@ pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result
 
 /// How well the figure is known instead.
 fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment) -> String {
+    if let Some(why) = goal.out_of_reach(snapshot) {
+        return format!("{name}: {goal} cannot be reached: {why}");
+    }
     let axes = goal.relative_half_widths(snapshot, assessment);
     let known: Vec<String> = (axes.iter())
         .map(|(axis, width)| match width {

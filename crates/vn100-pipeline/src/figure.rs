@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use imu_noise::Term;
 use thiserror::Error;
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct Figure {
 pub enum FigureChannels {
     /// All axes of a sensor: `gyro`, `accel` or `mag`.
     Sensor(Quantity),
-    /// The channel of that name.
+    /// The axis of a sensor of that name.
     One(String),
 }
 
@@ -40,6 +40,12 @@ pub enum FigureError {
     /// No such letter.
     #[error("{0:?} is no parameter: N, B or K")]
     Letter(String),
+    /// No message has such an axis, or it is none of a sensor that noise is told of.
+    #[error("{0:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z")]
+    Channel(String),
+    /// Long averages of a magnetic field show the surroundings.
+    #[error("{0} is not the sensor's: at long averaging times a magnetometer shows the field around it")]
+    Surroundings(String),
 }
 
 impl Figure {
@@ -50,6 +56,33 @@ impl Figure {
             FigureChannels::Sensor(quantity) => channel.quantity == *quantity,
             FigureChannels::One(name) => channel.name == *name,
         }
+    }
+
+    /// Of which sensor, by what it measures.
+    #[must_use]
+    pub fn quantity(&self) -> Option<Quantity> {
+        match &self.channels {
+            FigureChannels::Sensor(quantity) => Some(*quantity),
+            FigureChannels::One(_) => {
+                let channel = VNIMU.channels.iter().find(|channel| self.concerns(channel))?;
+                SENSORS.iter().map(|(_, quantity)| *quantity).find(|quantity| *quantity == channel.quantity)
+            }
+        }
+    }
+
+    /// Why no record of `layout` shows it, however long; `None` where one may.
+    #[must_use]
+    pub fn absent_from(&self, layout: &Layout) -> Option<String> {
+        let message = &layout.message;
+        let concerned: Vec<&Channel> = layout.channels.iter().filter(|channel| self.concerns(channel)).collect();
+        if concerned.is_empty() {
+            return Some(format!("{self} is not measurable in {message}, which lacks the channel"));
+        }
+        let bias_removed =
+            layout.compensated && concerned.iter().any(|channel| channel.quantity == Quantity::AngularRate);
+        (bias_removed && self.term != Term::White).then(|| {
+            format!("{self} is not measurable in {message}: the attitude filter takes the bias out; VNIMU carries the sensor's own rates")
+        })
     }
 }
 
@@ -66,7 +99,12 @@ impl FromStr for Figure {
         let sensor = SENSORS.iter().find(|(name, _)| *name == channels);
         let channels = sensor
             .map_or_else(|| FigureChannels::One(channels.into()), |(_, quantity)| FigureChannels::Sensor(*quantity));
-        Ok(Self { channels, term })
+        let figure = Self { channels, term };
+        match figure.quantity() {
+            None => Err(FigureError::Channel(text.trim().into())),
+            Some(Quantity::MagneticField) if term != Term::White => Err(FigureError::Surroundings(figure.to_string())),
+            Some(_) => Ok(figure),
+        }
     }
 }
 
@@ -90,7 +128,7 @@ mod tests {
 
     #[test]
     fn figures_are_read_as_they_are_printed() {
-        for (text, concerned) in [("gyro N", 3), ("accel B", 3), ("mag N", 3), ("gyro_y K", 1), ("nonsense N", 0)] {
+        for (text, concerned) in [("gyro N", 3), ("accel B", 3), ("mag N", 3), ("gyro_y K", 1), ("mag_x N", 1)] {
             let figure: Figure = text.parse().unwrap();
             assert_eq!(figure.to_string(), text);
             assert_eq!(VNYMR.channels.iter().filter(|channel| figure.concerns(channel)).count(), concerned, "{text}");
@@ -100,9 +138,33 @@ mod tests {
 
     #[test]
     fn what_is_no_figure_is_told_what_one_is() {
-        for (text, expected) in [("", "gyro N"), ("gyro", "gyro N"), ("gyro N 5", "gyro N"), ("gyro R", "N, B or K")] {
+        for (text, expected) in [
+            ("", "gyro N"),
+            ("gyro", "gyro N"),
+            ("gyro N 5", "gyro N"),
+            ("gyro R", "N, B or K"),
+            ("gyro_q N", "no axis of a sensor"),
+            ("yaw N", "no axis of a sensor"),
+            ("temperature K", "no axis of a sensor"),
+            ("mag B", "field around it"),
+            ("mag_z K", "field around it"),
+        ] {
             let error = text.parse::<Figure>().unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
+    }
+
+    #[test]
+    fn a_message_that_cannot_show_a_figure_says_why() {
+        let absent = |text: &str, layout| text.parse::<Figure>().unwrap().absent_from(layout);
+        for text in ["gyro N", "accel B", "accel_x K", "mag N"] {
+            assert_eq!((absent(text, &VNYMR), absent(text, &VNIMU)), (None, None), "{text}");
+        }
+        for text in ["gyro B", "gyro_z K"] {
+            assert!(absent(text, &VNYMR).unwrap().starts_with(&format!("{text} is not measurable in VNYMR")), "{text}");
+            assert_eq!(absent(text, &VNIMU), None, "{text}");
+        }
+        let without_gyro = Layout { channels: VNIMU.channels[..6].to_vec().into(), ..VNIMU.clone() };
+        assert!(absent("gyro N", &without_gyro).unwrap().contains("lacks the channel"));
     }
 }

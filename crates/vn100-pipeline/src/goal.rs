@@ -41,6 +41,13 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
+    /// Why no record like this one, however long, meets it: its message does not show the figure. `None` where one may, and before
+    /// there is a message.
+    #[must_use]
+    pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
+        self.figure.absent_from(snapshot.layout.as_ref()?)
+    }
+
     /// Names of the axes meant, and half the width of the interval over the value; `None` where the figure is not estimated.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
@@ -98,6 +105,8 @@ mod tests {
             ("gyro N ±x%", "percentage"),
             ("gyro N ±-1%", "percentage"),
             ("gyro Z ±5%", "N, B or K"),
+            ("gyro_q N ±5%", "no axis of a sensor"),
+            ("mag K ±5%", "field around it"),
         ] {
             let error = text.parse::<Goal>().unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");

@@ -117,8 +117,8 @@ impl Measurement {
     }
 }
 
-/// Looks whether the goals of a measurement are met: at every second of data time at first, later whenever the record has grown by a
-/// twentieth. Where it ends depends on the samples alone.
+/// Looks whether the goals of a measurement are met, or one of them is out of reach: at every second of data time at first, later whenever
+/// the record has grown by a twentieth. Where it ends depends on the samples alone.
 #[derive(Debug, Default)]
 struct EndOfSearch {
     next_second: u64,
@@ -133,6 +133,9 @@ impl EndOfSearch {
         }
         self.next_second = second + second.div_ceil(20).max(1);
         let snapshot = analysis.snapshot();
+        if goals.iter().any(|goal| goal.out_of_reach(&snapshot).is_some()) {
+            return true;
+        }
         let assessment = Assessment::new(&snapshot, analysis.settings().confidence);
         goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
     }

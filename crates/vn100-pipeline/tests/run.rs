@@ -55,6 +55,21 @@ async fn every_second_of_data_brings_one_snapshot() {
     assert_eq!(measurement.outcome().await.unwrap().snapshot.timing.samples, 47);
 }
 
+#[tokio::test(start_paused = true)]
+async fn a_goal_that_the_message_cannot_show_ends_the_measurement_at_once() {
+    for (goal, ends) in [("gyro B ±20%", true), ("gyro_x K ±20%", true), ("gyro N ±0.001%", false)] {
+        let (events, inbox) = mpsc::channel(1);
+        let until = vec![goal.parse().unwrap()];
+        let measurement = start(inbox, Settings { rate_hz: Some(10.0), until, ..Settings::default() }, None);
+        events.send(rows(1)).await.unwrap();
+        let goes_on = events.send(rows(1)).await.is_ok() && events.send(rows(1)).await.is_ok();
+        assert_eq!(goes_on, !ends, "{goal}");
+        drop(events);
+        let outcome = measurement.outcome().await.unwrap();
+        assert_eq!(outcome.source_error.is_none(), ends, "{goal}");
+    }
+}
+
 #[tokio::test]
 async fn the_error_of_the_source_comes_with_the_results_before_it() {
     let (events, inbox) = mpsc::channel(1);

@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use imu_noise::{Sensor, Sides, Term, conventions};
 use thiserror::Error;
-use vn100_protocol::{Quantity, VNIMU};
+use vn100_protocol::Quantity;
 
 use crate::figure::{Figure, FigureError};
 
@@ -36,9 +36,6 @@ pub enum WantError {
     /// The figure is none.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// There is no such axis in the message.
-    #[error("{0:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z")]
-    Channel(String),
     /// The part behind `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
@@ -61,9 +58,6 @@ pub enum WantError {
     /// No typical random walk is known.
     #[error("say how small a walk shall be seen, as in \"{0} >= 2e-7\": no typical figure is known")]
     Walk(String),
-    /// Long averages of a magnetic field show the surroundings.
-    #[error("{0} is not the sensor's: at long averaging times a magnetometer shows the field around it")]
-    Surroundings(String),
 }
 
 impl FromStr for Want {
@@ -83,12 +77,9 @@ impl FromStr for Want {
             (text, Asked::Seen)
         };
         let figure: Figure = figure.parse()?;
-        let sensor = sensor(&figure).ok_or_else(|| WantError::Channel(text.into()))?;
+        let sensor = sensor(&figure).ok_or_else(|| FigureError::Channel(figure.to_string()))?;
         let name = || figure.to_string();
         let known = match (figure.term, known) {
-            (Term::BiasInstability | Term::RateRandomWalk, _) if sensor == Sensor::Magnetometer => {
-                return Err(WantError::Surroundings(name()));
-            }
             (_, Asked::Within(relative)) if figure.term != Term::RateRandomWalk => Known::Within(relative),
             (Term::BiasInstability, Asked::Seen) => Known::Seen,
             (Term::BiasInstability | Term::RateRandomWalk, Asked::AtLeast(amount)) => {
@@ -108,8 +99,7 @@ enum Asked<'a> {
 }
 
 fn sensor(figure: &Figure) -> Option<Sensor> {
-    let channel = VNIMU.channels.iter().find(|channel| figure.concerns(channel))?;
-    match channel.quantity {
+    match figure.quantity()? {
         Quantity::AngularRate => Some(Sensor::Gyroscope),
         Quantity::Acceleration => Some(Sensor::Accelerometer),
         Quantity::MagneticField => Some(Sensor::Magnetometer),
