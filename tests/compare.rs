@@ -97,6 +97,26 @@ fn a_sensor_with_a_tenth_more_noise_is_found_and_the_quieter_one_named() {
 }
 
 #[test]
+fn of_records_whose_white_noise_folds_differently_none_is_the_quietest() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = |rate: &'static str, seed: &'static str| {
+        ["--duration", "10min", "--message", "VNIMU", "--rate", rate, "--seed", seed]
+    };
+    let fast = capture(folder.path(), "fast.mcap", &options("40", "1"));
+    let slow = capture(folder.path(), "slow.mcap", &options("5", "2"));
+    let (document, _) = compare(&[slow.clone(), fast.clone()], &[]);
+    let gyro = sensor(&document, "gyro");
+    assert_eq!((&gyro["quietest"], &gyro["folds_alike"]), (&Value::Null, &false.into()), "{gyro}");
+    assert_eq!(gyro["tests"], Value::Array(vec![]));
+    let own: Vec<f64> = (gyro["ranked"].as_array().unwrap().iter())
+        .map(|ranked| ranked["white"].as_f64().unwrap() / ranked["white_factor"].as_f64().unwrap())
+        .collect();
+    assert!((0.8..=1.0).contains(&(own[0] / own[1])), "one sensor, as far as the factors are known: {own:?}");
+    let text = vn100().arg("compare").args([&slow, &fast]).output().unwrap().stdout;
+    assert!(String::from_utf8(text).unwrap().contains("none is named the quietest"));
+}
+
+#[test]
 fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
     let folder = tempfile::tempdir().unwrap();
     // a bias of 1e-3 rad/s in the first of three power cycles

@@ -74,9 +74,11 @@ struct SensorDocument {
     sensor: &'static str,
     /// Of the white noise.
     unit: &'static str,
-    /// The quietest first.
+    /// The quietest first, by N over its factor.
     ranked: Vec<RankedDocument>,
-    /// Corrected for all pairs of all sensors.
+    /// White noise folds alike in all of them; otherwise none is the quietest.
+    folds_alike: bool,
+    /// Of those where it folds alike, corrected for all pairs of all sensors.
     tests: Vec<TestDocument>,
     /// The quietest record, where it is quieter than every other one beyond chance.
     quietest: Option<usize>,
@@ -92,6 +94,8 @@ struct RankedDocument {
     lower: f64,
     upper: f64,
     axes: Vec<AxisDocument>,
+    /// What averaging and decimation on board make of the sensor's own white noise; `null` where nobody knows.
+    white_factor: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -221,12 +225,14 @@ fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -
         lower: ranked.lower,
         upper: ranked.upper,
         axes: ranked.axes.iter().map(|(name, white)| AxisDocument { name: name.clone(), white: *white }).collect(),
+        white_factor: ranked.white_factor,
     });
     let leads = ranking.lead().is_some_and(|lead| comparison.is_beyond_chance(lead));
     SensorDocument {
         sensor: sensor_group(ranking.quantity),
         unit: ranking.unit,
         ranked: ranked.collect(),
+        folds_alike: ranking.folds_alike,
         tests: (ranking.tests.iter())
             .map(|test| TestDocument { records: test.records, verdict: verdict(test.chance) })
             .collect(),

@@ -1,6 +1,7 @@
 //! Several records side by side: which octaves differ beyond chance, which record is the quietest, and how far means lie apart.
 
 mod caveat;
+mod folding;
 mod means;
 mod octaves;
 mod ranking;

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use vn100_pipeline::{Chance, Comparison, OctaveTest, Ranking};
+use vn100_pipeline::{Chance, Comparison, OctaveTest, Onboard, Ranking};
 
 use super::{counted, fill, noise::four_digits, sensor, short};
 use crate::{
@@ -60,6 +60,21 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
     if !ranking.not_ranked.is_empty() {
         let names: Vec<String> = ranking.not_ranked.iter().map(|record| letter(*record)).collect();
         let text = format!("not ranked, N is not estimated on every axis: {}", names.join(", "));
+        writeln!(out, "{}", fill(&text, "  ", "  "))?;
+    }
+    if !ranking.folds_alike {
+        let own: Vec<String> = (ranking.records.iter())
+            .map(|ranked| match ranked.white_factor {
+                Some(factor) => format!("{} {factor:.2}, {}", letter(ranked.record), four_digits(ranked.own())),
+                None => format!("{} not known", letter(ranked.record)),
+            })
+            .collect();
+        let text = format!(
+            "none is named the quietest: white noise folds differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by \
+             which they are ordered: {}. Compare records of one rate and averaging window",
+            100.0 * Onboard::UNCERTAINTY,
+            own.join("; ")
+        );
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {

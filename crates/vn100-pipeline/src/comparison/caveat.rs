@@ -2,7 +2,12 @@
 
 use vn100_protocol::Quantity;
 
-use super::{Record, means::are_of_several_sensors, pairs};
+use super::{
+    Record,
+    folding::{fold_alike, onboard},
+    means::are_of_several_sensors,
+    pairs,
+};
 use crate::{Onboard, RateFrom, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
@@ -123,14 +128,10 @@ fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
 }
 
 fn sampling(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
-    let of = |record: &Record<'_>| -> Option<Onboard> {
-        let layout = record.snapshot.layout.as_ref()?;
-        let gyro = layout.channels.iter().position(|channel| channel.quantity == Quantity::AngularRate)?;
-        record.assessment.channels.get(gyro)?.onboard
-    };
+    let of = |record| onboard(Quantity::AngularRate, record);
     let factors = of(a).zip(of(b)).map(|(a, b)| (a.white_factor(), b.white_factor()));
     let same_rate = (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3;
-    let same_folding = factors.is_none_or(|(a, b)| (a / b - 1.0).abs() < 0.01);
+    let same_folding = factors.is_none() || fold_alike(Quantity::AngularRate, a, b);
     (!same_rate || !same_folding).then(|| {
         let by = factors.map_or_else(String::new, |(of_a, of_b)| {
             format!(" (by {of_a:.2} in {} and {of_b:.2} in {}, ±{:.0} %)", a.name, b.name, 100.0 * Onboard::UNCERTAINTY)

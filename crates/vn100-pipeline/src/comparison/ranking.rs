@@ -3,7 +3,8 @@
 use imu_noise::{Sensor, Status, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::Quantity;
 
-use super::{Chance, Record, chances, pairs};
+use super::{Chance, Record, chances, folding::fold_alike, pairs};
+use crate::Onboard;
 
 const SENSORS: [(Quantity, Sensor); 3] = [
     (Quantity::MagneticField, Sensor::Magnetometer),
@@ -18,9 +19,11 @@ pub struct Ranking {
     pub quantity: Quantity,
     /// Unit of the white noise.
     pub unit: &'static str,
-    /// The quietest first; those only whose N is estimated on every axis.
+    /// The quietest first, by [`RankedRecord::own`]; those only whose N is estimated on every axis.
     pub records: Vec<RankedRecord>,
-    /// Every two of them; corrected for all pairs of all sensors.
+    /// White noise folds alike in all of them, so that N may be compared.
+    pub folds_alike: bool,
+    /// Every two of them where it folds alike; corrected for all pairs of all sensors.
     pub tests: Vec<WhiteTest>,
     /// Records with this sensor where N is not estimated on every axis.
     pub not_ranked: Vec<usize>,
@@ -39,6 +42,17 @@ pub struct RankedRecord {
     pub upper: f64,
     /// By axis: name and N.
     pub axes: Vec<(String, f64)>,
+    /// What averaging and decimation on board make of the sensor's own white noise, see [`Onboard::white_factor`]; `None` where nobody
+    /// knows.
+    pub white_factor: Option<f64>,
+}
+
+impl RankedRecord {
+    /// N without the folding, to within [`Onboard::UNCERTAINTY`]; N itself where the folding is not known.
+    #[must_use]
+    pub fn own(&self) -> f64 {
+        self.white / self.white_factor.unwrap_or(1.0)
+    }
 }
 
 /// Two records whose white noise is compared.
@@ -51,9 +65,13 @@ pub struct WhiteTest {
 }
 
 impl Ranking {
-    /// The chance that the quietest is not quieter than the next one; `None` for one record alone.
+    /// The chance that the quietest is not quieter than the next one; `None` for one record alone, and where white noise does not fold
+    /// alike: the factors are not known as well as N is.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
+        if !self.folds_alike {
+            return None;
+        }
         let [first, second, ..] = &self.records[..] else { return None };
         let test = (self.tests.iter())
             .find(|test| test.records.contains(&first.record) && test.records.contains(&second.record));
@@ -71,7 +89,7 @@ pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> 
             match white(record, quantity, confidence) {
                 White::NoSensor => {}
                 White::Unknown => not_ranked.push(number),
-                White::Known { axes, mean_square } => match mean_square.interval(confidence) {
+                White::Known { axes, mean_square, onboard } => match mean_square.interval(confidence) {
                     Some(interval) => ranked.push((
                         RankedRecord {
                             record: number,
@@ -79,6 +97,7 @@ pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> 
                             lower: interval.lower,
                             upper: interval.upper,
                             axes,
+                            white_factor: onboard.map(|onboard| onboard.white_factor()),
                         },
                         mean_square,
                     )),
@@ -86,8 +105,11 @@ pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> 
                 },
             }
         }
-        ranked.sort_by(|(a, _), (b, _)| a.white.total_cmp(&b.white));
-        let tests = pairs(ranked.len()).filter_map(|[a, b]| {
+        ranked.sort_by(|(a, _), (b, _)| a.own().total_cmp(&b.own()));
+        let alike =
+            |[a, b]: [usize; 2]| fold_alike(quantity, &records[ranked[a].0.record], &records[ranked[b].0.record]);
+        let folds_alike = pairs(ranked.len()).all(alike);
+        let tests = pairs(ranked.len()).filter(|pair| alike(*pair)).filter_map(|[a, b]| {
             let of = |(_, estimate): &(RankedRecord, VarianceEstimate)| (estimate.variance, estimate.edf);
             let p = f_test(of(&ranked[a]), of(&ranked[b]))?;
             Some(WhiteTest { records: [ranked[a].0.record, ranked[b].0.record], chance: Chance { p, corrected: p } })
@@ -97,7 +119,7 @@ pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> 
         if !ranked.is_empty() || !not_ranked.is_empty() {
             let unit = conventions(sensor, Term::White).first().map_or("", |si| si.unit);
             let records = ranked.into_iter().map(|(record, _)| record).collect();
-            rankings.push(Ranking { quantity, unit, records, tests, not_ranked });
+            rankings.push(Ranking { quantity, unit, records, folds_alike, tests, not_ranked });
         }
     }
     let all_tests = rankings.iter_mut().flat_map(|ranking| &mut ranking.tests);
@@ -110,7 +132,7 @@ pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> 
 enum White {
     NoSensor,
     Unknown,
-    Known { axes: Vec<(String, f64)>, mean_square: VarianceEstimate },
+    Known { axes: Vec<(String, f64)>, mean_square: VarianceEstimate, onboard: Option<Onboard> },
 }
 
 fn white(record: &Record<'_>, quantity: Quantity, confidence: f64) -> White {
@@ -129,10 +151,12 @@ fn white(record: &Record<'_>, quantity: Quantity, confidence: f64) -> White {
         })
         .collect();
     let Some(known) = known else { return White::Unknown };
+    let onboard = of_sensor.first().and_then(|(_, assessed)| assessed.onboard);
     let share = 1.0 / known.len() as f64;
     match VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate))) {
         Some(mean_square) => {
-            White::Known { axes: known.into_iter().map(|(name, value, _)| (name, value)).collect(), mean_square }
+            let axes = known.into_iter().map(|(name, value, _)| (name, value)).collect();
+            White::Known { axes, mean_square, onboard }
         }
         None => White::Unknown,
     }
