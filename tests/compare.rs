@@ -159,6 +159,36 @@ fn means_that_lie_apart_are_a_turn_on_bias_and_angles_have_none() {
 }
 
 #[test]
+fn a_record_of_a_moved_sensor_is_left_out_of_the_means_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second, moved] = [1, 2, 3].map(|seed| gyro_csv(&seeded(folder.path(), seed), 1.0));
+    // it turns to and fro about x, and on the whole a little more to one side
+    let rows = fs::read_to_string(&moved).unwrap();
+    let rows = rows.lines().enumerate().fold(String::new(), |mut rows, (number, line)| {
+        match line.split_once(',').map(|(wx, rest)| (wx.parse::<f64>(), rest)) {
+            Some((Ok(wx), rest)) => {
+                writeln!(rows, "{:.6},{rest}", wx + 0.01 + 0.3 * (number as f64 / 40.0).sin())
+            }
+            _ => writeln!(rows, "{line}"),
+        }
+        .unwrap();
+        rows
+    });
+    fs::write(&moved, rows).unwrap();
+    let (document, _) = compare(&[first, moved, second], &GYRO_COLUMNS);
+    for means in document["means"].as_array().unwrap() {
+        let records: Vec<_> = means["means"].as_array().unwrap().iter().map(|mean| &mean["record"]).collect();
+        assert_eq!(records, [0, 2]);
+        assert_eq!(means["spread"]["beyond_noise"], false, "{means}");
+    }
+    let caveats = document["caveats"].as_array().unwrap();
+    let [named] = &caveats.iter().filter(|caveat| caveat["kind"] == "moved").collect::<Vec<_>>()[..] else {
+        panic!("{caveats:?}")
+    };
+    assert_eq!(named["records"], serde_json::json!([1]));
+}
+
+#[test]
 fn the_disturbed_record_is_named_with_the_time() {
     let folder = tempfile::tempdir().unwrap();
     let [quiet, slammed] = [1, 2].map(|seed| gyro_csv(&seeded(folder.path(), seed), 1.0));

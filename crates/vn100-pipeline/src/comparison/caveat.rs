@@ -27,6 +27,8 @@ pub enum CaveatKind {
     Compensation,
     /// The records are of several sensors.
     SeveralSensors,
+    /// The sensor was moved: a mean of that record is no bias.
+    Moved,
 }
 
 impl CaveatKind {
@@ -41,6 +43,7 @@ impl CaveatKind {
             Self::Sampling => "sampling",
             Self::Compensation => "compensation",
             Self::SeveralSensors => "several-sensors",
+            Self::Moved => "moved",
         }
     }
 }
@@ -63,6 +66,12 @@ pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
         caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text });
     }
     caveats.extend(rate_assumed(records));
+    for (number, record) in records.iter().enumerate() {
+        if let Some(motion) = &record.assessment.motion {
+            let text = format!("{}: {motion}. Its means are no bias and are left out", record.name);
+            caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text });
+        }
+    }
     for pair in pairs(records.len()) {
         let [a, b] = pair.map(|number| &records[number]);
         if a.snapshot.timing.samples == 0 || b.snapshot.timing.samples == 0 {

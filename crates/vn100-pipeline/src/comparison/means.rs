@@ -17,7 +17,7 @@ pub struct ChannelMeans {
     pub quantity: Quantity,
     /// Its unit.
     pub unit: String,
-    /// One per record that has it and samples.
+    /// One per record that has it and samples, and where the sensor was not moved.
     pub means: Vec<RecordMean>,
     /// How far they lie apart; `None` where fewer than two have a standard error, and where the records are known to be of several sensors.
     pub spread: Option<Spread>,
@@ -55,7 +55,9 @@ pub struct MeanError {
 
 pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans> {
     let mut found: Vec<ChannelMeans> = Vec::new();
-    for (number, record) in records.iter().enumerate() {
+    // what moves has no bias that its mean shows
+    let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
+    for (number, record) in at_rest {
         let Some(layout) = &record.snapshot.layout else { continue };
         for (index, channel) in layout.channels.iter().enumerate().filter(|(_, channel)| is_of_a_sensor(channel)) {
             let Some(mean) = mean(record, number, index, channel) else { continue };
