@@ -216,11 +216,8 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     if warm_ups.is_empty() {
         return None;
     }
-    let told = told(&warm_ups, |(channel, amplitude, time_constant_s, _)| {
-        format!(
-            "{} begins {amplitude:+.2e} {} off and settles within about {time_constant_s:.0} s",
-            channel.name, channel.unit
-        )
+    let told = told(&warm_ups, |(channel, amplitude, time_constant_s, skip_s)| {
+        settling(channel, *amplitude, *time_constant_s, skip_s.is_some())
     });
     let longest = warm_ups.iter().map(|(.., skip_s)| *skip_s).reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
     let cure = match longest {
@@ -234,6 +231,17 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         "the sensor was still warming up: {told}. At long tau a drift poses as rate random walk or ramp; {cure}"
     );
     Some(Warning { kind: WarningKind::WarmUp, channels: names(warm_ups.iter().map(|(channel, ..)| *channel)), text })
+}
+
+/// A level that does not settle within the record has no time constant that the record tells.
+fn settling(channel: &Channel, amplitude: f64, time_constant_s: f64, settles: bool) -> String {
+    let (name, unit) = (&channel.name, &channel.unit);
+    match settles {
+        true => format!(
+            "{name} begins {amplitude:+.2e} {unit} off and settles with a time constant of about {time_constant_s:.0} s"
+        ),
+        false => format!("{name} begins {amplitude:+.2e} {unit} off and drifts to the end of the record"),
+    }
 }
 
 fn told<T>(all: &[T], tell: impl Fn(&T) -> String) -> String {
@@ -266,6 +274,16 @@ fn clock(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vn100_protocol::VNYMR;
+
+    #[test]
+    fn a_warm_up_is_told_with_its_time_constant_unless_it_outlasts_the_record() {
+        let channel = &VNYMR.channels[9];
+        let text = settling(channel, 4e-4, 51.2, true);
+        assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and settles with a time constant of about 51 s");
+        let text = settling(channel, 4e-4, 409.6, false);
+        assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and drifts to the end of the record");
+    }
 
     #[test]
     fn times_are_told_as_clocks_do() {
