@@ -203,11 +203,24 @@ fn the_disturbed_record_is_named_with_the_time() {
         rows
     });
     fs::write(&slammed, rows).unwrap();
-    let (document, _) = compare(&[quiet, slammed], &GYRO_COLUMNS);
+    let (document, _) = compare(&[quiet, slammed.clone()], &GYRO_COLUMNS);
     let [disturbance] = &document["disturbances"].as_array().unwrap()[..] else { panic!("{document}") };
     assert_eq!((&disturbance["record"], &disturbance["kind"]), (&1.into(), &"not-stationary".into()));
     assert_eq!(disturbance["channels"], serde_json::json!(["gyro_x"]));
-    assert!(disturbance["text"].as_str().unwrap().contains("5:00"), "{disturbance}");
+    let told = disturbance["text"].as_str().unwrap().to_owned();
+    assert!(told.contains("from 5:00 to 5:0") && !told.contains("from 5:00 to 5:00"), "{told}");
+    // with a part left out the times are still those of the record, in words and numbers
+    let output =
+        vn100().args(["replay", "--json", "--skip", "2min"]).args(GYRO_COLUMNS).arg(&slammed).output().unwrap();
+    let document = support::document(&output);
+    let warnings = document["warnings"].as_array().unwrap();
+    let text = |warning: &Value| warning["text"].as_str().unwrap().to_owned();
+    assert!(warnings.iter().any(|warning| text(warning).contains("from 5:00 to 5:0")), "{warnings:?}");
+    let gyro_x = channel(&document, "gyro_x");
+    let found = &gyro_x["stationarity"]["disturbances"][0];
+    let [start_s, end_s] = ["start_s", "end_s"].map(|name| found[name].as_f64().unwrap());
+    assert!((299.0..=300.5).contains(&start_s) && (300.5..303.0).contains(&end_s), "{found}");
+    assert_eq!(gyro_x["blocks"][0]["start_s"], 120.0);
 }
 
 #[test]

@@ -288,6 +288,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
         lower: point.lower,
         upper: point.upper,
     });
+    let skipped_s = snapshot.skipped.as_secs_f64();
     Channel {
         name: values.name,
         unit: values.unit,
@@ -323,9 +324,9 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
             points: points.collect(),
         },
         noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
-        stationarity: values.signal.as_ref().map(StationarityDocument::new),
+        stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),
         spectrum: at_end().map(SpectrumDocument::new),
-        blocks: at_end().map(|signal| signal.blocks.iter().map(Block::new).collect()),
+        blocks: at_end().map(|signal| signal.blocks.iter().map(|block| Block::new(block, skipped_s)).collect()),
         verdict: None,
         grade: None,
     }

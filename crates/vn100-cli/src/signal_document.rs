@@ -1,4 +1,5 @@
-//! How a channel went through time and frequency, as it stands in the JSON document.
+//! How a channel went through time and frequency, as it stands in the JSON document. Its times are of the record, in seconds of data since
+//! the first sample, those skipped included: `skipped_s` lie before the first sample that counts.
 
 use imu_noise::{LevelChange, LevelShape, Normality, NotJudged};
 use serde::Serialize;
@@ -72,6 +73,7 @@ struct LevelChangeDocument {
     start_s: Option<f64>,
     /// Of a warm-up.
     time_constant_s: Option<f64>,
+    /// What `--skip` leaves it out.
     skip_s: Option<f64>,
     sigmas: f64,
 }
@@ -110,25 +112,29 @@ impl SpectrumDocument {
 }
 
 impl Block {
-    pub(crate) fn new(block: &BlockValues) -> Self {
+    pub(crate) fn new(block: &BlockValues, skipped_s: f64) -> Self {
         let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
-        Self { start_s, duration_s, count, mean, std, min, max }
+        Self { start_s: skipped_s + start_s, duration_s, count, mean, std, min, max }
     }
 }
 
 impl StationarityDocument {
-    pub(crate) fn new(signal: &SignalValues) -> Self {
+    pub(crate) fn new(signal: &SignalValues, skipped_s: f64) -> Self {
         Self {
             disturbances: (signal.disturbed.disturbances.iter())
-                .map(|found| Disturbance { start_s: found.start_s, end_s: found.end_s, sigmas: found.sigmas })
+                .map(|found| Disturbance {
+                    start_s: skipped_s + found.start_s,
+                    end_s: skipped_s + found.end_s,
+                    sigmas: found.sigmas,
+                })
                 .collect(),
-            level_change: signal.disturbed.level_change.map(LevelChangeDocument::new),
+            level_change: signal.disturbed.level_change.map(|change| LevelChangeDocument::new(change, skipped_s)),
         }
     }
 }
 
 impl LevelChangeDocument {
-    fn new(change: LevelChange) -> Self {
+    fn new(change: LevelChange, skipped_s: f64) -> Self {
         let sigmas = change.sigmas;
         match change.shape {
             LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => Self {
@@ -136,12 +142,17 @@ impl LevelChangeDocument {
                 amplitude,
                 start_s: None,
                 time_constant_s: Some(time_constant_s),
-                skip_s,
+                skip_s: skip_s.map(|skip_s| skipped_s + skip_s),
                 sigmas,
             },
-            LevelShape::Step { start_s, amplitude } => {
-                Self { shape: "step", amplitude, start_s: Some(start_s), time_constant_s: None, skip_s: None, sigmas }
-            }
+            LevelShape::Step { start_s, amplitude } => Self {
+                shape: "step",
+                amplitude,
+                start_s: Some(skipped_s + start_s),
+                time_constant_s: None,
+                skip_s: None,
+                sigmas,
+            },
         }
     }
 }

@@ -188,14 +188,15 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let told = told(&found, |(channel, start_s, end_s, what)| {
         let (start_s, end_s) = (start_s + skipped_s, end_s + skipped_s);
         if start_s == end_s {
-            format!("{channel} {what} at {}", clock(start_s))
+            format!("{channel} {what} at {}", clock(start_s.floor()))
         } else {
-            format!("{channel} {what} from {} to {}", clock(start_s), clock(end_s))
+            // of whole seconds, those that hold all of it
+            format!("{channel} {what} from {} to {}", clock(start_s.floor()), clock(end_s.ceil()))
         }
     });
     let text = format!(
-        "the record is not of one piece: {told}, in hours, minutes and seconds of data. A door, steps, a bumped table or motion: one of them \
-         spoils every tau longer than itself. Measure again undisturbed, or cut the record there"
+        "the record is not of one piece: {told}, in hours, minutes and seconds of data, those skipped included. A door, steps, a \
+         bumped table or motion: one of them spoils every tau longer than itself. Measure again undisturbed, or cut the record there"
     );
     let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
     axes.sort();
@@ -262,7 +263,7 @@ fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> Vec<String> {
     names
 }
 
-/// h:mm:ss, or m:ss.
+/// h:mm:ss, or m:ss, of whole seconds.
 fn clock(seconds: f64) -> String {
     let whole = seconds as u64;
     match whole / 3600 {
@@ -288,7 +289,7 @@ mod tests {
     #[test]
     fn times_are_told_as_clocks_do() {
         for (seconds, text) in
-            [(0.0, "0:00"), (61.7, "1:01"), (3599.9, "59:59"), (3600.0, "1:00:00"), (36_061.0, "10:01:01")]
+            [(0.0, "0:00"), (61.0, "1:01"), (3599.0, "59:59"), (3600.0, "1:00:00"), (36_061.0, "10:01:01")]
         {
             assert_eq!(clock(seconds), text);
         }
