@@ -158,7 +158,14 @@ fn without_the_window_or_the_rate_nothing_passes_and_nothing_fails() {
     assert_eq!(verdict(&document, "accel_y", "bias_instability"), "consistent");
     let (document, _) = replay(&scaled(&untold, [1.3; 3]), &RATE);
     assert_eq!(verdict(&document, "gyro_x", "white"), "undecided");
+    let text = |document: &Value, name, term| verdicts(document, name, term)[0]["text"].as_str().unwrap().to_owned();
+    assert!(text(&document, "gyro_x", "white").ends_with("more than the usual averaging on board explains"));
     let told = capture(folder.path(), "told.txt", "VNIMU", "10min", &register_85(4));
+    let (document, _) = replay(&scaled(&told, [1.3; 3]), &[]);
+    assert_eq!(verdict(&document, "gyro_x", "white"), "undecided");
+    let found = text(&document, "gyro_x", "white");
+    assert!(found.ends_with("cannot fail, for the rate is assumed"), "{found}");
+    assert!(!found.contains("default window"), "{found}");
     let (document, _) = replay(&told, &[]);
     assert_eq!(document["timing"]["rate_from"], "assumed");
     assert_eq!(verdict(&document, "gyro_x", "white"), "consistent");

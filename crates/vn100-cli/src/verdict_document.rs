@@ -2,7 +2,7 @@
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Term, Verdict, conventions};
 use serde::Serialize;
-use vn100_pipeline::{ChannelNoise, FigureVerdict, LongTaus};
+use vn100_pipeline::{ChannelNoise, FigureVerdict, LongTaus, StreamUnknown};
 
 use crate::{judging::verdict_name, noise_document::term_name};
 
@@ -52,7 +52,7 @@ impl VerdictDocument {
             measured_upper: upper,
             factor: verdict.stream.factor,
             factor_uncertainty: verdict.stream.uncertainty,
-            window_known: verdict.stream.is_known,
+            window_known: verdict.unknown != Some(StreamUnknown::Window),
             expected_low: verdict.expected.0,
             expected_high: verdict.expected.1,
             text: sentence(sensor, verdict),
@@ -138,7 +138,7 @@ pub(crate) fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         _ => "not known from this record".into(),
     };
     let (low, high) = verdict.expected;
-    let window = if verdict.stream.is_known { "window" } else { "the default window" };
+    let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
     let expected = if verdict.stream.factor == 1.0 {
         format!("the data sheet says {}", figure.printed)
     } else {
@@ -160,9 +160,15 @@ pub(crate) const WHY_CONSISTENT: &str = "nothing speaks against the figure, and 
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {
         (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, which is no guarantee",
-        (Verdict::Undecided, _) if !verdict.stream.is_known && verdict.measured.lower.is_some() => {
-            ": more than the usual averaging on board explains"
-        }
+        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match (verdict.unknown, verdict.figure.term) {
+            (Some(StreamUnknown::Window), Term::White) => ": more than the usual averaging on board explains",
+            (Some(StreamUnknown::Window), _) => {
+                ": above the figure, and cannot fail, for the averaging on board is not known"
+            }
+            (Some(StreamUnknown::Rate), _) => ": above the figure, and cannot fail, for the rate is assumed",
+            (Some(StreamUnknown::LineRemoved), _) => ": above the figure, and cannot fail, for a line was removed",
+            (None, _) => "",
+        },
         _ => "",
     }
 }

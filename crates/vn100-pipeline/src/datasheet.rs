@@ -62,8 +62,21 @@ pub struct FigureVerdict {
     pub measured: Parameter,
     /// What the stream does to it.
     pub stream: StreamFactor,
+    /// Why that is not known; `None` where it is.
+    pub unknown: Option<StreamUnknown>,
     /// From where to where a sensor at the figure reads in this stream, in SI units.
     pub expected: (f64, f64),
+}
+
+/// Why nobody knows what the stream does to a parameter; the first that holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StreamUnknown {
+    /// Nothing told the averaging on board.
+    Window,
+    /// The sample rate is assumed.
+    Rate,
+    /// A line was removed, and some of the parameter with it.
+    LineRemoved,
 }
 
 /// √(2 ln 2/π): the flat part of the Allan deviation of flicker noise with B = 1.
@@ -83,12 +96,22 @@ impl Datasheet {
     pub fn judge(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
-            let white = self.stream(noise.sensor, channel.onboard, snapshot);
+            let (window, of_white) = self.window(noise.sensor, channel.onboard, snapshot);
+            let of_others = of_white.or(snapshot.detrended.then_some(StreamUnknown::LineRemoved));
+            let white = StreamFactor {
+                factor: window.white_factor(),
+                uncertainty: Onboard::uncertainty_of(window),
+                is_known: of_white.is_none(),
+            };
             // only white noise folds
-            let others = StreamFactor { is_known: white.is_known && !snapshot.detrended, ..StreamFactor::ONE };
+            let others = StreamFactor { is_known: of_others.is_none(), ..StreamFactor::ONE };
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
             figures
-                .filter_map(|figure| figure.judge(noise, if figure.term == Term::White { white } else { others }))
+                .filter_map(|figure| {
+                    let (stream, unknown) =
+                        if figure.term == Term::White { (white, of_white) } else { (others, of_others) };
+                    figure.judge(noise, stream, unknown)
+                })
                 .collect()
         };
         assessment.channels.iter().map(of_channel).collect()
@@ -110,8 +133,13 @@ impl Datasheet {
         })
     }
 
-    /// What the stream does to the white noise of a sensor.
-    fn stream(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> StreamFactor {
+    /// What averages and decimates the samples of a sensor, and why that is not known.
+    fn window(
+        &self,
+        sensor: Sensor,
+        onboard: Option<Onboard>,
+        snapshot: &Snapshot,
+    ) -> (BoxcarWindow, Option<StreamUnknown>) {
         let told = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
         let (window, is_known) = match (onboard, told) {
             (Some(onboard), _) => (onboard.window, onboard.window_known),
@@ -123,11 +151,9 @@ impl Datasheet {
             }
             (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),
         };
-        StreamFactor {
-            factor: window.white_factor(),
-            uncertainty: Onboard::uncertainty_of(window),
-            is_known: is_known && snapshot.timing.rate_from != RateFrom::Assumed,
-        }
+        let rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
+        let unknown = (!is_known).then_some(StreamUnknown::Window).or(rate_assumed.then_some(StreamUnknown::Rate));
+        (window, unknown)
     }
 }
 
@@ -142,7 +168,12 @@ impl DatasheetFigure {
         self.is_minimum && self.term == Term::BiasInstability
     }
 
-    fn judge(&self, noise: &ChannelNoise, stream: StreamFactor) -> Option<FigureVerdict> {
+    fn judge(
+        &self,
+        noise: &ChannelNoise,
+        stream: StreamFactor,
+        unknown: Option<StreamUnknown>,
+    ) -> Option<FigureVerdict> {
         let measured = if self.is_curve_minimum() {
             let [white, walk] = [Term::White, Term::RateRandomWalk].map(|term| noise.parameter(term));
             curve_minimum(&white?, &noise.parameter(self.term)?, &walk?)
@@ -155,6 +186,7 @@ impl DatasheetFigure {
             figure: self.clone(),
             measured,
             stream,
+            unknown,
         })
     }
 }

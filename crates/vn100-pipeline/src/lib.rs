@@ -48,7 +48,7 @@ pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
     Record, RecordMean, WhiteTest,
 };
-pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, not_passed};
+pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, not_passed};
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use norms::Norm;

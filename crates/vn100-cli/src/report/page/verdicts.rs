@@ -16,7 +16,7 @@ use crate::{
     verdict_document::{grade, grade_name, shown_in},
 };
 use imu_noise::Term;
-use vn100_pipeline::FigureVerdict;
+use vn100_pipeline::{FigureVerdict, StreamUnknown};
 
 pub(super) fn verdicts(record: &Record<'_>) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {
@@ -50,7 +50,7 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
                                 td { (letter(verdict.figure.term)) }
                                 td.unit { (pretty_unit(unit)) }
                                 td { (pretty_unit(&verdict.figure.printed)) }
-                                td { (range(verdict.expected, factor)) @if !verdict.stream.is_known { " *" } }
+                                td { (range(verdict.expected, factor)) @if verdict.unknown == Some(StreamUnknown::Window) { " *" } }
                                 td { (measured(verdict, factor)) }
                                 td { b { (verdict_name(verdict.verdict)) } }
                             }
@@ -61,7 +61,7 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
         }
         p {
             "A limit is kept where the whole interval lies below the least that a sensor at the limit reads. A typical value is no guarantee, and a single one stands for all that round to it. "
-            @if rows.iter().any(|(_, verdict)| !verdict.stream.is_known) {
+            @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
                 "* If register 85 is as sold; the record does not tell, so that a figure may be consistent with it but cannot pass or fail. "
             }
             "In-run bias is compared as data sheets have it, as the minimum of the fitted curve, of N, B and K together."
