@@ -316,6 +316,8 @@ fn a_plan_is_as_long_as_its_longest_want() {
     let text =
         String::from_utf8(vn100().arg("plan").args(wants).args(["--rate", "200"]).output().unwrap().stdout).unwrap();
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("magnetometer is not averaged: its N reads 1.12 times its own, sqrt(250/200)"), "{text}");
     for wrong in ["gyro N", "gyro K", "mag B", "gyro N ±x%"] {
         assert_eq!(vn100().args(["plan", "--want", wrong]).output().unwrap().status.code(), Some(2), "{wrong}");
     }

@@ -2,7 +2,8 @@
 
 use std::fmt::{self, Write};
 
-use vn100_pipeline::{Datasheet, DatasheetFigure, Given, Plan};
+use imu_noise::BoxcarWindow;
+use vn100_pipeline::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
 
 use super::{WIDTH, fill, noise::letter};
 use crate::{
@@ -96,6 +97,7 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
 
 fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
     let (rate_hz, baud) = (plan.rate.hz(), plan.baud.bits_per_s());
+    let mag = BoxcarWindow { length: 1, decimation: Onboard::MAG_REFRESH_HZ / f64::from(rate_hz) };
     let load = plan.line_length * rate_hz;
     let rows = [
         (
@@ -108,7 +110,13 @@ fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
         ),
         (
             "window",
-            format!("{} = 800/{rate_hz} exactly: white noise then neither folds nor is smoothed, and N is the sensor's own", plan.window),
+            format!(
+                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: their white noise then neither folds nor is smoothed, and N is their own. The \
+                 magnetometer is not averaged: its N reads {:.2} times its own, sqrt({}/{rate_hz})",
+                plan.window,
+                mag.white_factor(),
+                Onboard::MAG_REFRESH_HZ
+            ),
         ),
         (
             "line",

@@ -8,9 +8,6 @@ use crate::{rates::rates_hz, snapshot::Snapshot};
 /// Refreshes of gyroscope and accelerometer per second.
 const IMU_REFRESH_HZ: f64 = 800.0;
 
-/// Refreshes of the magnetometer per second.
-const MAG_REFRESH_HZ: f64 = 250.0;
-
 /// Averaging and decimation inside a VN-100, for one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Onboard {
@@ -23,6 +20,9 @@ pub struct Onboard {
 }
 
 impl Onboard {
+    /// Refreshes of the magnetometer per second.
+    pub const MAG_REFRESH_HZ: f64 = 250.0;
+
     /// How far the factor may be off, relative: the sensor's own roll-off is not known. Measured factors at 40 Hz with a window of four
     /// refreshes were 2.17 to 2.47 where the formula gives 2.236.
     pub const UNCERTAINTY: f64 = 0.10;
@@ -54,7 +54,7 @@ impl Onboard {
         let filter = filter(snapshot);
         let ImuFilter { window, mode } = filter.unwrap_or_default();
         let (refresh_hz, window, mode) = match channel.quantity {
-            Quantity::MagneticField => (MAG_REFRESH_HZ, window.mag, mode.mag),
+            Quantity::MagneticField => (Self::MAG_REFRESH_HZ, window.mag, mode.mag),
             Quantity::Acceleration => (IMU_REFRESH_HZ, window.accel, mode.accel),
             Quantity::AngularRate => (IMU_REFRESH_HZ, window.gyro, mode.gyro),
             Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return None,
