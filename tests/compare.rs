@@ -260,6 +260,18 @@ fn what_cannot_be_compared_is_said_and_the_rest_is() {
 }
 
 #[test]
+fn where_no_octave_is_shared_it_is_said_that_nothing_was_tested() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str, rate: &str| {
+        capture(folder.path(), name, &["--duration", "1min", "--message", "VNIMU", "--rate", rate])
+    };
+    let text = vn100().arg("compare").args([of("a.mcap", "40"), of("b.mcap", "50")]).output().unwrap().stdout;
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("beyond chance\n  nothing could be tested\n"), "{text}");
+    assert!(!text.contains("\n  none\n"), "{text}");
+}
+
+#[test]
 fn one_capture_and_options_of_one_capture_are_no_comparison() {
     let folder = tempfile::tempdir().unwrap();
     let files = [seeded(folder.path(), 1), seeded(folder.path(), 2)];

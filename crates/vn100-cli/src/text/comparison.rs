@@ -98,6 +98,9 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
 fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
     let tests = comparison.octaves.len();
     writeln!(out, "\ndeviations that differ beyond chance")?;
+    if tests == 0 {
+        return writeln!(out, "  nothing could be tested");
+    }
     let legend = format!(
         "F-test of each octave with its degrees of freedom, Holm's correction for all {tests} tests; p is corrected. Octaves share samples, which \
          makes the correction err towards no difference."
@@ -111,10 +114,9 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
             let surest = differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p));
             let (Some(surest), Some(first), Some(last)) = (surest, differ.first(), differ.last()) else { continue };
             any = true;
-            let [a, b] = surest.records.map(letter);
-            let ratio = surest.deviations[1] / surest.deviations[0];
+            let ratio = larger_over_smaller(surest.records, surest.deviations);
             let text = format!(
-                "{:<12}{} of {} octaves, tau {} to {} s; surest at {} s: {b} is {ratio:.3} times {a} ({})",
+                "{:<12}{} of {} octaves, tau {} to {} s; surest at {} s: {ratio} ({})",
                 channel.name,
                 differ.len(),
                 pair.len(),
@@ -196,6 +198,13 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
     Ok(())
 }
 
+/// The one that is larger, as a multiple of the other.
+fn larger_over_smaller(records: [usize; 2], deviations: [f64; 2]) -> String {
+    let larger = usize::from(deviations[1] > deviations[0]);
+    let [of, over] = [records[larger], records[1 - larger]].map(letter);
+    format!("{of} is {} times {over}", four_digits(deviations[larger] / deviations[1 - larger]))
+}
+
 fn chance(chance: Chance) -> String {
     match chance.corrected {
         ..1e-12 => "p < 1e-12".into(),
@@ -231,6 +240,13 @@ mod tests {
     fn records_are_lettered() {
         let letters: Vec<_> = [0, 1, 25, 26, 27, 52, 701, 702].map(letter).into();
         assert_eq!(letters, ["A", "B", "Z", "AA", "AB", "BA", "ZZ", "AAA"]);
+    }
+
+    #[test]
+    fn of_two_deviations_the_larger_is_a_multiple_of_the_smaller() {
+        assert_eq!(larger_over_smaller([1, 2], [14_475.819, 1.0]), "B is 1.448e4 times C");
+        assert_eq!(larger_over_smaller([1, 2], [1.0, 2240.4]), "C is 2240 times B");
+        assert_eq!(larger_over_smaller([0, 2], [1.1, 1.0]), "A is 1.100 times C");
     }
 
     #[test]
