@@ -97,17 +97,21 @@ struct Correlation {
     value: f64,
 }
 
-/// What the graphical rules read, in the SI units of the parameters.
+/// What the graphical rules read off the Allan deviation, N, B and K; all `null` of another deviation.
 #[derive(Debug, Serialize)]
 struct Classical {
     white: Option<f64>,
+    white_unit: &'static str,
     bias_instability: Option<f64>,
+    bias_instability_unit: &'static str,
     rate_random_walk: Option<f64>,
+    rate_random_walk_unit: &'static str,
 }
 
 impl NoiseDocument {
     pub(crate) fn new(noise: &ChannelNoise, samples: u64) -> Self {
         let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
+        let unit = |term| conventions(noise.sensor, term).first().map_or("", |si| si.unit);
         let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
         let mut correlations = Vec::new();
         for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
@@ -136,8 +140,11 @@ impl NoiseDocument {
             correlations,
             classical: Classical {
                 white: noise.classical.white,
+                white_unit: unit(Term::White),
                 bias_instability: noise.classical.bias_instability,
+                bias_instability_unit: unit(Term::BiasInstability),
                 rate_random_walk: noise.classical.rate_random_walk,
+                rate_random_walk_unit: unit(Term::RateRandomWalk),
             },
             filter_models: None,
         }

@@ -82,7 +82,7 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
         write_distribution(out, &channels)?;
         write_parts(out, &channels, snapshot.skipped.as_secs_f64())?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
-        write_noise(out, &channels, assessment)?;
+        write_noise(out, &channels, assessment, snapshot.deviation)?;
         write_filter_models(out, &channels, filter_models)?;
         write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?;
     }

@@ -2,11 +2,11 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Parameter, Sensor, Sides, Status, Term, conventions};
+use imu_noise::{Deviation, Parameter, Sensor, Sides, Status, Term, conventions};
 use vn100_pipeline::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
 
 use super::{COLUMN, LABEL, fill, sensor, short};
-use crate::units::ChannelValues;
+use crate::{units::ChannelValues, verdict_document::shown_in};
 
 /// In the order in which results are given.
 const TERMS: [(Term, &str); 5] = [
@@ -18,7 +18,12 @@ const TERMS: [(Term, &str); 5] = [
 ];
 
 /// Everything known of the noise of all axes; nothing for a stream without one.
-pub(super) fn write_noise(out: &mut String, channels: &[ChannelValues], assessment: &Assessment) -> fmt::Result {
+pub(super) fn write_noise(
+    out: &mut String,
+    channels: &[ChannelValues],
+    assessment: &Assessment,
+    deviation: Deviation,
+) -> fmt::Result {
     let axes: Vec<(&ChannelValues, &ChannelNoise)> =
         channels.iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
     if assessment.motion.is_some() && !axes.is_empty() {
@@ -41,7 +46,7 @@ pub(super) fn write_noise(out: &mut String, channels: &[ChannelValues], assessme
             }
         }
         write_quality(out, group)?;
-        write_classical(out, group)?;
+        write_classical(out, group, deviation)?;
         if let Some(reason) = reason(group[0].1.long_taus) {
             writeln!(out, "{}", fill(reason, "  ", "  "))?;
         }
@@ -107,15 +112,40 @@ fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
 }
 
 /// Beside the fit, for those who compare with older reports.
-fn write_classical(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    if group.iter().all(|(_, noise)| noise.sensor == Sensor::Magnetometer) {
+fn write_classical(out: &mut String, group: &[Axis<'_>], deviation: Deviation) -> fmt::Result {
+    let sensor = group[0].1.sensor;
+    if sensor == Sensor::Magnetometer {
         return Ok(());
     }
-    let read = |value: Option<f64>| value.map_or("-".into(), four_digits);
+    if deviation == Deviation::Hadamard {
+        let text = "N, B and K are not read by rule: the rules are those of the Allan deviation.";
+        return writeln!(out, "{}", fill(text, "  ", "  "));
+    }
     row(out, "read by rule, not fitted:", group, |_| String::new())?;
-    row(out, "  slope -1/2 at 1 s", group, |(_, noise)| read(noise.classical.white))?;
-    row(out, "  minimum / 0.664", group, |(_, noise)| read(noise.classical.bias_instability))?;
-    row(out, "  slope +1/2 at 3 s", group, |(_, noise)| read(noise.classical.rate_random_walk))
+    for (term, name) in [
+        (Term::White, "  N, slope -1/2 at 1 s"),
+        (Term::BiasInstability, "  B, minimum / 0.664"),
+        (Term::RateRandomWalk, "  K, slope +1/2 at 3 s"),
+    ] {
+        row(out, name, group, |_| String::new())?;
+        let si = conventions(sensor, term).first().map(|si| (si.unit, si.factor));
+        let usual = Some(shown_in(sensor, term)).filter(|_| term == Term::BiasInstability);
+        for (unit, factor) in si.into_iter().chain(usual) {
+            row(out, &format!("    {unit}"), group, |(_, noise)| {
+                read_by_rule(noise, term).map_or("-".into(), |value| four_digits(value * factor))
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn read_by_rule(noise: &ChannelNoise, term: Term) -> Option<f64> {
+    match term {
+        Term::White => noise.classical.white,
+        Term::BiasInstability => noise.classical.bias_instability,
+        Term::RateRandomWalk => noise.classical.rate_random_walk,
+        Term::RateRamp | Term::Quantization => None,
+    }
 }
 
 fn reason(long_taus: LongTaus) -> Option<&'static str> {
