@@ -249,7 +249,6 @@ fn a_process_is_not_seen_in_white_noise_alone() {
         let model = NoiseModel::new(&octaves, &shape(24_000), Terms::WHITE, None);
         seen += usize::from(model.fit_gauss_markov(&variances, 0.95).unwrap().sigma.status == Status::Estimated);
     }
-    println!("{seen}");
     // 5 % of 60 are 3, with a standard deviation of 1.7
     assert!(seen <= 8, "a process was seen in {seen} of {records} records of white noise");
 }

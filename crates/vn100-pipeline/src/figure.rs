@@ -86,6 +86,12 @@ impl Figure {
     }
 }
 
+/// A share in percent, without the digits that binary fractions add.
+pub(crate) fn in_percent(share: f64) -> f64 {
+    let percent = 100.0 * share;
+    format!("{percent:.12e}").parse().unwrap_or(percent)
+}
+
 impl FromStr for Figure {
     type Err = FigureError;
 

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{
     assessment::Assessment,
-    figure::{Figure, FigureError},
+    figure::{Figure, FigureError, in_percent},
     snapshot::Snapshot,
 };
 
@@ -56,10 +56,7 @@ impl Goal {
             .filter(|(channel, _)| self.figure.concerns(channel))
             .map(|(channel, assessed)| {
                 let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
-                let width = parameter.and_then(|parameter| {
-                    let (value, lower, upper) = (parameter.value?, parameter.lower?, parameter.upper?);
-                    Some((upper - lower) / (2.0 * value))
-                });
+                let width = parameter.and_then(|parameter| parameter.relative_half_width());
                 (channel.name.to_string(), width)
             })
             .collect()
@@ -82,7 +79,7 @@ impl FromStr for Goal {
 
 impl fmt::Display for Goal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ±{} %", self.figure, 100.0 * self.relative_half_width)
+        write!(f, "{} ±{} %", self.figure, in_percent(self.relative_half_width))
     }
 }
 
@@ -95,6 +92,13 @@ mod tests {
         for text in ["gyro N ±5%", "gyro N ± 5 %", "gyro N +-5%", " gyro  n ±5"] {
             let goal: Goal = text.parse().unwrap();
             assert_eq!((goal.to_string(), goal.relative_half_width), ("gyro N ±5 %".into(), 0.05), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_percentage_is_printed_as_it_was_given() {
+        for text in ["gyro N ±7 %", "gyro N ±0.0001 %", "gyro N ±12.5 %", "gyro N ±29 %", "gyro N ±0.07 %"] {
+            assert_eq!(text.parse::<Goal>().unwrap().to_string(), text);
         }
     }
 

@@ -6,7 +6,7 @@ use imu_noise::{Sensor, Sides, Term, conventions};
 use thiserror::Error;
 use vn100_protocol::Quantity;
 
-use crate::figure::{Figure, FigureError};
+use crate::figure::{Figure, FigureError, in_percent};
 
 /// A figure, and how well it shall be known.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,7 +131,7 @@ impl fmt::Display for Want {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.known {
             Known::Seen => write!(f, "{}", self.figure),
-            Known::Within(relative) => write!(f, "{} ±{} %", self.figure, 100.0 * relative),
+            Known::Within(relative) => write!(f, "{} ±{} %", self.figure, in_percent(relative)),
             Known::AtLeast(value) => {
                 let unit = conventions(self.sensor, self.figure.term).first().map_or("", |si| si.unit);
                 // rounded, without the zeros behind
@@ -151,6 +151,8 @@ mod tests {
         for (text, printed) in [
             ("gyro N ±5%", "gyro N ±5 %"),
             ("gyro_x n +-5", "gyro_x N ±5 %"),
+            ("gyro N ±7%", "gyro N ±7 %"),
+            ("gyro N ±0.0001%", "gyro N ±0.0001 %"),
             ("gyro B", "gyro B"),
             ("accel B ± 20 %", "accel B ±20 %"),
             ("gyro K >= 2e-7", "gyro K >= 2e-7 rad/s/sqrt(s)"),
