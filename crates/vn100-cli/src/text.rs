@@ -15,6 +15,7 @@ use vn100_driver::CsvReport;
 use vn100_pipeline::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
 use vn100_protocol::{Quantity, Tally};
 
+pub(crate) use comparison::folding;
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
 pub(crate) use noise::four_digits;

@@ -63,19 +63,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     if !ranking.folds_alike {
-        let own: Vec<String> = (ranking.records.iter())
-            .map(|ranked| match ranked.white_factor {
-                Some(factor) => format!("{} {factor:.2}, {}", letter(ranked.record), four_digits(ranked.own())),
-                None => format!("{} not known", letter(ranked.record)),
-            })
-            .collect();
-        let text = format!(
-            "none is named the quietest: white noise folds differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by \
-             which they are ordered: {}. Compare records of one rate and averaging window",
-            100.0 * Onboard::UNCERTAINTY,
-            own.join("; ")
-        );
-        writeln!(out, "{}", fill(&text, "  ", "  "))?;
+        writeln!(out, "{}", fill(&folding(ranking), "  ", "  "))?;
     }
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
         let (percent, a, b) = (100.0 * (1.0 - first.white / second.white), letter(first.record), letter(second.record));
@@ -93,6 +81,22 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     Ok(())
+}
+
+/// Why none is the quietest where white noise does not fold alike.
+pub(crate) fn folding(ranking: &Ranking) -> String {
+    let own: Vec<String> = (ranking.records.iter())
+        .map(|ranked| match ranked.white_factor {
+            Some(factor) => format!("{} {factor:.2}, {}", letter(ranked.record), four_digits(ranked.own())),
+            None => format!("{} not known", letter(ranked.record)),
+        })
+        .collect();
+    format!(
+        "none is named the quietest: white noise folds differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by which \
+         they are ordered: {}. Compare records of one rate and averaging window",
+        100.0 * Onboard::UNCERTAINTY,
+        own.join("; ")
+    )
 }
 
 fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {

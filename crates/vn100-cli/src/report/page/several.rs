@@ -88,6 +88,7 @@ fn rankings(comparison: &Comparison) -> Markup {
                     }
                 }
             }
+            @if !ranking.folds_alike { p { (crate::text::folding(ranking)) "." } }
             @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
                 p {
                     @if comparison.is_beyond_chance(lead) { (letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }
@@ -113,7 +114,7 @@ fn octaves(comparison: &Comparison) -> Markup {
     html! {
         h3 { "Deviations that differ beyond chance" }
         p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction err towards no difference." }
-        @if rows.is_empty() { p { "None." } } @else {
+        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else {
             div.scroll {
                 table {
                     thead { tr { @for name in ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"] { th scope="col" { (name) } } } }
