@@ -235,6 +235,23 @@ fn a_capture_is_replayed_paused_and_led_about() {
 }
 
 #[test]
+fn the_end_of_a_capture_is_looked_back_from() {
+    let mut session = Session::start(&format!("replay {} --speed max", replay_log("clean-minute.vnymr").display()));
+    session.wait_to_see("end, max");
+    session.press(" ");
+    session.wait_to_see("nothing more comes");
+    session.press("<");
+    session.wait_to_see("end, 1000x");
+    session.press("g30\r");
+    session.wait_to_see("|| paused, 1000x 30 %");
+    session.press(" ");
+    session.wait_to_see("end, 1000x");
+    session.press("q");
+    session.assert_left_well();
+    assert!(session.output().contains("2400 samples of VNYMR in 60 s"));
+}
+
+#[test]
 fn what_is_shown_is_saved_beside_other_files() {
     let folder = tempfile::tempdir().unwrap();
     let log = fs::canonicalize(replay_log("clean-minute.vnymr")).unwrap();

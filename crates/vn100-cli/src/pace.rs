@@ -57,7 +57,7 @@ pub(crate) struct Position {
     pub(crate) rows: u64,
     pub(crate) speed: Speed,
     pub(crate) paused: bool,
-    /// The capture has been replayed to its end.
+    /// Nothing more comes: the capture was replayed to its end, or as much of it as was to be measured.
     pub(crate) at_end: bool,
 }
 
@@ -122,6 +122,7 @@ impl Pace {
     fn obey(&mut self, wish: PaceWish, now: Instant) {
         let position = &mut self.position;
         match wish {
+            PaceWish::PauseOrGoOn | PaceWish::Step | PaceWish::RunTo(_) if position.at_end => {}
             PaceWish::PauseOrGoOn => position.paused = !position.paused,
             PaceWish::Step => {
                 position.paused = true;
@@ -153,7 +154,7 @@ pub(crate) struct Beginning {
 }
 
 /// The events of a capture, each sample when it is due by the rate of the moment, and where that is. They end with the capture, or on
-/// `stop`.
+/// `stop`; the speed may be chosen behind the end too.
 ///
 /// # Panics
 /// Outside a tokio runtime with time enabled.
@@ -199,9 +200,17 @@ pub(crate) fn paced(
             }
             pace.position.at_end = matches!(event, Event::End(_));
             if sender.send(event).await.is_err() {
-                return;
+                // whoever measures has enough
+                pace.position.at_end = true;
+                told.send_replace(pace.position);
+                break;
             }
             pace.passed(rows, Instant::now());
+            told.send_replace(pace.position);
+        }
+        drop(sender);
+        while let Some(wish) = wishes.recv().await {
+            pace.obey(wish, Instant::now());
             told.send_replace(pace.position);
         }
     });
@@ -296,6 +305,28 @@ mod tests {
         replay.wishes.send(PaceWish::Faster).await.unwrap();
         assert_eq!(replay.take(1.001).await.0, 81);
         assert_eq!(replay.position.borrow().speed, Speed::Times(2.0));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn behind_the_end_the_speed_is_chosen_and_nothing_else() {
+        for measured in [None, Some(3)] {
+            let mut replay = replay(10, AT_ONCE);
+            match measured {
+                None => assert_eq!(replay.take(0.001).await, (10, true)),
+                // a measurement that has enough leaves
+                Some(rows) => {
+                    for _ in 0..rows {
+                        replay.paced.recv().await.unwrap();
+                    }
+                    replay.paced.close();
+                }
+            }
+            for wish in [PaceWish::PauseOrGoOn, PaceWish::Step, PaceWish::RunTo(2), PaceWish::Slower] {
+                replay.wishes.send(wish).await.unwrap();
+            }
+            let slower = replay.position.wait_for(|position| position.speed == Speed::Times(1000.0)).await.unwrap();
+            assert!(slower.at_end && !slower.paused, "{slower:?}");
+        }
     }
 
     #[tokio::test(start_paused = true)]

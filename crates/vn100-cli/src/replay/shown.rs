@@ -183,6 +183,10 @@ async fn replay_once(
             Some(wish) = wished.recv() => {
                 let now = *position.borrow();
                 let wish = match wish {
+                    SourceRequest::PauseOrGoOn | SourceRequest::Step if now.at_end => {
+                        job.notices.tell(format!("{name}: nothing more comes; [ or g goes back, and pauses there"));
+                        continue;
+                    }
                     SourceRequest::PauseOrGoOn => PaceWish::PauseOrGoOn,
                     SourceRequest::Step => PaceWish::Step,
                     SourceRequest::Faster => PaceWish::Faster,
@@ -194,7 +198,9 @@ async fn replay_once(
                         };
                         let place = (part.clamp(0.0, 1.0) * total as f64).round() as u64;
                         if place < now.rows {
-                            return Ok(Next::From(Beginning { speed: now.speed, paused: now.paused, run_to: place }));
+                            // who looks back from the end wants to see that place, not the end again
+                            let paused = now.paused || now.at_end;
+                            return Ok(Next::From(Beginning { speed: now.speed, paused, run_to: place }));
                         }
                         PaceWish::RunTo(place)
                     }

@@ -11,6 +11,7 @@ use super::{
     draw::Scene,
     state::{Panel, Question},
 };
+use crate::pace::Position;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);
@@ -48,17 +49,21 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     if state.overview {
         return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
     }
+    let replay = scene.source().and_then(|source| source.playback).map_or(Vec::new(), |playback| {
+        let Position { at_end, paused, .. } = playback.position;
+        let space = (!at_end).then_some(("space", if paused { "go on" } else { "pause" }));
+        space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
+    });
     if scene.source().is_some_and(|source| source.snapshot.timing.samples == 0) {
         let mut keys = vec![("q", "quit"), ("?", "help")];
+        keys.extend(replay);
         if scene.sources.len() > 1 {
             keys.extend([("o", "overview"), ("n p", "source")]);
         }
         return keys;
     }
     let mut keys = vec![("q", "quit"), ("?", "help"), ("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")];
-    if scene.source().is_some_and(|source| source.playback.is_some()) {
-        keys.extend([("space", "pause"), ("<>", "speed"), ("[]", "seek"), ("g", "go to %")]);
-    }
+    keys.extend(replay);
     if scene.sources.len() > 1 {
         keys.extend([("o", "overview"), ("n p", "source")]);
     }

@@ -218,14 +218,17 @@ fn digits_trimmed(value: f64) -> String {
 fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Playback) -> Rect {
     let position = playback.position;
     let speed = match position.speed {
-        _ if position.at_end => "end".to_owned(),
-        _ if position.paused => "paused".to_owned(),
         Speed::Times(times) => format!("{times}x"),
         Speed::Max => "max".to_owned(),
     };
+    let state = match (position.at_end, position.paused) {
+        (true, _) => format!("end, {speed}"),
+        (false, true) => format!("|| paused, {speed}"),
+        (false, false) => format!("▶ {speed}"),
+    };
     let part = playback.total.map(|total| (position.rows as f64 / total.max(1) as f64).min(1.0));
     let percent = part.map_or("  ?".into(), |part| format!("{:3.0}", 100.0 * part));
-    let text = format!(" ▶ {speed:<7}{percent} % ");
+    let text = format!(" {state:<9}{percent} % ");
     let width = text.chars().count() as u16;
     let bar = Rect::new(area.x + width, area.y, area.width.saturating_sub(width + 1), 1);
     let filled = (part.unwrap_or(0.0) * f64::from(bar.width)).round() as usize;
