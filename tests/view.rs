@@ -252,6 +252,34 @@ fn the_end_of_a_capture_is_looked_back_from() {
 }
 
 #[test]
+fn a_warm_up_that_is_over_stays_so_when_one_looks_back() {
+    let log = replay_log("clean-minute.vnymr");
+    let mut session = Session::start(&format!("replay {} --speed 1x", log.display()));
+    session.wait_for("Allan deviation");
+    session.press(" g50\r");
+    session.wait_to_see("|| paused, 1x 50 %");
+    session.press("wy");
+    session.wait_to_see("the first 30 s are left out");
+    session.press("g75\r");
+    session.wait_to_see("|| paused, 1x 75 %");
+    session.press("g60\r");
+    session.wait_to_see("the first 30 s are still left out");
+    session.wait_to_see("240 samples in 6 s");
+    session.press("r");
+    session.press("y");
+    session.wait_to_see("started over after 36 s");
+    session.press("g75\r");
+    session.wait_to_see("360 samples in 9 s");
+    session.press("g70\r");
+    session.wait_to_see("240 samples in 6 s");
+    session.press("g10\r");
+    session.wait_to_see("nothing is left out by hand any more");
+    session.press("q");
+    session.assert_left_well();
+    assert!(session.output().contains("240 samples of VNYMR in 6 s"));
+}
+
+#[test]
 fn what_is_shown_is_saved_beside_other_files() {
     let folder = tempfile::tempdir().unwrap();
     let log = fs::canonicalize(replay_log("clean-minute.vnymr")).unwrap();

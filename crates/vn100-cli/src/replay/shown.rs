@@ -101,10 +101,11 @@ struct Job {
 /// Replays one capture, from its beginning again whenever the view goes back in it, until the view is quit.
 async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measured> {
     let (counted, total) = watch::channel(None);
-    let mut beginning = Beginning { speed: job.speed, paused: false, run_to: 0 };
+    let beginning = Beginning { speed: job.speed, paused: false, run_to: 0 };
+    let mut from = Start { beginning, left_out: LeftOut::default() };
     let mut count = None;
     loop {
-        let Opened { capture, origin, settings } = match open(&path, job.columns.clone(), &job.settings).await? {
+        let Opened { capture, origin, mut settings } = match open(&path, job.columns.clone(), &job.settings).await? {
             Ok(opened) => opened,
             Err(error) => {
                 stand.ended(Some(error.clone()));
@@ -115,8 +116,9 @@ async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measur
         if count.is_none() {
             count = Some(task::spawn(count_samples(path.clone(), Arc::clone(&job), counted.clone())));
         }
-        match replay_once(capture, &settings, &job, &stand, &total, beginning, &origin).await? {
-            Next::From(place) => beginning = place,
+        settings.skip = from.left_out.skip_or(settings.skip);
+        match replay_once(capture, &settings, &job, &stand, &total, from, &origin).await? {
+            Next::Again(place) => from = place,
             Next::Over { outcome, whole } => {
                 let measured = Measured::of(origin, outcome, &settings);
                 let judging = Arc::clone(&job.judging);
@@ -130,10 +132,16 @@ async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measur
     }
 }
 
+/// Where a replay begins, and what of the capture it leaves out by hand.
+struct Start {
+    beginning: Beginning,
+    left_out: LeftOut,
+}
+
 /// What comes after a replay.
 enum Next {
     /// Another, to a place that was passed already.
-    From(Beginning),
+    Again(Start),
     /// Nothing; whether it had come to the end of the capture.
     Over { outcome: Outcome, whole: bool },
 }
@@ -144,10 +152,11 @@ async fn replay_once(
     job: &Job,
     stand: &Stand,
     total: &watch::Receiver<Option<u64>>,
-    beginning: Beginning,
+    from: Start,
     origin: &Origin,
 ) -> Result<Next> {
     let name = &origin.name;
+    let Start { beginning, mut left_out } = from;
     // this replay alone; a task that still waits ends with it
     let ends = job.stop.child_token();
     let _ends = ends.clone().drop_guard();
@@ -171,7 +180,6 @@ async fn replay_once(
     let outcome = measurement.outcome();
     tokio::pin!(outcome);
     let mut over = None;
-    let mut left_out = LeftOut::default();
     let mut ticks = time::interval(LOOK);
     loop {
         tokio::select! {
@@ -200,7 +208,14 @@ async fn replay_once(
                         if place < now.rows {
                             // who looks back from the end wants to see that place, not the end again
                             let paused = now.paused || now.at_end;
-                            return Ok(Next::From(Beginning { speed: now.speed, paused, run_to: place }));
+                            let place_s = place as f64 / latest.borrow().timing.rate_hz;
+                            let reached = Duration::try_from_secs_f64(place_s).unwrap_or(Duration::MAX);
+                            let (left_out, told) = left_out.carried_to(reached);
+                            if let Some(told) = told {
+                                job.notices.tell(format!("{name}: {told}"));
+                            }
+                            let beginning = Beginning { speed: now.speed, paused, run_to: place };
+                            return Ok(Next::Again(Start { beginning, left_out }));
                         }
                         PaceWish::RunTo(place)
                     }

@@ -138,6 +138,8 @@ pub(crate) struct LeftOut {
     before: Duration,
     /// Data time behind that, which was warm-up.
     warm_up: Duration,
+    /// The measurement began with this as its skip.
+    carried: bool,
 }
 
 impl LeftOut {
@@ -151,16 +153,45 @@ impl LeftOut {
             }
             SourceRequest::StartOver => {
                 let past = controls.start_over().await?;
-                *self = Self { before: self.before.saturating_add(past), warm_up: Duration::ZERO };
+                self.before = self.before.saturating_add(past);
+                // a skip that was carried would count again from here
+                self.warm_up = if self.carried { controls.end_warm_up().await? } else { Duration::ZERO };
                 Some(format!("started over after {}", time(past)))
             }
             _ => None,
         }
     }
 
+    /// The same for another measurement from the beginning of the record that is to come as far as `place` of data time, with what to tell
+    /// of it. A mark that lies behind that place is dropped.
+    pub(crate) fn carried_to(&self, place: Duration) -> (Self, Option<String>) {
+        let skip = self.skip();
+        let time = super::format::time(skip.as_secs_f64());
+        if skip.is_zero() {
+            (Self::default(), None)
+        } else if skip <= place {
+            let told = format!("the first {time} are still left out");
+            (Self { before: Duration::ZERO, warm_up: skip, carried: true }, Some(told))
+        } else {
+            (
+                Self::default(),
+                Some(format!("nothing is left out by hand any more: the mark was at {time}, behind this place")),
+            )
+        }
+    }
+
+    /// The skip a measurement has from its start that leaves out the same; `asked` where nothing was left out by hand.
+    pub(crate) fn skip_or(&self, asked: Duration) -> Duration {
+        if self.skip().is_zero() { asked } else { self.skip() }
+    }
+
+    fn skip(&self) -> Duration {
+        self.before.saturating_add(self.warm_up)
+    }
+
     /// The option by which the whole record gives the same samples; `None` where nothing was left out.
     pub(crate) fn option(&self) -> Option<String> {
-        let skip = self.before.saturating_add(self.warm_up);
+        let skip = self.skip();
         (!skip.is_zero()).then(|| format!("--skip {:.3}s", skip.as_secs_f64()))
     }
 }
