@@ -27,7 +27,7 @@ fn keys_lead_through_the_view_and_the_result_follows() {
     session.wait_for("Allan deviation");
     assert_ne!(Modes::of(&session.line), session.before, "keys are read one by one");
     session.press("?");
-    session.wait_to_see("this help; any other key closes it");
+    session.wait_to_see("this help: arrows turn it, esc closes it");
     session.press("x");
     session.wait_to_see("Allan deviation");
     session.press("\t");

@@ -13,7 +13,7 @@ use super::draw::Scene;
 const KEYS: [(&str, &str); 22] = [
     ("q  Ctrl-C", "quit: the result is printed"),
     ("Q", "quit, and keep this screen above the result"),
-    ("?", "this help; any other key closes it"),
+    ("?", "this help: arrows turn it, esc closes it"),
     ("tab shift-tab", "next panel, the one before"),
     ("!", "the warnings, each in full"),
     ("e enter  esc", "the panel alone, and back"),
@@ -35,9 +35,9 @@ const KEYS: [(&str, &str); 22] = [
     ("mouse", "click panels, points, the replay bar; wheel"),
 ];
 
-const MEANINGS: [(&str, &str); 17] = [
+/// Behind the first of them stands what the bars mean, which the level of confidence is part of.
+const MEANINGS: [(&str, &str); 16] = [
     ("σ(τ)", "how much means over τ seconds differ"),
-    ("bars, ±", "the truth lies within: 95 % sure"),
     ("↑ ↓", "the bar goes on outside the plot"),
     ("edf", "degrees of freedom: few, a wide bar"),
     ("N", "white noise: σ falls as 1/√τ"),
@@ -52,7 +52,7 @@ const MEANINGS: [(&str, &str); 17] = [
     ("ppm", "the sensor's clock beside this host's"),
     ("p50 p99 max", "ms between lines: half, 99 %, all"),
     ("line", "how much of the line's speed is taken"),
-    ("missing", "lines that were sent and never came"),
+    ("missing", "samples not there: lost or damaged"),
 ];
 
 /// Columns of the keys and of what they do.
@@ -65,7 +65,13 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: us
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
     let keys = lines(&KEYS, 16, Style::new());
-    let meanings = lines(&MEANINGS, 14, scene.theme.faint());
+    let bars = scene.source().map_or("the truth lies within".to_owned(), |source| {
+        // no more digits than anybody asks for, and none that rounds to certainty
+        let percent = (1e5 * source.assessment.confidence).round() / 1e3;
+        format!("the truth lies within: {percent} % sure")
+    });
+    let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
+    let meanings = lines(&meanings, 14, scene.theme.faint());
     let height = usize::from(inner.height);
     if inner.width >= SIDE_BY_SIDE && height >= keys.len() {
         frame.render_widget(block.title(" Keys, and what the signs mean "), area);
@@ -84,8 +90,8 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: us
 }
 
 /// What is explained in bold, and behind it the explanation.
-fn lines(rows: &[(&'static str, &'static str)], width: usize, style: Style) -> Vec<Line<'static>> {
-    let line = |(sign, text): &(&str, &'static str)| {
+fn lines<'a>(rows: &[(&str, &'a str)], width: usize, style: Style) -> Vec<Line<'a>> {
+    let line = |(sign, text): &(&str, &'a str)| {
         let sign = Span::styled(format!(" {sign:<width$} "), Style::new().add_modifier(Modifier::BOLD));
         Line::from(vec![sign, Span::styled(*text, style)])
     };
