@@ -44,6 +44,7 @@ pub(crate) fn draw(
         Deviation::Hadamard => "Hadamard deviation",
     };
     let title = format!("{deviation} σ(τ) of the {}, {}", short_name(group.quantity), plot.unit);
+    let title = scene.theme.spelled(title);
     let block = framed(scene, Panel::Allan, title);
     let inner = block.inner(area);
     frame.render_widget(block, area);
@@ -80,8 +81,12 @@ fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'stat
     let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.position.at_end);
     if let Some(next) = next_octave(source).filter(|_| !over) {
         let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
-        let when = if next.broken { format!("needs {wait} without a gap") } else { format!("in {wait}") };
-        spans.push(Span::styled(format!(" next: τ {tau} s {when}"), theme.faint()));
+        let when = match (next.broken, whole) {
+            (false, _) => format!("in {wait}"),
+            (true, true) => format!("needs {wait} without a gap"),
+            (true, false) => format!("needs {wait}, no gap"),
+        };
+        spans.push(Span::styled(theme.spelled(format!(" next: τ {tau} s {when}")), theme.faint()));
     }
     Line::from(spans)
 }
@@ -102,7 +107,7 @@ fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
         let edf = point.edf.map_or(String::new(), |edf| format!("  edf {}", digits(edf, 3)));
         let kind = point.alpha.map_or(String::new(), |alpha| format!("  {}", noise_name(alpha)));
         let text = format!(" {sign} τ {:<8} σ {value:<8} {interval}{edf}{kind}", format!("{} s", tau(point.tau_s)));
-        Some(Line::styled(text, scene.theme.axis(curve.axis)))
+        Some(Line::styled(scene.theme.spelled(text), scene.theme.axis(curve.axis)))
     };
     plot.curves.iter().filter_map(line).collect()
 }
@@ -224,7 +229,7 @@ fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, curs
         let label = column.saturating_sub(width / 2).min(chart.right().saturating_sub(width));
         put(buffer, label, label_row, &tick.label, Style::new());
     }
-    put(buffer, chart.x.saturating_sub(LABELS), label_row, "τ (s)", theme.faint());
+    put(buffer, chart.x.saturating_sub(LABELS), label_row, &theme.spelled("τ (s)"), theme.faint());
     if let Some(column) = axes.column(cursor_tau) {
         for row in chart.top()..chart.bottom() {
             put(buffer, column, row, "│", Style::new());

@@ -204,7 +204,7 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     }
     let temperature = source.values.iter().find(|channel| channel.quantity == Quantity::Temperature);
     if let Some(mean) = temperature.and_then(|channel| channel.mean).filter(|_| detail != Detail::Least) {
-        parts.add(format!("{mean:.1} °C"), Style::new());
+        parts.add(theme.spelled(format!("{mean:.1} °C")), Style::new());
     }
     parts.line()
 }

@@ -8,7 +8,7 @@ use ratatui::{
     widgets::{Block, Borders, Paragraph},
 };
 
-use super::draw::Scene;
+use super::{draw::Scene, theme::Theme};
 
 const KEYS: [(&str, &str); 22] = [
     ("q  Ctrl-C", "quit: the result is printed"),
@@ -40,9 +40,9 @@ const MEANINGS: [(&str, &str); 16] = [
     ("σ(τ)", "how much means over τ seconds differ"),
     ("↑ ↓", "the bar goes on outside the plot"),
     ("edf", "degrees of freedom: few, a wide bar"),
-    ("N", "white noise: σ falls as 1/√τ"),
-    ("B", "bias instability: the flat floor of σ"),
-    ("K", "rate random walk: σ grows as √τ"),
+    ("N", "white noise: σ down as 1/√τ"),
+    ("B", "bias instability: flat floor of σ"),
+    ("K", "rate random walk: σ up as √τ"),
     ("≤", "at most this, and perhaps none at all"),
     ("not yet seen", "the record is too short to tell"),
     ("not in stream", "the message does not carry it"),
@@ -64,14 +64,14 @@ const SIDE_BY_SIDE: u16 = 116;
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: usize) {
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
-    let keys = lines(&KEYS, 16, Style::new());
+    let keys = lines(&KEYS, 16, Style::new(), scene.theme);
     let bars = scene.source().map_or("the truth lies within".to_owned(), |source| {
         // no more digits than anybody asks for, and none that rounds to certainty
         let percent = (1e5 * source.assessment.confidence).round() / 1e3;
         format!("the truth lies within: {percent} % sure")
     });
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
-    let meanings = lines(&meanings, 14, scene.theme.faint());
+    let meanings = lines(&meanings, 14, scene.theme.faint(), scene.theme);
     let height = usize::from(inner.height);
     if inner.width >= SIDE_BY_SIDE && height >= keys.len() {
         frame.render_widget(block.title(" Keys, and what the signs mean "), area);
@@ -90,10 +90,11 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, page: us
 }
 
 /// What is explained in bold, and behind it the explanation.
-fn lines<'a>(rows: &[(&str, &'a str)], width: usize, style: Style) -> Vec<Line<'a>> {
-    let line = |(sign, text): &(&str, &'a str)| {
+fn lines(rows: &[(&str, &str)], width: usize, style: Style, theme: Theme) -> Vec<Line<'static>> {
+    let line = |(sign, text): &(&str, &str)| {
+        let sign = theme.spelled(*sign);
         let sign = Span::styled(format!(" {sign:<width$} "), Style::new().add_modifier(Modifier::BOLD));
-        Line::from(vec![sign, Span::styled(*text, style)])
+        Line::from(vec![sign, Span::styled(theme.spelled(*text), style)])
     };
     rows.iter().map(line).collect()
 }

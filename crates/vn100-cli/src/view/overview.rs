@@ -62,7 +62,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     };
     warned.extend(source.troubles());
     let broken = !warned.is_empty();
-    warned.extend(source.warnings.iter().map(ToString::to_string));
+    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.to_string())));
     let more = warned.len().saturating_sub(1);
     let warned = warned.into_iter().next();
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };
@@ -91,5 +91,5 @@ fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String 
     if values.is_empty() {
         return String::new();
     }
-    format!("{} N {} {}", short_name(quantity), values.join(" "), written(unit))
+    format!("{} N {} {}", short_name(quantity), values.join(" "), scene.theme.spelled(written(unit)))
 }

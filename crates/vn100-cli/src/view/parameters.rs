@@ -66,14 +66,14 @@ pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Optio
         let white = source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
         let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
             (Some(value), Some(lower), Some(upper)) => {
-                format!("{} {}", digits(value * unit.factor, 3), spread(value, lower, upper))
+                scene.theme.spelled(format!("{} {}", digits(value * unit.factor, 3), spread(value, lower, upper)))
             }
             _ => status(white.status).into(),
         });
         let sign = SIGNS.get(axis).unwrap_or(&"●");
         spans.push(Span::styled(format!("  {sign} {text}"), scene.theme.axis(axis)));
     }
-    spans.push(Span::raw(format!("  {}", written(unit))));
+    spans.push(Span::raw(scene.theme.spelled(format!("  {}", written(unit)))));
     Some(Line::from(spans))
 }
 
@@ -100,7 +100,7 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
         with_cells(vec![Span::raw(format!(" {label:<width$}", width = label_columns - 1))], cells)
     };
     let mut lines: Vec<Line<'static>> =
-        doubts(source, &axes).into_iter().map(|text| Line::styled(text, theme.warning())).collect();
+        doubts(source, &axes).into_iter().map(|text| Line::styled(theme.spelled(text), theme.warning())).collect();
     lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
     for (term, letter, name) in TERMS {
         let parameters: Vec<Option<Parameter>> =
@@ -119,16 +119,16 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
         let value = |parameter: &Option<Parameter>| {
             parameter.map_or("-".into(), |parameter| match (parameter.value, parameter.upper) {
                 (Some(value), _) => digits(value * unit.factor, 3),
-                (None, Some(upper)) => format!("≤ {}", digits(upper * unit.factor, 3)),
+                (None, Some(upper)) => theme.spelled(format!("≤ {}", digits(upper * unit.factor, 3))),
                 (None, None) => status(parameter.status).into(),
             })
         };
         let interval = |parameter: &Option<Parameter>| {
             parameter
-                .and_then(|parameter| Some(spread(parameter.value?, parameter.lower?, parameter.upper?)))
+                .and_then(|parameter| Some(theme.spelled(spread(parameter.value?, parameter.lower?, parameter.upper?))))
                 .unwrap_or_default()
         };
-        let term_name = format!(" {name}, {}", written(unit));
+        let term_name = theme.spelled(format!(" {name}, {}", written(unit)));
         let beside = term_name.chars().count() + 2 <= label_columns;
         let mut titled = vec![
             Span::styled(format!(" {letter}"), Style::new().bold()),
@@ -156,7 +156,7 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
                 let factor = group.channels.iter().find_map(|place| own_white(source, *place)).map_or(1.0, |(_, f)| f);
                 let within = 100.0 * Onboard::UNCERTAINTY;
                 let text = format!(" the sensor's own: N ÷ {factor:.2} ±{within:.0} %, folded on board");
-                lines.push(Line::styled(text, theme.faint()));
+                lines.push(Line::styled(theme.spelled(text), theme.faint()));
             }
         }
         if let Some(verdicts) = &source.verdicts {
@@ -170,7 +170,10 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
             }
         }
         if term == Term::RateRandomWalk {
-            lines.extend(seen_later(&axes, unit.factor).map(|text| Line::styled(format!(" {text}"), theme.faint())));
+            lines.extend(
+                seen_later(&axes, unit.factor)
+                    .map(|text| Line::styled(theme.spelled(format!(" {text}")), theme.faint())),
+            );
         }
     }
     let quality = |of: fn(&imu_noise::FitQuality) -> String| {
@@ -180,7 +183,10 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
         };
         axes.iter().map(cell).collect::<Vec<_>>()
     };
-    lines.push(row("τ (s)", quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s)))));
+    lines.push(row(
+        &theme.spelled("τ (s)"),
+        quality(|quality| format!("{} - {}", tau(quality.tau_min_s), tau(quality.tau_max_s))),
+    ));
     lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
     lines
 }

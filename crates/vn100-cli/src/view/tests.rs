@@ -249,14 +249,20 @@ fn several_sources_have_an_overview() {
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
     check_with("ascii", &one(), &[damaged()], theme, &SIZES);
-    for state in [one(), State { help: Some(0), ..one() }, State { axes: Axes::One(0), ..one() }] {
-        let (buffer, _) = drawn(&state, &[damaged()], theme, (200, 60));
-        assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
-        assert!(
-            !text(&buffer).contains('?') || state.help.is_some() || text(&buffer).matches('?').count() == 1,
-            "unknown signs"
-        );
+    let panels = Panel::ALL.map(|panel| State { panel, expanded: true, ..one() });
+    let others = [one(), State { axes: Axes::One(0), ..one() }, State { overview: true, ..one() }];
+    for state in panels.into_iter().chain(others) {
+        for source in [measured(), damaged()] {
+            for size in SIZES {
+                let (buffer, _) = drawn(&state, std::slice::from_ref(&source), theme, size);
+                assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
+                // the key for the help, and the question behind a word
+                let screen = text(&buffer).replace(" ? help", "").replace("alive?", "");
+                assert!(!screen.contains('?'), "unknown signs:\n{screen}");
+            }
+        }
     }
+    check_with("ascii-help", &State { help: Some(0), ..one() }, &[measured()], theme, &[(120, 40)]);
 }
 
 #[test]

@@ -113,6 +113,24 @@ impl Theme {
         style.fg.unwrap_or(Color::Reset)
     }
 
+    /// The text as it is shown: where there is nothing but ASCII, signs that mean something are spelled out. To be asked for before
+    /// a width is measured.
+    pub(crate) fn spelled(self, text: impl Into<String>) -> String {
+        let text = text.into();
+        if !self.ascii || text.is_ascii() {
+            return text;
+        }
+        let words = [("±", "+-"), ("τ", "tau"), ("σ", "sigma"), ("≤", "<="), ("≥", ">="), ("²", "^2"), ("÷", "/")];
+        let text = words.into_iter().fold(text, |text, (sign, word)| text.replace(sign, word));
+        let text = text.replace('°', "deg ");
+        let mut parts = text.split('√');
+        let first = parts.next().unwrap_or_default().to_owned();
+        parts.fold(first, |text, part| {
+            let under = part.find(|sign: char| !sign.is_alphanumeric()).unwrap_or(part.len());
+            format!("{text}sqrt({}){}", &part[..under], &part[under..])
+        })
+    }
+
     /// Puts ASCII in the place of every other sign, where nothing else is shown.
     pub(crate) fn finish(self, buffer: &mut Buffer) {
         if self.ascii {
@@ -125,7 +143,7 @@ impl Theme {
     }
 }
 
-/// The sign of ASCII that looks most alike.
+/// The sign of ASCII that looks most alike; what means something in a number or a unit has none, and is to be [spelled](Theme::spelled).
 fn ascii(sign: char) -> char {
     match sign {
         '─' | '━' | '–' | '┄' => '-',
@@ -138,17 +156,8 @@ fn ascii(sign: char) -> char {
         '↓' => 'v',
         '←' | '◀' => '<',
         '→' | '▶' => '>',
-        '±' => '~',
-        '°' => 'o',
-        '÷' => '/',
-        '√' => 'V',
-        '²' => '2',
         '×' => 'x',
-        'τ' => 't',
-        'σ' => 's',
         'µ' => 'u',
-        '≤' => '<',
-        '≥' => '>',
         '▁' | '▂' => '_',
         '▃' | '▄' => '-',
         '▅' | '▆' => '=',
@@ -211,7 +220,23 @@ mod tests {
 
     #[test]
     fn every_sign_in_use_has_one_of_ascii() {
-        let text: String = "─│┊┈●▲◆±√²τσ≤≥↑↓←→▁█⠁⣿┌".chars().map(ascii).collect();
-        assert_eq!(text, "-|:.o^#~V2ts<>^v<>_#.#+");
+        let text: String = "─│┊┈●▲◆↑↓←→▁█⠁⣿┌".chars().map(ascii).collect();
+        assert_eq!(text, "-|:.o^#^v<>_#.#+");
+    }
+
+    #[test]
+    fn what_means_something_is_spelled_out() {
+        let plain = Theme { colours: Colours::None, ascii: true };
+        for (text, spelled) in [
+            ("5.25e-3 ±1.0 % deg/s/√Hz one-sided", "5.25e-3 +-1.0 % deg/s/sqrt(Hz) one-sided"),
+            ("deg/√h, m/s²/√s", "deg/sqrt(h), m/s^2/sqrt(s)"),
+            ("σ(τ) falls as √τ", "sigma(tau) falls as sqrt(tau)"),
+            ("K ≥ 2, B ≤ 3", "K >= 2, B <= 3"),
+            ("22.7 °C", "22.7 deg C"),
+            ("┌─ ● 3", "┌─ ● 3"),
+        ] {
+            assert_eq!(plain.spelled(text), spelled);
+            assert_eq!(Theme { ascii: false, ..plain }.spelled(text), text);
+        }
     }
 }

@@ -26,7 +26,7 @@ pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     const PRESS: &str = " press !";
     let theme = scene.theme;
     let mut texts: Vec<(String, Style)> = source.troubles().into_iter().map(|text| (text, theme.bad())).collect();
-    texts.extend(source.warnings.iter().map(|warning| (warning.to_string(), theme.warning())));
+    texts.extend(source.warnings.iter().map(|warning| (theme.spelled(warning.to_string()), theme.warning())));
     if texts.is_empty() {
         let samples = source.snapshot.timing.samples > 0;
         let text = if samples { " no warnings" } else { " no warnings yet" };
@@ -112,7 +112,10 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
         .collect();
     frame.render_widget(Paragraph::new(lost).style(scene.theme.warning()), counts);
     frame.render_widget(Paragraph::new(lines), list);
-    frame.render_widget(Paragraph::new(warnings[chosen].text.as_str()).wrap(Wrap { trim: true }), text);
+    frame.render_widget(
+        Paragraph::new(scene.theme.spelled(warnings[chosen].text.as_str())).wrap(Wrap { trim: true }),
+        text,
+    );
 }
 
 /// The beginning of a text that is too long.
