@@ -9,15 +9,17 @@ use ratatui::{
 
 use super::{
     draw::Scene,
+    head::LEAST_NAME,
     state::{Panel, Question},
+    warnings::shortened,
 };
 use crate::pace::Position;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);
     let question = state.question.as_ref().map(|question| match question {
-        Question::StartOver => " Forget everything measured so far and start over? y / n".to_owned(),
-        Question::EndWarmUp => " Leave everything so far out as warm-up, and measure from here on? y / n".to_owned(),
+        Question::StartOver => of_source(scene, area.width, "Forget everything so far, start over? y / n"),
+        Question::EndWarmUp => of_source(scene, area.width, "Leave out all so far, as warm-up? y / n"),
         Question::GoTo(typed) => format!(" Go to which percent of the capture? {typed}_   enter / esc"),
     });
     if let Some(text) = question {
@@ -25,7 +27,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         return;
     }
     if let Some(message) = &state.message {
-        let text = super::warnings::shortened(&format!(" {message}"), usize::from(area.width));
+        let text = shortened(&format!(" {message}"), usize::from(area.width));
         frame.render_widget(Paragraph::new(text).style(theme.warning()), area);
         return;
     }
@@ -41,6 +43,15 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         spans.push(Span::styled(format!(" {does} "), theme.faint()));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
+}
+
+/// A question, with the source it is about where there are several.
+fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
+    let Some(source) = scene.source().filter(|_| scene.sources.len() > 1) else { return format!(" {question}") };
+    let before = format!(" {} ", scene.state.source + 1);
+    let beside = before.len() + ": ".len() + question.len();
+    let name = shortened(&source.name, usize::from(width).saturating_sub(beside).max(LEAST_NAME));
+    format!("{before}{name}: {question}")
 }
 
 /// The keys that do something now, those looked for first at the front.

@@ -25,7 +25,7 @@ use crate::{exit::printable, pace::Speed, text::bad_lines};
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
 
 /// Columns of a name that say which one it is.
-const LEAST_NAME: usize = 8;
+pub(crate) const LEAST_NAME: usize = 8;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Detail {

@@ -14,7 +14,7 @@ use super::{
     curve::sensor,
     draw::Scene,
     format::{digits, grouped, time},
-    head::link_word,
+    head::{LEAST_NAME, link_word},
     source::{Source, Stage, short_name},
     units::{convention, written},
     warnings::shortened,
@@ -40,19 +40,22 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let theme = scene.theme;
     let (word, style) = link_word(source, theme);
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
-    let name = format!(" {} {} ", place + 1, source.name);
     let chosen = if place == scene.state.source { theme.chosen() } else { Style::new().bold() };
     let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
     let lost = snapshot.link.tally.bad.total() + timing.missing;
-    let head = Line::from(vec![
-        Span::styled(name, chosen),
-        Span::raw(" "),
-        Span::styled(word, style),
-        Span::styled(
-            format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.bad.total()), grouped(timing.missing)),
-            if lost > 0 { theme.warning() } else { Style::new() },
-        ),
-    ]);
+    let health =
+        format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.bad.total()), grouped(timing.missing));
+    let head = |name: &str| {
+        Line::from(vec![
+            Span::styled(format!(" {} {name} ", place + 1), chosen),
+            Span::raw(" "),
+            Span::styled(word.clone(), style),
+            Span::styled(health.clone(), if lost > 0 { theme.warning() } else { Style::new() }),
+        ])
+    };
+    // what stands behind the name changes, and it does not
+    let beside = head("").width();
+    let head = head(&shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)));
     let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
     let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
     let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));

@@ -242,6 +242,17 @@ fn several_sources_have_an_overview() {
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
     let sources_one_ended = [measured(), Source { stage: Stage::Ended(Some(reason)), ..nothing() }];
     check("overview-ended", &State::new(2), &sources_one_ended);
+    let question = Some(Question::EndWarmUp);
+    check("overview-question", &State { source: 1, question, ..State::new(3) }, &sources);
+    let name = format!("/captures/{}bench.csv", "of-a-long-name-".repeat(5));
+    let long = [Source { name, ..damaged() }, measured()];
+    for (width, height) in SIZES {
+        let question = Some(Question::StartOver);
+        let screen = text(&drawn(&State { question, ..State::new(2) }, &long, PLAIN, (width, height)).0);
+        for told in ["bad lines 4  missing 4", ": Forget everything so far, start over? y / n"] {
+            assert!(screen.contains(told), "{told}\n{screen}");
+        }
+    }
     check("second-of-three", &State { source: 1, overview: false, ..State::new(3) }, &sources);
 }
 
