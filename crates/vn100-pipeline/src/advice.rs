@@ -269,7 +269,7 @@ impl Advice {
                     .into(),
             );
         }
-        let stuck = channels_where(snapshot, |_, results| is_stuck(results));
+        let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.timing.rate_hz));
         if !stuck.is_empty() {
             self.warn_of(
                 WarningKind::StuckDigits,
@@ -361,10 +361,18 @@ fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot
         .collect()
 }
 
-/// No more than two values in at least a hundred samples.
-fn is_stuck(results: &ChannelSnapshot) -> bool {
-    let histogram = &results.histogram;
-    results.moments.count() >= 100 && histogram.bin_width_counts() == 1 && histogram.bins().take(3).count() <= 2
+/// No more than two values in at least a hundred samples, and in as long as the quantity may stand still.
+fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool {
+    let least_s = match channel.quantity {
+        // no room changes in seconds, nor does the weather; their own noise may be finer than the digits printed
+        Quantity::Temperature | Quantity::Pressure => 300.0,
+        Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField | Quantity::Angle => 0.0,
+    };
+    let (histogram, count) = (&results.histogram, results.moments.count());
+    count >= 100
+        && count as f64 >= least_s * rate_hz
+        && histogram.bin_width_counts() == 1
+        && histogram.bins().take(3).count() <= 2
 }
 
 fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {

@@ -7,7 +7,7 @@ use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
     Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
-    protocol::{Layout, PrintFormat, VNYMR},
+    protocol::{Layout, PrintFormat, VNIMU, VNYMR},
 };
 use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
 
@@ -270,6 +270,23 @@ fn a_channel_that_sticks_is_named() {
     assert!(named(&analysed(&sticks[..99], 9, Settings::default()), WarningKind::StuckDigits).is_empty());
     let lives: Vec<_> = (0..100).map(|i| Good(7 + i % 3)).collect();
     assert!(named(&analysed(&lives, 9, Settings::default()), WarningKind::StuckDigits).is_empty());
+}
+
+#[test]
+fn temperature_and_pressure_may_stand_still_for_minutes() {
+    let layout: Arc<Layout> = Arc::new(VNIMU.clone());
+    let stuck = |samples: usize| {
+        // the others live
+        let counts = (0..samples).flat_map(|row| {
+            let count = |name: &str| if matches!(name, "temperature" | "pressure") { 7 } else { (row % 9) as i32 };
+            layout.channels.iter().map(|channel| count(&channel.name)).collect::<Vec<_>>()
+        });
+        let mut analysis = Analysis::new(Settings { rate_hz: Some(2.0), ..Settings::default() });
+        analysis.absorb(&Batch { layout: Some(Arc::clone(&layout)), counts: counts.collect(), ..Batch::default() });
+        named(&analysis.snapshot(), WarningKind::StuckDigits)
+    };
+    assert!(stuck(599).is_empty(), "five minutes are 600 samples");
+    assert_eq!(stuck(600), ["temperature", "pressure"]);
 }
 
 #[test]

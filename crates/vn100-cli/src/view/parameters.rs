@@ -9,6 +9,7 @@ use ratatui::{
     widgets::{Paragraph, Wrap},
 };
 use vn100_pipeline::{FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
+use vn100_protocol::Quantity;
 
 use super::{
     curve::sensor,
@@ -81,11 +82,7 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
     let theme = scene.theme;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor(group.quantity) else {
-        return vec![
-            Line::raw(" Noise parameters belong to a sensor's axes; this"),
-            Line::raw(" is computed from several. Its deviation stands"),
-            Line::raw(" beside, its statistics below."),
-        ];
+        return without_parameters(group.quantity).map(Line::raw).into();
     };
     let column_style = |axis: usize| match scene.state.axes {
         Axes::One(chosen) if chosen == axis => theme.axis(axis).patch(Style::new().bold()),
@@ -189,6 +186,27 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
     ));
     lines.push(row("fit p", quality(|quality| digits(quality.p, 2))));
     lines
+}
+
+/// Why a sensor has no noise parameters.
+fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
+    match quantity {
+        Quantity::Temperature => [
+            " No noise parameters: temperature follows the room",
+            " and the sensor's own heat, and no model of noise",
+            " is fitted to it. See its deviation and statistics.",
+        ],
+        Quantity::Pressure => [
+            " No noise parameters: pressure follows the weather,",
+            " and no model of noise is fitted to it. See its",
+            " deviation and statistics.",
+        ],
+        _ => [
+            " No noise parameters: they belong to a sensor's",
+            " axes, and the attitude is computed from several.",
+            " See its deviation and statistics.",
+        ],
+    }
 }
 
 /// N of the sensor itself in SI units, and how many times as high it reads in the stream; `None` where that is the same, or not known.
