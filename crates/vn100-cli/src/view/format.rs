@@ -17,6 +17,14 @@ pub(crate) fn digits(value: f64, digits: i32) -> String {
     }
 }
 
+/// A number to so many digits, without noughts at its end: `40`, `3.5e-3`.
+pub(crate) fn digits_trimmed(value: f64, most: i32) -> String {
+    let text = digits(value, most);
+    let (number, exponent) = text.find('e').map_or((text.as_str(), ""), |place| text.split_at(place));
+    let number = if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number };
+    format!("{number}{exponent}")
+}
+
 /// How far the truth may lie above and below, as a part of the value: `±2.1 %`, or `+12 -9 %` where that differs.
 pub(crate) fn spread(value: f64, lower: f64, upper: f64) -> String {
     let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
@@ -91,6 +99,8 @@ mod tests {
 
     #[test]
     fn spreads_are_one_number_where_that_is_enough() {
+        let trimmed = [(40.0, 6), (10.0, 3), (0.04, 3), (0.0035, 3), (1.0 / 360.0, 3), (2e6, 3), (0.0, 3)];
+        assert_eq!(trimmed.map(|(v, n)| digits_trimmed(v, n)), ["40", "10", "0.04", "3.5e-3", "2.78e-3", "2e6", "0"]);
         assert_eq!(spread(10.0, 9.8, 10.205), "±2.0 %");
         assert_eq!(spread(10.0, 5.0, 30.0), "+200 -50 %");
     }

@@ -14,7 +14,7 @@ use vn100_protocol::Quantity;
 
 use super::{
     draw::Scene,
-    format::{clock, digits, grouped, time},
+    format::{clock, digits, digits_trimmed, grouped, time},
     source::{Playback, Source, Stage},
     theme::Theme,
     warnings::shortened,
@@ -139,11 +139,11 @@ fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
                 RateFrom::Arrival => (" by arrival", Style::new()),
                 RateFrom::Assumed => (" ASSUMED", theme.warning()),
             };
-            parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz)), style);
+            parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz, 6)), style);
         }
     }
     if let Some(change) = snapshot.rate_change {
-        parts.add(format!("now {} Hz", digits_trimmed(change.to_hz)), theme.warning());
+        parts.add(format!("now {} Hz", digits_trimmed(change.to_hz, 6)), theme.warning());
     }
     let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm));
     if let Some((hz, ppm)) = measured {
@@ -207,11 +207,6 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
         parts.add(theme.spelled(format!("{mean:.1} °C")), Style::new());
     }
     parts.line()
-}
-
-fn digits_trimmed(value: f64) -> String {
-    let text = digits(value, 6);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// A bar as wide as the capture, as far as it was replayed.

@@ -1,6 +1,6 @@
 //! The noise parameters of a sensor: value and interval by axis, or why there is none yet.
 
-use imu_noise::{Parameter, Status, Term};
+use imu_noise::{Claim, Convention, Parameter, Status, Term};
 use ratatui::{
     Frame,
     layout::Rect,
@@ -8,13 +8,13 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_pipeline::{FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
+use vn100_pipeline::{DatasheetFigure, FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::{
     curve::sensor,
     draw::{Scene, framed},
-    format::{digits, spread, tau, time},
+    format::{digits, digits_trimmed, spread, tau, time},
     source::{Group, Source, short_name},
     state::{Axes, Panel},
     theme::SIGNS,
@@ -161,9 +161,10 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
             let told: Vec<Option<&FigureVerdict>> = group.channels.iter().map(of).collect();
             if told.iter().any(Option::is_some) {
                 let name = |figure: Option<&FigureVerdict>| figure.map_or("-", |figure| verdict_name(figure.verdict));
-                let printed = told.iter().flatten().next().map(|figure| figure.figure.printed.clone());
+                let claimed = told.iter().flatten().next().map(|figure| claimed(&figure.figure, unit));
                 lines.push(row("verdict", told.into_iter().map(|figure| name(figure).to_owned()).collect()));
-                lines.extend(printed.map(|text| Line::styled(format!(" data sheet: {text}"), theme.faint())));
+                let claimed = claimed.map(|text| theme.spelled(format!(" data sheet: {text}")));
+                lines.extend(claimed.map(|text| Line::styled(text, theme.faint())));
             }
         }
         if term == Term::RateRandomWalk {
@@ -214,6 +215,17 @@ fn own_white(source: &Source, place: usize) -> Option<(f64, f64)> {
     let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
+}
+
+/// What the data sheet claims, in the unit of the values above it.
+fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
+    let number = |value: f64| digits_trimmed(value * unit.factor, 3);
+    let claim = match figure.claim {
+        Claim::Limit(limit) => format!("at most {}", number(limit)),
+        Claim::Typical { from, to, .. } if from == to => format!("typically {}", number(from)),
+        Claim::Typical { from, to, .. } => format!("typically {} to {}", number(from), number(to)),
+    };
+    format!("{claim} {}", written(unit))
 }
 
 /// How small a walk a longer record would show.

@@ -95,6 +95,30 @@ fn each_sensor_and_one_axis_with_its_model() {
 }
 
 #[test]
+fn the_data_sheet_is_told_in_the_unit_chosen() {
+    for (units, told) in [
+        (0, ["typically 3.5e-3 deg/s/√Hz", "at most 2.78e-3 deg/s"]),
+        (1, ["typically 0.21 deg/√h", "at most 10 deg/h"]),
+        (2, ["typically 12.6 deg/h/√Hz", "at most 10 deg/h"]),
+        (3, ["typically 6.11e-5 rad/s/√Hz", "at most 4.85e-5 rad/s"]),
+    ] {
+        let state = State { panel: Panel::Parameters, expanded: true, units, ..one() };
+        let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
+        for told in told {
+            assert!(screen.lines().any(|line| line.contains(told)), "{told}\n{screen}");
+        }
+    }
+}
+
+#[test]
+fn temperature_and_pressure_say_why_they_have_no_parameters() {
+    for (sensor, told) in [(3, "follows the room"), (4, "follows the weather")] {
+        let state = State { panel: Panel::Parameters, sensor, ..one() };
+        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(told), "{told}");
+    }
+}
+
+#[test]
 fn a_damaged_stream_says_what_it_suffers_from() {
     check("damaged", &State { panel: Panel::Warnings, warning: 1, ..one() }, &[damaged()]);
 }
