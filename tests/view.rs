@@ -252,6 +252,19 @@ fn the_end_of_a_capture_is_looked_back_from() {
 }
 
 #[test]
+fn a_part_of_a_capture_ends_as_the_whole_does() {
+    let log = replay_log("clean-minute.vnymr");
+    let mut session = Session::start(&format!("replay {} --speed max --duration 10s", log.display()));
+    session.wait_to_see("read as far as asked");
+    session.press("<");
+    session.wait_to_see("end, 1000x");
+    session.press("q");
+    session.assert_left_well();
+    let output = session.output();
+    assert!(output.contains("400 samples of VNYMR in 10 s") && !output.contains("interrupted"), "{output}");
+}
+
+#[test]
 fn a_warm_up_that_is_over_stays_so_when_one_looks_back() {
     let log = replay_log("clean-minute.vnymr");
     let mut session = Session::start(&format!("replay {} --speed 1x", log.display()));

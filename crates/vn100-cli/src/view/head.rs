@@ -85,6 +85,10 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
         (Stage::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
         (Stage::Ended(None), _) => ("ended".into(), Style::new()),
         (Stage::Measuring, None) => match source.playback.map(|playback| playback.position) {
+            // as much as was to be measured
+            Some(position) if position.at_end && source.progress().is_some_and(|part| part < 1.0) => {
+                ("read as far as asked".into(), Style::new())
+            }
             Some(position) if position.at_end => ("read to its end".into(), Style::new()),
             Some(position) if position.paused => ("paused".into(), theme.warning()),
             _ => ("reading".into(), theme.good()),
