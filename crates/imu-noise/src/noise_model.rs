@@ -18,6 +18,7 @@ mod term;
 
 use crate::{Octave, PowerLaw, RecordShape};
 pub use boxcar::BoxcarWindow;
+use boxcar::StreamedWhite;
 pub use classical::{ClassicalReading, OverBound, classical_reading, over_bound, visible_random_walk};
 pub use curve_minimum::curve_minimum;
 pub use deficit::white_deficit;
@@ -108,8 +109,8 @@ impl NoiseModel {
 }
 
 fn model(octaves: &[Octave], shape: &RecordShape, noise: &[Term], window: Option<BoxcarWindow>) -> Model {
-    let boxcar = window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance);
-    let white = |lag: f64| boxcar::convolved(&boxcar, lag, |lag| PowerLaw::White.phase_covariance(lag));
+    let averaged = StreamedWhite::new(window);
+    let white = |lag: f64| averaged.phase_covariance(lag);
     let quantization = |lag: f64| PowerLaw::WhitePhase.phase_covariance(lag);
     let flicker = |lag: f64| PowerLaw::Flicker.phase_covariance(lag);
     let walk = |lag: f64| PowerLaw::RandomWalk.phase_covariance(lag);
@@ -121,7 +122,7 @@ fn model(octaves: &[Octave], shape: &RecordShape, noise: &[Term], window: Option
             Term::RateRandomWalk => &walk,
             Term::RateRamp => return None,
         };
-        let scale = if *term == Term::White { boxcar.len() as u64 } else { 1 };
+        let scale = if *term == Term::White { averaged.length() } else { 1 };
         Some(Component { phase, meets_at_edges: *term == Term::Quantization, scale })
     };
     let components: Vec<_> = noise.iter().filter_map(component).collect();

@@ -1,5 +1,7 @@
 //! White noise averaged on board over a window that may be longer than the interval between outputs.
 
+use crate::PowerLaw;
+
 /// A sensor that averages `length` internal samples and sends every `decimation`-th average.
 ///
 /// With `length` <= `decimation` the averages share nothing. Above, neighbours share samples, and white noise is
@@ -19,7 +21,7 @@ impl BoxcarWindow {
     /// they sum to 1: N is what is read at long averaging times.
     ///
     /// Two averages `l` internal samples apart share `length` - l of them.
-    pub(super) fn autocovariance(self) -> Vec<f64> {
+    fn autocovariance(self) -> Vec<f64> {
         let shared: Vec<f64> = self.shared().collect();
         let sum = 2.0 * shared.iter().sum::<f64>() - shared[0];
         shared.iter().map(|shared| shared / sum).collect()
@@ -62,11 +64,29 @@ impl BoxcarWindow {
     }
 }
 
-/// The covariance `phase` of white noise with the autocovariance `boxcar` instead.
-pub(super) fn convolved(boxcar: &[f64], lag: f64, phase: impl Fn(f64) -> f64) -> f64 {
-    let neighbours = boxcar.iter().enumerate().skip(1);
-    let sides = neighbours.map(|(apart, weight)| weight * (phase(lag - apart as f64) + phase(lag + apart as f64)));
-    boxcar[0] * phase(lag) + sides.sum::<f64>()
+/// White noise as a stream carries it: averaged by its window, or as it is.
+pub(super) struct StreamedWhite {
+    /// At distances of 0, 1, 2, ... outputs.
+    autocovariance: Vec<f64>,
+}
+
+impl StreamedWhite {
+    pub(super) fn new(window: Option<BoxcarWindow>) -> Self {
+        Self { autocovariance: window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance) }
+    }
+
+    /// Distance in outputs from which on two of them share nothing.
+    pub(super) fn length(&self) -> u64 {
+        self.autocovariance.len() as u64
+    }
+
+    /// Generalised covariance of the phase: that of white noise, seen through the autocovariance.
+    pub(super) fn phase_covariance(&self, lag: f64) -> f64 {
+        let phase = |lag| PowerLaw::White.phase_covariance(lag);
+        let neighbours = self.autocovariance.iter().enumerate().skip(1);
+        let sides = neighbours.map(|(apart, weight)| weight * (phase(lag - apart as f64) + phase(lag + apart as f64)));
+        self.autocovariance[0] * phase(lag) + sides.sum::<f64>()
+    }
 }
 
 #[cfg(test)]

@@ -165,7 +165,7 @@ impl Cell {
         self.minimum.count(&minimum, truth);
         self.minimum.estimated += usize::from(minimum.status != Status::Estimated && minimum.lower.is_some());
         self.rejected += usize::from(fit.quality.is_none());
-        let deficit = |white| white_deficit(&read_out.octaves, &read_out.variances, &read_out.shape, white);
+        let deficit = |white| white_deficit(&read_out.octaves, &read_out.variances, &read_out.shape, white, None);
         self.below_white += usize::from(read_out.white().value.map_or(0.0, deficit) > 3.7);
         for (octave, variance) in read_out.octaves.iter().zip(&read_out.variances) {
             let of = |law: PowerLaw| law.variance(read_out.shape.deviation, octave.m);

@@ -100,7 +100,7 @@ impl ChannelNoise {
             Sensor::Gyroscope if compensated => (part(before_filter), LongTaus::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
                 let before_filter = (sensor == Sensor::Gyroscope).then(|| part(before_filter));
-                match before_filter.filter(|before_filter| falls_below_white(curve, before_filter)) {
+                match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
                     Some(before_filter) => (before_filter, LongTaus::LooksCompensated),
                     None => {
                         let spoiled = spoiled.min(curve.octaves.len() / 2);
@@ -182,10 +182,11 @@ fn white_bound(curve: &Curve, confidence: f64) -> Option<f64> {
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
-fn falls_below_white(curve: &Curve, short: &NoiseFit) -> bool {
+fn falls_below_white(curve: &Curve, short: &NoiseFit, window: Option<BoxcarWindow>) -> bool {
     const BEYOND_DOUBT: f64 = 3.7;
     let white = short.parameter(Term::White).and_then(|white| white.value);
-    white.is_some_and(|white| white_deficit(&curve.octaves, &curve.variances, &curve.shape, white) > BEYOND_DOUBT)
+    let deficit = |white| white_deficit(&curve.octaves, &curve.variances, &curve.shape, white, window);
+    white.is_some_and(|white| deficit(white) > BEYOND_DOUBT)
 }
 
 /// Noise models, each made once for all the axes that were sampled together.
