@@ -1,10 +1,13 @@
 //! Data sheets: the built-in one of the VN-100, and those that users write, as TOML.
 
-use std::{fs, ops::Range, path::Path};
+use std::{fmt, fs, ops::Range, path::Path};
 
 use anyhow::{Context, Result, bail};
 use imu_noise::{Claim, Sensor, Sides, Term, conventions};
-use serde::Deserialize;
+use serde::{
+    Deserialize, Deserializer,
+    de::{self, IgnoredAny, SeqAccess, Visitor},
+};
 use toml::Spanned;
 use vn100_pipeline::{Datasheet, DatasheetFigure, SheetOnboard};
 
@@ -39,7 +42,7 @@ fn parse(text: &str) -> Result<Datasheet> {
     }
     let figure = |printed: Spanned<PrintedFigure>| {
         let line = line(text, &printed.span());
-        figure(printed.into_inner()).with_context(|| format!("the figure in line {line}"))
+        figure(printed.into_inner(), text).with_context(|| format!("the figure in line {line}"))
     };
     let figures = sheet.figure.into_iter().map(figure).collect::<Result<_>>()?;
     let onboard = sheet.onboard.map(Spanned::into_inner);
@@ -51,7 +54,7 @@ fn line(text: &str, span: &Range<usize>) -> usize {
     text.bytes().take(span.start).filter(|byte| *byte == b'\n').count() + 1
 }
 
-fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
+fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure> {
     use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
     let (sensor, term) = (printed.sensor.into(), printed.parameter.into());
     let all = conventions(sensor, term);
@@ -77,26 +80,37 @@ fn figure(printed: PrintedFigure) -> Result<DatasheetFigure> {
             }
         ),
     };
-    let (kind, low, high, number) = match (printed.limit, printed.typical) {
-        (Some(limit), None) => ("at most", limit, limit, limit.to_string()),
-        (None, Some(Typical::One(value))) => ("typically", value, value, value.to_string()),
-        (None, Some(Typical::Range([from, to]))) => ("typically", from, to, format!("{from} to {to}")),
+    // digits as they are written: a zero at the end is known, and the number alone has lost it
+    let written = |span: Range<usize>| sheet.get(span).unwrap_or_default().trim();
+    let is_limit = printed.limit.is_some();
+    let (low, high, rounding, number) = match (printed.limit, printed.typical) {
+        (Some(limit), None) => {
+            let value = *limit.get_ref();
+            (value, value, 0.0, written(limit.span()).to_owned())
+        }
+        (None, Some(typical)) => match typical.get_ref() {
+            Typical::One(value) => {
+                let digits = written(typical.span());
+                (*value, *value, half_a_last_place(digits), digits.to_owned())
+            }
+            Typical::Range(from, to) => {
+                let number = format!("{} to {}", written(from.span()), written(to.span()));
+                (*from.get_ref(), *to.get_ref(), 0.0, number)
+            }
+        },
         _ => bail!("a figure in {} needs one of \"limit\" and \"typical\"", printed.unit),
     };
     // in SI: a number can be within 64 bits in one unit and beyond them in the other
-    let (low, high) = (low / unit.factor, high / unit.factor);
-    if !(low > 0.0 && high >= low && high.is_finite()) {
+    let (low, high, rounding) = (low / unit.factor, high / unit.factor, rounding / unit.factor);
+    if !(low - rounding > 0.0 && high >= low && (high + rounding).is_finite()) {
         bail!("{number} {} is not positive, or not in order", printed.unit);
     }
     Ok(DatasheetFigure {
         sensor,
         term,
-        claim: match printed.typical {
-            None => Claim::Limit(low),
-            Some(typical) => Claim::Typical { from: low, to: high, rounding: typical.rounding() / unit.factor },
-        },
+        claim: if is_limit { Claim::Limit(low) } else { Claim::Typical { from: low, to: high, rounding } },
         is_minimum: printed.convention != Some(Flicker),
-        printed: format!("{kind} {number} {}{said}", printed.unit),
+        printed: format!("{} {number} {}{said}", if is_limit { "at most" } else { "typically" }, printed.unit),
         source: printed.source,
     })
 }
@@ -124,8 +138,8 @@ struct PrintedFigure {
     sensor: SensorName,
     parameter: ParameterName,
     unit: String,
-    limit: Option<f64>,
-    typical: Option<Typical>,
+    limit: Option<Spanned<f64>>,
+    typical: Option<Spanned<Typical>>,
     convention: Option<ConventionName>,
     source: Option<String>,
 }
@@ -144,11 +158,44 @@ enum ConventionName {
     OneSided,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(untagged, expecting = "a number, or [from, to]")]
+#[derive(Debug)]
 enum Typical {
     One(f64),
-    Range([f64; 2]),
+    Range(Spanned<f64>, Spanned<f64>),
+}
+
+/// By hand: what serde tries one after the other it has copied before, and copies have no place in the text.
+impl<'de> Deserialize<'de> for Typical {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrTwo;
+
+        impl<'de> Visitor<'de> for OneOrTwo {
+            type Value = Typical;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a number, or [from, to]")
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Typical, E> {
+                Ok(Typical::One(value))
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Typical, E> {
+                Ok(Typical::One(value as f64))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Typical, A::Error> {
+                let mut next = |index| values.next_element()?.ok_or_else(|| de::Error::invalid_length(index, &self));
+                let typical = Typical::Range(next(0)?, next(1)?);
+                match values.next_element::<IgnoredAny>()? {
+                    None => Ok(typical),
+                    Some(_) => Err(de::Error::invalid_length(3, &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(OneOrTwo)
+    }
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -159,13 +206,15 @@ enum SensorName {
     Magnetometer,
 }
 
-impl Typical {
-    /// Half a unit of the last place that is printed of a single value.
-    fn rounding(self) -> f64 {
-        let Self::One(value) = self else { return 0.0 };
-        let decimals = value.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len());
-        0.5 * 10_f64.powi(-i32::try_from(decimals).unwrap_or(i32::MAX))
-    }
+/// Half a unit of the last place of a number as TOML writes them; 0 for one that is not decimal.
+fn half_a_last_place(digits: &str) -> f64 {
+    let digits = digits.replace('_', "");
+    let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((&digits, "0"));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let is_decimal = mantissa.parse::<f64>().is_ok();
+    let place = exponent.parse::<i64>().ok().filter(|_| is_decimal).map(|exponent| exponent - decimals as i64);
+    // read, not multiplied: exact at both ends of the range
+    place.and_then(|place| format!("0.5e{place}").parse().ok()).unwrap_or(0.0)
 }
 
 impl From<SensorName> for Sensor {
@@ -242,17 +291,29 @@ mod tests {
             let text = format!(
                 "name = \"x\"\n[[figure]]\nsensor = \"accelerometer\"\nparameter = \"white\"\nunit = \"m/s^2/sqrt(Hz)\"\ntypical = {typical}"
             );
-            match parse(&text).unwrap().figures[0].claim {
-                Claim::Typical { rounding, .. } => rounding,
+            let figure = parse(&text).unwrap().figures.remove(0);
+            match figure.claim {
+                Claim::Typical { rounding, .. } => (rounding, figure.printed),
                 Claim::Limit(_) => panic!(),
             }
         };
-        for (typical, expected) in
-            [("0.0035", 5e-5), ("140e-6", 5e-6), ("0.14", 5e-3), ("300", 0.5), ("7.0", 0.5), ("2.25", 5e-3)]
-        {
-            close(rounding(typical), expected);
+        for (typical, expected) in [
+            ("0.0035", 5e-5),
+            ("0.30", 5e-3),
+            ("0.3", 5e-2),
+            ("140e-6", 5e-7),
+            ("1.4e-4", 5e-6),
+            ("300", 0.5),
+            ("3_00.0", 0.05),
+            ("7.0", 0.05),
+            ("2.25", 5e-3),
+        ] {
+            let (rounding, printed) = rounding(typical);
+            close(rounding, expected);
+            assert_eq!(printed, format!("typically {typical} m/s^2/sqrt(Hz)"));
         }
-        assert_eq!(rounding("[5.0, 7.0]"), 0.0);
+        let range = (0.0, "typically 5.0 to 7 m/s^2/sqrt(Hz)".to_owned());
+        assert_eq!(rounding("[ 5.0, # the lowest of ten\n7 ]"), range);
     }
 
     #[test]
