@@ -70,6 +70,7 @@ const LEAST_EDF: f64 = 2.0;
 pub struct NoiseModel {
     shape: RecordShape,
     terms: Terms,
+    window: Option<BoxcarWindow>,
     /// Stochastic terms, in order.
     noise: Vec<Term>,
     /// The octaves that can vary, with two windows or more, and their places among those given.
@@ -99,6 +100,7 @@ impl NoiseModel {
         Self {
             shape: *shape,
             terms,
+            window,
             without_ramp: model,
             with_ramp: with_ramp.map(|model| model.with_ramp(Slope::new(&noise, &octaves_used, shape))),
             octaves: used,

@@ -7,8 +7,8 @@ mod synthetic;
 use std::f64::consts::TAU;
 
 use imu_noise::{
-    BoxcarWindow, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octave, Octaves, Parameter, RecordShape,
-    Status, Term, Terms,
+    BoxcarWindow, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, Octaves, Parameter,
+    RecordShape, Status, Term, Terms,
 };
 use synthetic::Synthesis;
 
@@ -27,6 +27,17 @@ fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> Noi
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
     NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window).fit(&variances, None, 0.95)
+}
+
+/// The shortest `skipped` octaves have no part.
+fn fit_gauss_markov(values: &[f64], window: Option<BoxcarWindow>, skipped: usize) -> Option<GaussMarkovFit> {
+    let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
+    let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+    sums.push(&counts);
+    let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+    let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
+    let model = NoiseModel::new(&octaves[skipped..], &shape(values.len() as u64), Terms::WHITE, window);
+    model.fit_gauss_markov(&variances[skipped..], 0.95)
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) -> bool {
@@ -131,6 +142,9 @@ fn a_window_longer_than_the_interval_needs_its_own_basis() {
     let white = fit.parameter(Term::White).unwrap();
     assert!(near(white.value.unwrap(), expected, 0.02), "{white:?}, not {expected}");
     assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
+    let beside_a_process = fit_gauss_markov(&values, Some(BoxcarWindow { length: 20, decimation: 4.0 }), 0).unwrap();
+    assert!(near(beside_a_process.white.value.unwrap(), expected, 0.02), "{beside_a_process:?}, not {expected}");
+    assert_eq!(beside_a_process.sigma.status, Status::Bounded);
     let naive = fit_record(&values, STOCHASTIC, None);
     assert!(naive.quality.is_none_or(|quality| quality.tau_min_s > 4.0 * INTERVAL_S), "{:?}", naive.quality);
 }
@@ -211,16 +225,7 @@ fn a_gauss_markov_process_is_found_with_its_time() {
             white + 0.3 * state
         })
         .collect();
-    let fit = |values: &[f64]| {
-        let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
-        let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-        sums.push(&counts);
-        let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
-        let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-        let model = NoiseModel::new(&octaves, &shape(values.len() as u64), STOCHASTIC, None);
-        model.fit_gauss_markov(&variances, 0.95)
-    };
-    let found = fit(&values).unwrap();
+    let found = fit_gauss_markov(&values, None, 0).unwrap();
     let holds =
         |parameter: Parameter, truth: f64| parameter.lower.unwrap() <= truth && truth <= parameter.upper.unwrap();
     assert!(found.p > 0.01, "{found:?}");
@@ -228,10 +233,10 @@ fn a_gauss_markov_process_is_found_with_its_time() {
     assert!(holds(found.sigma, 0.3), "{found:?}");
     assert!(holds(found.correlation_time_s, TIME * INTERVAL_S), "{found:?}");
 
-    let without = fit(&white).unwrap();
+    let without = fit_gauss_markov(&white, None, 0).unwrap();
     assert_eq!(without.sigma.status, Status::Bounded, "{without:?}");
     assert_eq!(without.correlation_time_s.status, Status::NotObservable);
-    assert_eq!(fit(&white[..20]), None);
+    assert_eq!(fit_gauss_markov(&white[..20], None, 0), None);
 }
 
 #[test]

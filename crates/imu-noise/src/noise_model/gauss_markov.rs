@@ -2,11 +2,12 @@
 
 use super::{
     NoiseModel, Parameter, Status, Term,
+    boxcar::StreamedWhite,
     joint::Component,
     model::Model,
     regression::{Regression, Solution},
 };
-use crate::{Octave, PowerLaw, chi_squared};
+use crate::{Octave, chi_squared};
 
 /// Correlation times tried, at equal ratios.
 const TRIALS: usize = 24;
@@ -95,10 +96,11 @@ impl NoiseModel {
     }
 
     fn gauss_markov(&self, octaves: &[Octave], time: f64) -> Model {
-        let white = |lag: f64| PowerLaw::White.phase_covariance(lag);
+        let averaged = StreamedWhite::new(self.window);
+        let white = |lag: f64| averaged.phase_covariance(lag);
         let process = |lag: f64| phase_covariance(lag, time);
         let component = |phase, scale| Component { phase, meets_at_edges: false, scale };
-        Model::new(octaves, &self.shape, &[component(&white, 1), component(&process, u64::MAX)])
+        Model::new(octaves, &self.shape, &[component(&white, averaged.length()), component(&process, u64::MAX)])
     }
 }
 

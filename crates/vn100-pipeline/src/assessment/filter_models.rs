@@ -44,7 +44,7 @@ impl FilterModels {
             // octaves that vibration spoils are none of the fit's
             let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
             let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
-            let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, None);
+            let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);
             model.fit_gauss_markov(&curve.variances[skip..], confidence)
         });
         let (tau_s, bounds): (Vec<f64>, Vec<f64>) = (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))

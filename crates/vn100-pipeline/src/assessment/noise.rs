@@ -23,6 +23,8 @@ pub struct ChannelNoise {
     pub sensor: Sensor,
     /// The fit itself; its parameters hold for the stream, see [`parameter`](Self::parameter).
     pub fit: NoiseFit,
+    /// The averaging on board, where it is known and depresses short averaging times.
+    pub(super) window: Option<BoxcarWindow>,
     /// What white noise cannot be above where no model fits, see [`parameter`](Self::parameter).
     white_bound: Option<f64>,
     /// The letters as they are read off the curve by rule, for comparison with published figures only.
@@ -124,7 +126,7 @@ impl ChannelNoise {
         let is_rejected = fit.parameter(Term::White).is_some_and(|white| white.status == Status::ModelRejected);
         // windows that share samples read low
         let white_bound = (is_rejected && window.is_none()).then(|| white_bound(curve, confidence)).flatten();
-        Some(Self { sensor, fit, white_bound, classical, walk_seen_later, long_taus })
+        Some(Self { sensor, fit, window, white_bound, classical, walk_seen_later, long_taus })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white and
