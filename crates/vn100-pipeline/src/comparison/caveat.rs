@@ -129,7 +129,7 @@ fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
     let octaves_apart = (rate_a / rate_b).log2();
     ((octaves_apart - octaves_apart.round()).abs() > 1e-3).then(|| {
         let text = format!(
-            "{} at {rate_a} Hz and {} at {rate_b} Hz have no averaging time in common: their octaves are not compared; N is",
+            "{} at {rate_a} Hz and {} at {rate_b} Hz have no averaging time in common: their octaves are not compared",
             a.name, b.name
         );
         (CaveatKind::NoCommonTau, text)
