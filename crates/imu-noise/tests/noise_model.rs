@@ -240,6 +240,35 @@ fn a_gauss_markov_process_is_found_with_its_time() {
 }
 
 #[test]
+fn a_time_at_the_end_of_what_can_be_told_is_a_bound() {
+    let mut synthesis = Synthesis::new(72_000, 10);
+    let (white, _, walk) = synthesis.next_record();
+    let walking: Vec<f64> = white.iter().zip(&walk).map(|(white, walk)| white + 0.02 * walk).collect();
+    let found = fit_gauss_markov(&walking, None, 0).unwrap();
+    let Parameter { status, value, lower, upper } = found.correlation_time_s;
+    assert_eq!((status, value, upper), (Status::Bounded, None, None), "{found:?}");
+    assert!(lower.unwrap() > 1000.0 * INTERVAL_S, "{found:?}");
+    assert_eq!((found.sigma.value, found.sigma.upper), (None, None), "{found:?}");
+
+    // from averages of 32 on, a process of 100 samples is no longer resolved
+    const TIME: f64 = 100.0;
+    let mut state = 0.0;
+    let short: Vec<f64> = walk
+        .windows(2)
+        .zip(&white)
+        .map(|(steps, white)| {
+            state += (steps[1] - steps[0]) - state / TIME;
+            white + 0.1 * state
+        })
+        .collect();
+    let found = fit_gauss_markov(&short, None, 5).unwrap();
+    assert_eq!(found.correlation_time_s.value, None, "{found:?}");
+    assert!(found.correlation_time_s.upper.is_none_or(|upper| upper >= TIME * INTERVAL_S), "{found:?}");
+    let found = fit_gauss_markov(&short, None, 0).unwrap();
+    assert!(near(found.correlation_time_s.value.unwrap(), TIME * INTERVAL_S, 0.5), "{found:?}");
+}
+
+#[test]
 fn a_process_is_not_seen_in_white_noise_alone() {
     let mut synthesis = Synthesis::new(24_000, 9);
     let mut seen = 0;

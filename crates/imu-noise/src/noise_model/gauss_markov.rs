@@ -12,7 +12,7 @@ use crate::{Octave, chi_squared};
 /// Correlation times tried, at equal ratios.
 const TRIALS: usize = 24;
 
-/// Shortest correlation time in samples: below, samples say little of the process between them.
+/// Shortest correlation time, over the averaging factor of the first octave in use: below, averages say little of the process in them.
 const SHORTEST: f64 = 8.0;
 
 /// A process is there when χ² falls by more with it than it does in one of twenty records of white noise alone, the best of all trials
@@ -24,10 +24,13 @@ const PRESENT: f64 = 6.6;
 pub struct GaussMarkovFit {
     /// N, in unit/√Hz.
     pub white: Parameter,
-    /// Standard deviation σ of the process, in the unit of the channel, for the best correlation time.
+    /// Standard deviation σ of the process, in the unit of the channel, for the best correlation time; bounded from below alone where
+    /// that time is bounded.
     pub sigma: Parameter,
     /// Correlation time, where the covariance is σ²/e. The bounds are those of its interval, where they lie within
-    /// the times that the record can tell: from 8 samples to a quarter of it.
+    /// the times that the record can tell: from 8 times the shortest averaging time in use to a quarter of the record. Where the best lies
+    /// at an end of these, as a random walk's does, there is no value: it is bounded, from above at the short end (`upper`), from below at
+    /// the long one (`lower`), or not observable.
     pub correlation_time_s: Parameter,
     /// Sum of squared independent residuals.
     pub chi2: f64,
@@ -42,7 +45,7 @@ impl NoiseModel {
     /// `confidence`, to all octaves of one channel.
     ///
     /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a second. `None` with
-    /// fewer than five octaves, for variances that are not positive, and for a level outside 0 < p < 1.
+    /// fewer than five octaves, where no correlation time can be told, for variances that are not positive, and for a level outside 0 < p < 1.
     #[must_use]
     pub fn fit_gauss_markov(&self, variances: &[f64], confidence: f64) -> Option<GaussMarkovFit> {
         let z = chi_squared::normal_two_sided(confidence)?;
@@ -53,8 +56,12 @@ impl NoiseModel {
         if values.len() != octaves.len() || values.iter().any(|value| !(value.is_finite() && *value > 0.0)) {
             return None;
         }
+        let shortest = SHORTEST * octaves[0].m as f64;
         let longest = self.shape.samples as f64 / 4.0;
-        let time = |trial: usize| SHORTEST * (longest / SHORTEST).powf(trial as f64 / (TRIALS - 1) as f64);
+        if longest <= shortest {
+            return None;
+        }
+        let time = |trial: usize| shortest * (longest / shortest).powf(trial as f64 / (TRIALS - 1) as f64);
         let trials: Vec<(Model, Option<Solution>)> = (0..TRIALS)
             .map(|trial| {
                 let model = self.gauss_markov(&octaves, time(trial));
@@ -69,21 +76,26 @@ impl NoiseModel {
         let parameter = |i| Parameter::of(&regression, solution, i, confidence);
         let without = regression.fit_with(1, 0.0, &solution.parameters);
         let is_there = without.is_none_or(|without| without.chi2 - solution.chi2 > PRESENT);
-        let sigma = match parameter(1) {
-            found if is_there => found,
-            found => Parameter { upper: found.upper, ..Parameter::without_value(Status::Bounded) },
-        };
         let excluded = |trial: &usize| chi2(*trial) - solution.chi2 > z * z;
         let seconds = |trial: usize| time(trial) * self.shape.interval_s;
-        let correlation_time_s = if sigma.status == Status::Estimated {
-            Parameter {
-                status: Status::Estimated,
-                value: Some(seconds(best)),
-                lower: (0..best).rev().find(excluded).map(seconds),
-                upper: (best + 1..TRIALS).find(excluded).map(seconds),
+        let (shorter, longer) = ((0..best).rev().find(excluded), (best + 1..TRIALS).find(excluded));
+        let (lower, upper) = (shorter.map(seconds), longer.map(seconds));
+        let is_at_an_end = best == 0 || best == TRIALS - 1;
+        let (sigma, correlation_time_s) = match parameter(1) {
+            found if !is_there => (
+                Parameter { upper: found.upper, ..Parameter::without_value(Status::Bounded) },
+                Parameter::without_value(Status::NotObservable),
+            ),
+            found if found.status != Status::Estimated => (found, Parameter::without_value(Status::NotObservable)),
+            // what lies beyond the end reads alike with a larger σ
+            found if is_at_an_end => {
+                let status = if lower.or(upper).is_some() { Status::Bounded } else { Status::NotObservable };
+                (
+                    Parameter { lower: found.lower, ..Parameter::without_value(Status::Bounded) },
+                    Parameter { lower, upper, ..Parameter::without_value(status) },
+                )
             }
-        } else {
-            Parameter::without_value(Status::NotObservable)
+            found => (found, Parameter { status: Status::Estimated, value: Some(seconds(best)), lower, upper }),
         };
         Some(GaussMarkovFit {
             white: parameter(0).scaled(Term::White.per_second(self.shape.interval_s)),
