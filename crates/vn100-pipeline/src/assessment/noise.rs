@@ -29,7 +29,7 @@ pub struct ChannelNoise {
     white_bound: Option<f64>,
     /// The letters as they are read off the curve by rule, for comparison with published figures only.
     pub classical: ClassicalReading,
-    /// What a longer record would show, where this one is too short for the random walk.
+    /// What a longer record would show, where this one is too short for the random walk, and where that is less than it already excludes.
     pub walk_seen_later: Option<WalkSeenLater>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTaus,
@@ -55,8 +55,8 @@ pub enum LongTaus {
 pub struct WalkSeenLater {
     /// Length of that record in seconds.
     pub duration_s: f64,
-    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in unit/√s; see
-    /// [`NoiseModel::least_found`].
+    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in unit/√s; a B that is only bounded is
+    /// taken at its bound. See [`NoiseModel::least_found`].
     pub at_least: f64,
 }
 
@@ -215,13 +215,17 @@ impl Models {
         &self.made[place].1
     }
 
-    /// Beside the white noise and the bias instability that this record shows.
+    /// Beside the white noise that this record shows, and as much bias instability as it leaves; `None` where the record excludes such a
+    /// walk already.
     fn walk_seen_later(&mut self, fit: &NoiseFit) -> Option<WalkSeenLater> {
-        let value = |term| fit.parameter(term).and_then(|parameter| parameter.value);
-        let (white, bias_instability) = (value(Term::White)?, value(Term::BiasInstability).unwrap_or(0.0));
+        let [white, bias_instability, walk] =
+            [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
+        let (white, walk) = (white?.value?, walk?.upper);
+        let bias_instability = bias_instability.and_then(|parameter| parameter.value.or(parameter.upper))?;
         let longer = self.longer.get_or_insert_with(|| Longer::new(&self.shape));
-        let at_least = white * longer.least_walk(bias_instability / white)?;
-        Some(WalkSeenLater { duration_s: longer.duration_s, at_least })
+        let others = [(Term::White, white), (Term::BiasInstability, bias_instability)];
+        let at_least = longer.model.least_found(&others, Term::RateRandomWalk)?;
+        walk.is_none_or(|walk| at_least < walk).then_some(WalkSeenLater { duration_s: longer.duration_s, at_least })
     }
 }
 
@@ -229,8 +233,6 @@ impl Models {
 struct Longer {
     duration_s: f64,
     model: NoiseModel,
-    /// Bias instability and the smallest walk found beside it, both relative to the white noise: most axes show none, and share an answer.
-    least: Vec<(f64, Option<f64>)>,
 }
 
 impl Longer {
@@ -242,16 +244,45 @@ impl Longer {
         let octaves = shape.octaves();
         let model =
             NoiseModel::new(&octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..], &shape, Terms::RATE, None);
-        Self { duration_s: shape.samples as f64 * shape.interval_s, model, least: Vec::new() }
+        Self { duration_s: shape.samples as f64 * shape.interval_s, model }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::Estimator;
+
+    use super::*;
+
+    /// Of white noise with N = 1 that reads in every octave what is expected of it.
+    fn fit_of(duration_s: f64) -> (RecordShape, NoiseFit) {
+        let interval_s = 0.025;
+        let shape = RecordShape {
+            samples: (duration_s / interval_s) as u64,
+            interval_s,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+        };
+        let octaves = shape.octaves();
+        let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
+        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, Some(0.0), 0.95);
+        (shape, fit)
     }
 
-    fn least_walk(&mut self, bias_instability: f64) -> Option<f64> {
-        if let Some((_, least)) = self.least.iter().find(|(beside, _)| *beside == bias_instability) {
-            return *least;
-        }
-        let others = [(Term::White, 1.0), (Term::BiasInstability, bias_instability)];
-        let least = self.model.least_found(&others, Term::RateRandomWalk);
-        self.least.push((bias_instability, least));
-        least
+    #[test]
+    fn a_longer_record_promises_no_more_than_its_bias_instability_allows() {
+        let (shape, fit) = fit_of(600.0);
+        let later = Models::new(shape).walk_seen_later(&fit).unwrap();
+        assert_eq!(later.duration_s, 600.0 + WalkSeenLater::MORE_S);
+        assert!(later.at_least < fit.parameter(Term::RateRandomWalk).unwrap().upper.unwrap(), "{later:?}");
+        // flicker noise that ten minutes leave possible hides more than none would
+        let white_alone = Longer::new(&shape).model.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
+        assert!(later.at_least > 2.0 * white_alone, "{later:?}, beside white noise alone {white_alone}");
+    }
+
+    #[test]
+    fn a_record_that_excludes_it_already_promises_nothing() {
+        let (shape, fit) = fit_of(100.0 * 3600.0);
+        assert_eq!(Models::new(shape).walk_seen_later(&fit), None);
     }
 }
