@@ -133,8 +133,7 @@ impl Timebase {
     /// not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
-        let usable = known_hz.is_finite() && known_hz > 0.0;
-        Self::with_start(rates_hz, usable.then_some(known_hz))
+        Self::with_start(rates_hz, is_rate(known_hz).then_some(known_hz))
     }
 
     fn with_start(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
@@ -151,6 +150,14 @@ impl Timebase {
             placed: VecDeque::new(),
             missing: 0,
             gaps: 0,
+        }
+    }
+
+    /// The sensor is said to send at `known_hz`, as for [`with_known_rate`](Self::with_known_rate), from the lines on that are
+    /// still held; nothing changes once a rate was told, or the stamps refused.
+    pub fn know_rate(&mut self, known_hz: f64) {
+        if let (State::Starting(start), true) = (&mut self.state, is_rate(known_hz)) {
+            start.know(known_hz);
         }
     }
 
@@ -327,4 +334,8 @@ impl Timebase {
         self.place(Placed::Refused(refusal));
         self.place_lines(waiting);
     }
+}
+
+fn is_rate(hz: f64) -> bool {
+    hz.is_finite() && hz > 0.0
 }

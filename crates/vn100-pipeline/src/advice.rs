@@ -8,7 +8,7 @@ use vn100_protocol::{Channel, Quantity, Tally};
 
 use crate::{
     rates::rates_hz,
-    snapshot::{ChannelSnapshot, MissingFrom, RateChange, RateFrom, Snapshot},
+    snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
     warning::{Warning, WarningKind},
 };
 
@@ -137,10 +137,20 @@ impl Advice {
                 ),
             );
         }
+        if let Some(FalseRate { samples: left_out, told_hz, device_hz }) = snapshot.false_rate {
+            self.warn(
+                WarningKind::RateChanged,
+                format!(
+                    "the first {} came at {told_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
+                     placed wrongly and are left out",
+                    samples(left_out)
+                ),
+            );
+        }
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         let over = refusal.is_none();
         if let Some(refusal) = refusal.or(snapshot.refused_before) {
-            self.on_refusal(refusal, over);
+            self.on_refusal(refusal, over, timing);
         }
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
@@ -185,10 +195,15 @@ impl Advice {
     }
 
     /// `over` when the link was lost since, and the stamps that came then are used again.
-    fn on_refusal(&mut self, refusal: Refusal, over: bool) {
+    fn on_refusal(&mut self, refusal: Refusal, over: bool, timing: &Timing) {
         let unseen = match refusal {
             // says so itself
-            Refusal::OtherRate { .. } => "",
+            Refusal::OtherRate { known_hz, .. } if known_hz == timing.rate_hz => match timing.rate_from {
+                RateFrom::Option => ". --rate gave that rate: if the stamps are right, give none",
+                RateFrom::Device => ". The sensor says that rate",
+                RateFrom::Arrival | RateFrom::Assumed => ". The lines before told that rate by their arrival",
+            },
+            Refusal::OtherRate { .. } => ". The lines before told that rate by their arrival",
             Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
                 ". Lines lost whole cannot be seen from there on"
             }

@@ -18,7 +18,7 @@ use crate::{
     recent::Recent,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
-    snapshot::{MissingFrom, RateChange, RateFrom, Snapshot, Timing},
+    snapshot::{FalseRate, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
     waiting::{Ready, Waiting},
 };
 
@@ -49,6 +49,7 @@ pub struct Analysis {
     /// Why the stamps of a stretch of the link that is over were no time base; the first such reason.
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
+    false_rate: Option<FalseRate>,
     /// How many lines told the rate, where they were too few to be sure of it.
     rate_by_few: Option<u64>,
     /// Absolute index of the next sample, those missing counted in.
@@ -94,6 +95,7 @@ impl Analysis {
             missing_by_evidence: false,
             refused_before: None,
             rate_change: None,
+            false_rate: None,
             rate_by_few: None,
             index: 0,
             in_segment: false,
@@ -191,6 +193,7 @@ impl Analysis {
             arrivals: self.waiting.as_ref().and_then(Waiting::summary),
             refused_before: self.refused_before,
             rate_change: self.rate_change,
+            false_rate: self.false_rate,
             registers: self.registers.clone(),
             link: self.link,
             estimator: self.settings.estimator,

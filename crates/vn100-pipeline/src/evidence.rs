@@ -76,6 +76,13 @@ impl Evidence {
         }
     }
 
+    /// The sensor says its rate.
+    pub(crate) fn know_rate(&mut self, rate_hz: f64) {
+        if let Some(arrivals) = &mut self.arrivals {
+            arrivals.know_rate(rate_hz);
+        }
+    }
+
     /// Nothing follows.
     pub(crate) fn finish(&mut self) {
         if let Some(arrivals) = &mut self.arrivals {

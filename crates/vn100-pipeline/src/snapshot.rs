@@ -24,6 +24,8 @@ pub struct Snapshot {
     pub refused_before: Option<Refusal>,
     /// The change of rate after which samples were left out.
     pub rate_change: Option<RateChange>,
+    /// The rate that arrival times told until the sensor named its own, where samples were placed by it and left out.
+    pub false_rate: Option<FalseRate>,
     /// The sensor's registers by number, as it last printed them; those only that were asked for within the stream.
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
@@ -128,6 +130,17 @@ pub struct RateChange {
     pub from_hz: f64,
     /// Rate after, in hertz.
     pub to_hz: f64,
+}
+
+/// A rate by arrival times that the sensor contradicted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FalseRate {
+    /// Samples that were placed by it and left out.
+    pub samples: u64,
+    /// The rate by arrival times, in hertz.
+    pub told_hz: f64,
+    /// The sensor's rate, in hertz.
+    pub device_hz: f64,
 }
 
 /// Where a sample rate comes from.

@@ -72,6 +72,11 @@ impl Waiting {
         }
     }
 
+    /// The sensor says its rate.
+    pub(crate) fn know_rate(&mut self, rate_hz: f64) {
+        self.evidence.know_rate(rate_hz);
+    }
+
     /// The stream is over: nothing that waits need wait any longer.
     pub(crate) fn finish(&mut self) {
         self.evidence.finish();

@@ -9,7 +9,7 @@ use vn100_driver::{
     Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
     protocol::{Layout, VNYMR},
 };
-use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
+use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
 
 /// A good line that arrives then, or a bad one.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +26,7 @@ fn steady(rate_hz: f64, from_ns: i64, count: usize) -> Vec<Line> {
     (0..count).map(|index| At(from_ns + (SECOND_NS / rate_hz * index as f64) as i64)).collect()
 }
 
-fn without(lines: &[Line], lost: impl Fn(usize) -> bool) -> Vec<Line> {
+fn without(lines: &[Line], mut lost: impl FnMut(usize) -> bool) -> Vec<Line> {
     lines.iter().enumerate().filter(|(index, _)| !lost(*index)).map(|(_, line)| *line).collect()
 }
 
@@ -167,6 +167,72 @@ fn a_rate_by_few_lines_gives_way_to_the_sensor() {
     analysis.absorb(&Batch { registers, ..Batch::default() });
     let timing = analysis.snapshot().timing;
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
+}
+
+fn rate_of_the_sensor(rate_hz: &str) -> Batch {
+    let registers = vec![RegisterValue { before_row: 0, register: 7, fields: rate_hz.to_owned() }];
+    Batch { registers, ..Batch::default() }
+}
+
+/// Lines at 40 Hz, of which seven in ten are lost, by no rule.
+fn mostly_lost(count: usize) -> Vec<Line> {
+    let mut random = 1_u64;
+    without(&steady(40.0, 0, count), move |_| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) % 10 < 7
+    })
+}
+
+#[test]
+fn the_rate_of_a_stream_that_is_mostly_lost_is_that_of_the_sensor() {
+    for told_after in [None, Some(0), Some(10), Some(300)] {
+        let mut analysis = Analysis::new(Settings::default());
+        let lines = mostly_lost(4000);
+        let (before, after) = lines.split_at(told_after.unwrap_or(0));
+        absorb(&mut analysis, VNYMR.clone(), before, 8);
+        if told_after.is_some() {
+            analysis.absorb(&rate_of_the_sensor("40"));
+        }
+        absorb(&mut analysis, VNYMR.clone(), after, 8);
+        analysis.finish();
+        let snapshot = analysis.snapshot();
+        let Timing { rate_hz, rate_from, samples, missing, .. } = snapshot.timing;
+        assert_eq!(rate_hz, 40.0, "{told_after:?}");
+        assert_eq!(rate_from == RateFrom::Arrival, told_after.is_none(), "{told_after:?}");
+        let all = samples + missing;
+        assert!(samples > 1000 && (3950..=4000).contains(&all), "{told_after:?}: {samples} of {all}");
+        assert!(!warned(&snapshot, WarningKind::StampsRefused), "{:?}", snapshot.warnings);
+    }
+}
+
+#[test]
+fn what_was_placed_by_a_rate_that_the_sensor_denies_is_left_out() {
+    let mut analysis = Analysis::new(Settings::default());
+    absorb(&mut analysis, VNYMR.clone(), &steady(37.0, 0, 1100), 8);
+    analysis.absorb(&rate_of_the_sensor("40"));
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 30_000_000_000, 400), 8);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
+    assert_eq!((timing.samples, timing.left_out, timing.missing), (400, 1100, 0));
+    let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RateChanged).unwrap();
+    assert!(told.text.contains("37 Hz") && told.text.contains("1100 samples"), "{}", told.text);
+}
+
+#[test]
+fn a_rate_that_is_contradicted_has_the_name_of_who_gave_it() {
+    let text = |snapshot: Snapshot| {
+        snapshot.warnings.into_iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap().text
+    };
+    let given = Settings { rate_hz: Some(100.0), ..Settings::default() };
+    let told = text(analysed(&steady(40.0, 0, 600), 64, given));
+    assert!(told.contains("--rate gave") && !told.contains("sensor"), "{told}");
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&rate_of_the_sensor("100"));
+    absorb(&mut analysis, VNYMR.clone(), &steady(40.0, 0, 600), 64);
+    let told = text(analysis.snapshot());
+    assert!(told.contains("The sensor says") && !told.contains("--rate"), "{told}");
 }
 
 #[test]

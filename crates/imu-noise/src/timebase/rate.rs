@@ -5,6 +5,9 @@ use super::stretches::Stretch;
 /// An interval this near to a whole number of periods, in periods, is taken for that many.
 const WHOLE_TOLERANCE: f64 = 0.2;
 
+/// Fewest intervals that are not whole by chance.
+const LEAST_WHOLE: usize = 31;
+
 /// Intervals of more median ones are pauses: they say nothing of the period.
 const LONGEST_MEDIANS: f64 = 16.0;
 
@@ -39,6 +42,18 @@ pub(super) fn steady(stamps_s: &[f64]) -> Option<f64> {
     }
     let is_steady = 2 * singles >= intervals_s.len() && 10 * whole >= 9 * intervals_s.len();
     is_steady.then(|| periods / span_s)
+}
+
+/// The lowest of these rates of which nine in ten intervals are whole periods: more than half of the lines may be lost, but
+/// those that come must come alone. By chance four in ten are.
+pub(super) fn whole(stamps_s: &[f64], rates_hz: &[f64]) -> Option<f64> {
+    let intervals = stamps_s.len().checked_sub(1).filter(|intervals| *intervals >= LEAST_WHOLE)?;
+    let is_whole = |hz: f64| {
+        let periods = stamps_s.windows(2).map(|pair| (pair[1] - pair[0]) * hz);
+        let whole = periods.filter(|periods| *periods > 0.5 && (periods - periods.round()).abs() < WHOLE_TOLERANCE);
+        10 * whole.count() >= 9 * intervals
+    };
+    rates_hz.iter().copied().filter(|hz| is_whole(*hz)).min_by(f64::total_cmp)
 }
 
 /// The rate of stretches that follow each other without a loss: all their ends lie near one straight line, fitted by

@@ -1,7 +1,7 @@
 //! The first lines: held until their rate is clear.
 
 use super::listed::{TOO_FAST, fastest, snap};
-use super::rate::{even, rounded, steady};
+use super::rate::{even, rounded, steady, whole};
 use super::stretches::{STRETCH_TOLERANCE, Stretch, Stretches};
 use super::{NominalRate, Refusal};
 
@@ -80,6 +80,12 @@ impl Start {
             cutter: Stretches::default(),
             stretches: Vec::new(),
         }
+    }
+
+    /// The rate is said to be this one.
+    pub(super) fn know(&mut self, known_hz: f64) {
+        self.listed_hz.push(known_hz);
+        self.known_hz = Some(known_hz);
     }
 
     /// Adds a line's stamp; the rate, when it is clear now, or why there is none.
@@ -166,9 +172,14 @@ impl Start {
     /// The likeliest rate where neither intervals nor stretches tell one.
     fn unclear(&self) -> Option<Placing> {
         let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
-        // Losses all the time bend the edge: the fastest stretch has the fewest of them.
+        // Losses all the time bend the edge, and leave whole periods; the fastest stretch has the fewest of them.
         let is_sound = |hz: &f64| self.known_hz.is_some() || snap(&self.listed_hz, *hz, LISTED_TOLERANCE).is_some();
-        let hz = edge_hz.filter(is_sound).or_else(|| self.fastest_stretch_hz()).or_else(|| self.mean_hz())?;
+        let whole_hz = || whole(&self.held_s, &self.listed_hz);
+        let hz = edge_hz
+            .filter(is_sound)
+            .or_else(whole_hz)
+            .or_else(|| self.fastest_stretch_hz())
+            .or_else(|| self.mean_hz())?;
         let near_hz = snap(&self.listed_hz, hz, STRETCH_TOLERANCE);
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
     }
@@ -184,7 +195,8 @@ impl Start {
         if clear.is_some() {
             return None;
         }
-        let mut rates_hz = self.edge_hz(known_hz).into_iter().chain(self.fastest_stretch_hz());
+        let whole_hz = whole(&self.held_s, &self.listed_hz);
+        let mut rates_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz).chain(self.fastest_stretch_hz());
         let near_hz = rates_hz.find(|&hz| is_near(hz, known_hz));
         let near_hz = near_hz.or_else(|| self.is_short_at(known_hz).then_some(known_hz))?;
         Some(Placing::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))

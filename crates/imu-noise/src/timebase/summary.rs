@@ -69,7 +69,7 @@ impl fmt::Display for Refusal {
             ),
             Self::OtherRate { known_hz, measured_hz } => write!(
                 f,
-                "lines come at {measured_hz:.4} Hz by their stamps, not at {known_hz} Hz as given, or as the sensor says: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen; if a rate was given and the stamps are right, give none"
+                "lines come at {measured_hz:.4} Hz by their stamps, not at the {known_hz} Hz known beforehand: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen"
             ),
             Self::NoTimePasses { lines } => {
                 write!(f, "stamps are no time base: all {lines} lines have the same; give the rate")

@@ -5,7 +5,8 @@ use imu_noise::{NominalRate, Timebase};
 use super::Analysis;
 use crate::{
     rates::rates_hz,
-    snapshot::{RateChange, RateFrom, Timing},
+    snapshot::{FalseRate, RateChange, RateFrom, Timing},
+    waiting::Waiting,
 };
 
 impl Analysis {
@@ -64,10 +65,22 @@ impl Analysis {
     /// Takes what the sensor says of its rate, if it does.
     pub(super) fn take_device_rate(&mut self) {
         match (self.timing.rate_from, self.device_rate_hz()) {
-            (_, Some(rate_hz)) if self.is_rate_open() => self.begin_rate(rate_hz, RateFrom::Device),
+            (_, Some(rate_hz)) if self.is_rate_open() => {
+                self.begin_rate(rate_hz, RateFrom::Device);
+                if let Some(waiting) = &mut self.waiting {
+                    waiting.know_rate(rate_hz);
+                }
+            }
             // it came back with other settings, or was set anew
             (RateFrom::Device, Some(rate_hz)) if rate_hz != self.timing.rate_hz => {
                 self.change_rate(self.timing.rate_hz, rate_hz);
+            }
+            (RateFrom::Arrival, Some(rate_hz)) if rate_hz != self.timing.rate_hz && self.rate_change.is_none() => {
+                if self.is_rate_borne_out() {
+                    self.change_rate(self.timing.rate_hz, rate_hz);
+                } else {
+                    self.replace_rate(rate_hz);
+                }
             }
             _ => self.compare_with_device(),
         }
@@ -83,6 +96,30 @@ impl Analysis {
         }
         (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, rate_from);
         self.rate_by_few = None;
+    }
+
+    /// Whether the lines have kept to one of the sensor's rates since they told it: then a sensor that names another was set anew.
+    fn is_rate_borne_out(&self) -> bool {
+        // no quartz is off by so much
+        const CLOCK_PPM: f64 = 1000.0;
+        let Some(summary) = self.waiting.as_ref().and_then(Waiting::summary) else { return false };
+        matches!(summary.nominal, Some(NominalRate::Snapped(_)))
+            && summary.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
+    }
+
+    /// Arrival times told a rate that the sensor does not have. Lines placed by it hide gaps and show others: they are left out, and
+    /// placing begins anew.
+    fn replace_rate(&mut self, rate_hz: f64) {
+        self.finish();
+        (self.waiting, self.missing_by_evidence) = (None, false);
+        let told_hz = self.timing.rate_hz;
+        let samples = self.timing.samples;
+        self.index = (self.index as f64 / told_hz * rate_hz).round() as u64;
+        self.bad_lines_pending = 0;
+        self.refused_before = None;
+        self.forget();
+        self.begin_rate(rate_hz, RateFrom::Device);
+        self.false_rate = (samples > 0).then_some(FalseRate { samples, told_hz, device_hz: rate_hz });
     }
 
     /// Where arrival times and the sensor say the same, the sensor said so.

@@ -21,6 +21,7 @@ impl Analysis {
         let so_far = self.data_time();
         self.forget();
         (self.index, self.bad_lines_pending, self.rate_change) = (0, 0, None);
+        self.false_rate = None;
         (self.warm_up, self.recent) = (None, None);
         so_far
     }
@@ -37,7 +38,7 @@ impl Analysis {
     }
 
     /// The samples so far are left out.
-    fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         let timing = &mut self.timing;
         timing.left_out += timing.samples;
         (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
