@@ -9,7 +9,7 @@ use vn100_driver::{
     Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
     protocol::{Layout, PrintFormat, VNIMU, VNYMR},
 };
-use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
+use vn100_pipeline::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
 
 /// One thing on a stream.
 #[derive(Debug, Clone, Copy)]
@@ -304,6 +304,20 @@ fn a_channel_that_spans_its_full_range_is_exact_and_named() {
 
     let half: Vec<_> = (0..200).map(|i| Good(10_000 + i % 5)).collect();
     assert!(!warned(&analysed(&half, 64, Settings::default()), WarningKind::FullRange));
+}
+
+#[test]
+fn a_lone_value_far_out_is_no_motion() {
+    let moved = |values: &mut dyn Iterator<Item = i32>| {
+        let lines: Vec<Line> = values.map(Good).collect();
+        Assessment::new(&analysed(&lines, 64, Settings::default()), 0.95).motion
+    };
+    // 2 rad/s and 2000 m/s² for an instant
+    let damaged = |index: i32| if index == 400 { -2_000_000 } else { index % 7 };
+    assert_eq!(moved(&mut (0..636).map(damaged)), None);
+    let swaying = |index: i32| if index / 40 % 2 == 0 { 200_000 } else { -200_000 };
+    let motion = moved(&mut (0..636).map(swaying)).unwrap();
+    assert_eq!(motion.axes.len(), 6);
 }
 
 #[test]

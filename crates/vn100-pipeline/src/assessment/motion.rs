@@ -37,12 +37,14 @@ impl Motion {
     /// What the figures of a record in motion are worth, as a sentence.
     pub const MEANING: &str = "The sensor was moved: these figures describe the motion, not its noise.";
 
-    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than two samples.
+    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than four samples.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         let layout = snapshot.layout.as_ref()?;
         let beyond: Vec<(&Channel, f64, f64)> = (layout.channels.iter().zip(&snapshot.channels))
-            .filter_map(|(channel, results)| Some((channel, std(channel, results)?, limit(channel)?)))
-            .filter(|(_, std, limit)| std > limit)
+            .filter_map(|(channel, results)| {
+                let limit = limit(channel)?;
+                (inner_std(channel, results)? > limit).then_some((channel, std(channel, results)?, limit))
+            })
             .collect();
         let (channel, std, limit) = *beyond.iter().max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
         let axes = beyond.iter().map(|(channel, ..)| channel.name.to_string()).collect();
@@ -79,4 +81,24 @@ fn limit(channel: &Channel) -> Option<f64> {
 
 fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     Some(imu_noise::counts_to_unit(results.moments.std_counts()?, channel.decimals) * channel.scale.abs())
+}
+
+/// The standard deviation without the least and the greatest values, one in two hundred of each: damaged lines that the checksum lets
+/// in are rarer, and a single value may be as far out as the axis goes.
+fn inner_std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
+    let (histogram, total) = (&results.histogram, results.moments.count());
+    let left_out = total.div_ceil(200);
+    let (from, to) = (left_out, total.saturating_sub(left_out));
+    let (mut before, mut sum, mut squares) = (0, 0.0, 0.0);
+    let mean = results.moments.mean_counts()?;
+    for (lowest, frequency) in histogram.bins() {
+        let kept = (before + frequency).min(to).saturating_sub(before.max(from)) as f64;
+        let off = lowest as f64 + 0.5 * (histogram.bin_width_counts() - 1) as f64 - mean;
+        before += frequency;
+        sum += kept * off;
+        squares += kept * off * off;
+    }
+    let kept = to.checked_sub(from).filter(|kept| *kept > 1)? as f64;
+    let variance = ((squares - sum * sum / kept) / (kept - 1.0)).max(0.0);
+    Some(imu_noise::counts_to_unit(variance.sqrt(), channel.decimals) * channel.scale.abs())
 }
