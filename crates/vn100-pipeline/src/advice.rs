@@ -340,7 +340,10 @@ fn no_valid_lines(snapshot: &Snapshot) -> Option<String> {
             reasons(&odd)
         ));
     }
-    if link.connects > 0 && link.answers() > 0 && tally.good_lines() == tally.replies {
+    // damaged lines may be measurements: they must be few beside the answers
+    let damaged_bytes = tally.bad_line_bytes + tally.skipped_bytes;
+    let is_clean = 10 * tally.bad.total() <= link.answers() && 10 * damaged_bytes <= tally.good_line_bytes;
+    if link.connects > 0 && link.answers() > 0 && tally.good_lines() == tally.replies && is_clean {
         return Some(format!(
             "{}, all of them answers: the sensor sends nothing by itself. `vn100 configure PORT --set-message VNYMR` makes it send, or \
              VNIMU for the uncompensated measurements",

@@ -66,8 +66,11 @@ fn nothing_seen_is_nothing_claimed() {
 
 #[test]
 fn a_sensor_that_only_answers_is_told_how_to_send() {
-    let told = |connects: u64, replies: u64| {
+    let told = |connects: u64, replies: u64, bad: u64, skipped_bytes: u64| {
         let mut batch = Batch::default();
+        batch.link.tally.bad.checksum = bad;
+        batch.link.tally.bad_line_bytes = 122 * bad;
+        batch.link.tally.skipped_bytes = skipped_bytes;
         batch.link.connects = connects;
         batch.link.tally.replies = replies;
         batch.link.tally.good_line_bytes = 25 * replies;
@@ -75,9 +78,11 @@ fn a_sensor_that_only_answers_is_told_how_to_send() {
         analysis.absorb(&batch);
         analysis.snapshot().warnings.iter().any(|warning| warning.text.contains("--set-message"))
     };
-    assert!(told(1, 24));
-    assert!(!told(1, 0), "a link that is just up");
-    assert!(!told(0, 24), "a capture cannot be configured");
+    assert!(told(1, 24, 0, 0));
+    assert!(!told(1, 24, 40, 0), "measurements, all of them damaged");
+    assert!(!told(1, 24, 0, 4000), "measurements, beyond recognition");
+    assert!(!told(1, 0, 0, 0), "a link that is just up");
+    assert!(!told(0, 24, 0, 0), "a capture cannot be configured");
 }
 
 #[test]
