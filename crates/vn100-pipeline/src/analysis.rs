@@ -18,7 +18,7 @@ use crate::{
     recent::Recent,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
-    snapshot::{FalseRate, MissingFrom, RateChange, RateFrom, Snapshot, Timing},
+    snapshot::{FalseRate, MissingFrom, Outages, RateChange, RateFrom, Snapshot, Timing},
     waiting::{Ready, Waiting},
 };
 
@@ -50,6 +50,7 @@ pub struct Analysis {
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
     false_rate: Option<FalseRate>,
+    outages: Outages,
     /// How many lines told the rate, where they were too few to be sure of it.
     rate_by_few: Option<u64>,
     /// Absolute index of the next sample, those missing counted in.
@@ -96,6 +97,7 @@ impl Analysis {
             refused_before: None,
             rate_change: None,
             false_rate: None,
+            outages: Outages::default(),
             rate_by_few: None,
             index: 0,
             in_segment: false,
@@ -136,6 +138,7 @@ impl Analysis {
 
     /// Takes what befell the link. Nobody knows what went by while it was down: no window spans that, and arrival times start anew.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
+        self.outages.take(event);
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
             let ended = self.waiting.take().and_then(|waiting| waiting.summary());
@@ -196,6 +199,7 @@ impl Analysis {
             false_rate: self.false_rate,
             registers: self.registers.clone(),
             link: self.link,
+            outages: self.outages,
             estimator: self.settings.estimator,
             deviation: self.settings.deviation,
             detrended: self.settings.detrend,

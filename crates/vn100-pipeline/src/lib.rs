@@ -56,5 +56,7 @@ pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use recent::{Recent, Slot};
 pub use run::{Controls, Died, Measurement, Outcome, every_second, start};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
-pub use snapshot::{ChannelSnapshot, FalseRate, MissingFrom, PolledChannel, RateChange, RateFrom, Snapshot, Timing};
+pub use snapshot::{
+    ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,
+};
 pub use warning::{Warning, WarningKind};

@@ -1,12 +1,12 @@
 //! The state of a measurement at one moment, as plain data for screens and reports.
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
     ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, Refusal,
     TimebaseSummary, counts_to_unit,
 };
-use vn100_driver::LinkCounts;
+use vn100_driver::{LinkCounts, LinkEvent, LinkEventKind};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{norms::Norm, recent::Recent, warning::Warning};
@@ -30,6 +30,8 @@ pub struct Snapshot {
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
     pub link: LinkCounts,
+    /// When the link was down.
+    pub outages: Outages,
     /// How the deviations are estimated.
     pub estimator: Estimator,
     /// Data time left out at the beginning, as asked.
@@ -76,6 +78,56 @@ impl Snapshot {
             interval_s: 1.0 / self.timing.rate_hz,
             estimator: self.estimator,
             deviation: self.deviation,
+        }
+    }
+}
+
+/// The times in which a sensor that had been heard was not.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Outages {
+    /// How often the link was lost.
+    pub times: u64,
+    /// How long it was down in all, in seconds, until it last came back; `None` where the times of the events do not tell.
+    pub down_s: Option<f64>,
+    /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
+    pub since_ns: Option<i64>,
+}
+
+impl Outages {
+    /// Takes what befell the link.
+    pub(crate) fn take(&mut self, event: &LinkEvent) {
+        match event.kind {
+            LinkEventKind::Down { .. } if self.since_ns.is_none() => {
+                if self.times == 0 {
+                    self.down_s = Some(0.0);
+                }
+                self.times += 1;
+                self.since_ns = Some(event.at_ns);
+            }
+            LinkEventKind::Up { .. } => {
+                if let Some(since_ns) = self.since_ns.take() {
+                    // the stamps of a recording may go back
+                    let down_ns = event.at_ns.checked_sub(since_ns).filter(|ns| *ns >= 0);
+                    self.down_s = self.down_s.zip(down_ns).map(|(sum_s, ns)| sum_s + ns as f64 * 1e-9);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The time in seconds without it; `None` where that is not known, as while it is down.
+    #[must_use]
+    pub fn seconds(&self) -> Option<f64> {
+        self.down_s.filter(|_| self.since_ns.is_none())
+    }
+}
+
+impl fmt::Display for Outages {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "link lost {} {}, ", self.times, if self.times == 1 { "time" } else { "times" })?;
+        match self.seconds() {
+            Some(seconds) => write!(f, "{seconds:.1} s without it"),
+            None => write!(f, "how long is not known"),
         }
     }
 }

@@ -218,6 +218,25 @@ fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
 }
 
 #[test]
+fn the_time_without_a_link_is_told_where_the_events_tell_it() {
+    let down = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let up = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Up { port: "COM3".into(), baud: None } };
+    let told = |events: &[LinkEvent]| {
+        let mut analysis = Analysis::new(Settings::default());
+        events.iter().for_each(|event| analysis.take_link_event(event));
+        let outages = analysis.snapshot().outages;
+        (outages.times, outages.seconds())
+    };
+    let second = 1_000_000_000;
+    assert_eq!(told(&[up(0)]), (0, None));
+    assert_eq!(told(&[up(0), down(10 * second), up(14 * second)]), (1, Some(4.0)));
+    let twice = [up(0), down(second), up(3 * second), down(7 * second), up(8 * second)];
+    assert_eq!(told(&twice), (2, Some(3.0)));
+    assert_eq!(told(&twice[..4]), (2, None), "it has not come back");
+    assert_eq!(told(&[up(0), down(9 * second), up(second)]), (1, None), "the clock was set back");
+}
+
+#[test]
 fn a_change_of_print_format_breaks_the_segment_and_the_resolution() {
     let current = Printed(PrintFormat::Current);
     let old = Printed(PrintFormat::Old);
