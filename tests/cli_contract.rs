@@ -74,6 +74,7 @@ fn the_document_has_every_field_of_the_contract() {
         ("/link/skipped_bytes", 0.into()),
         ("/link/overrun_bytes", 0.into()),
         ("/link/reconnects", 0.into()),
+        ("/link/down_s", 0.0.into()),
         ("/link/bad_frames/checksum", 0.into()),
         ("/link/bad_frames/unchecked", 0.into()),
         ("/link/bad_frames/grammar", 0.into()),

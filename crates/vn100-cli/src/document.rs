@@ -77,6 +77,8 @@ struct Link {
     /// Errors that the sensor told unasked: how often which code.
     unasked_errors: BTreeMap<String, u64>,
     reconnects: u64,
+    /// Time in which the link was lost.
+    down_s: Option<f64>,
     bad_frames: BadFrames,
 }
 
@@ -265,6 +267,7 @@ fn link(snapshot: &Snapshot) -> Link {
             .map(|(error, count)| (format!("{:02X}", error.code()), count))
             .collect(),
         reconnects: link.connects.saturating_sub(1),
+        down_s: if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
         bad_frames: BadFrames {
             checksum: tally.bad.checksum,
             unchecked: tally.bad.unchecked,

@@ -137,6 +137,9 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
         counted(timing.gaps, "gap"),
         counted(timing.segments, "segment")
     )?;
+    if snapshot.outages.times > 0 {
+        writeln!(out, "  link       {}: what was sent then is not among the missing", snapshot.outages)?;
+    }
     if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(ppm), .. }) = snapshot.arrivals {
         writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
     }

@@ -1,7 +1,7 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
 use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{FigureVerdict, LongTaus, Motion, Onboard, RateFrom, WarningKind};
+use vn100_pipeline::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::record::Record;
@@ -20,6 +20,7 @@ pub(crate) struct Findings {
     pub(crate) duration_s: f64,
     pub(crate) samples: u64,
     pub(crate) missing: u64,
+    pub(crate) outages: Outages,
     pub(crate) gaps: u64,
     pub(crate) has_stamps: bool,
     pub(crate) has_registers: bool,
@@ -112,6 +113,7 @@ impl Findings {
             duration_s: snapshot.timing.duration_s(),
             samples: snapshot.timing.samples,
             missing: snapshot.timing.missing,
+            outages: snapshot.outages,
             gaps: snapshot.timing.gaps,
             has_stamps: snapshot.arrivals.is_some(),
             has_registers: !snapshot.registers.is_empty(),

@@ -193,7 +193,12 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     }
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {
-        parts.add(format!("reconnected {reconnects}"), theme.warning());
+        let told = if snapshot.outages.times > 0 && detail == Detail::All {
+            snapshot.outages.to_string()
+        } else {
+            format!("reconnected {reconnects}")
+        };
+        parts.add(told, theme.warning());
     }
     match &source.recording {
         Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.bad()),

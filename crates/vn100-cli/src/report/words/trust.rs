@@ -53,7 +53,12 @@ fn losses(findings: &Findings) -> Option<String> {
     if *samples < 2 {
         return None;
     }
-    Some(match missing {
+    let told = match missing {
+        0 if findings.outages.times > 0 => format!(
+            "The {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
+            findings.outages,
+            grouped(*samples)
+        ),
         0 if findings.has_stamps => {
             format!("No sample is missing among {}, as far as arrival times tell.", grouped(*samples))
         }
@@ -67,6 +72,11 @@ fn losses(findings: &Findings) -> Option<String> {
             grouped(samples + missing),
             if *gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
         ),
+    };
+    Some(if *missing > 0 && findings.outages.times > 0 {
+        format!("{told} The {}: what was sent then is not among them.", findings.outages)
+    } else {
+        told
     })
 }
 
