@@ -32,6 +32,7 @@ fn a_wrong_command_line_is_usage() {
         &["replay", "x", "--rate", "0"],
         &["replay", "x", "--rate", "nan"],
         &["replay", "x", "--estimator", "best"],
+        &["attach", "sim", "--estimator", "full", "--duration", "1s"],
         &["replay", "x", "--json", "--ndjson"],
         &["replay", "x", "--skip", "5 parsecs"],
         &["fly"],

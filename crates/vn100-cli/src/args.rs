@@ -5,7 +5,7 @@ mod measure;
 
 use std::{path::PathBuf, time::Duration};
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum, error::ErrorKind};
 use vn100_driver::ColumnMap;
 use vn100_pipeline::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
@@ -13,7 +13,7 @@ use vn100_sim::CaptureMessage;
 
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 pub(crate) use measure::MeasureArgs;
-use measure::confidence;
+use measure::{Estimator, confidence};
 
 use crate::pace::Speed;
 
@@ -28,6 +28,19 @@ use crate::pace::Speed;
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Args {
+    /// Refuses what single options cannot.
+    pub(crate) fn checked(self) -> Result<Self, clap::Error> {
+        match &self.command {
+            Command::Attach(args) if args.measure.estimator == Estimator::Full => Err(Self::command().error(
+                ErrorKind::ArgumentConflict,
+                "--estimator full is for replay: its memory grows with the record, and a live sensor has no end. Record it, and replay that",
+            )),
+            _ => Ok(self),
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]

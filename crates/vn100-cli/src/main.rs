@@ -47,7 +47,7 @@ use crate::{
 };
 
 fn main() -> ExitCode {
-    let result = match Args::try_parse().unwrap_or_else(|error| exit::usage(&error)).command {
+    let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {
         Command::Attach(args) => attach::attach(args),
         Command::Record(args) => attach::record(args),
         Command::Info(args) => info::info(args),
