@@ -14,7 +14,7 @@ use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState, con
 use vn100_pipeline::{Assessments, Outcome, Settings, Snapshot, start};
 
 use crate::{
-    args::{AttachArgs, RecordArgs, SourceName},
+    args::{AttachArgs, LinkArgs, RecordArgs, SourceName},
     conditions::{self, conditions},
     configure::describe,
     document::Document,
@@ -84,15 +84,19 @@ async fn attach_all(
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut feeds = Vec::new();
     let mut unrecorded = Vec::new();
-    let sources: Vec<JoinHandle<Result<Measured>>> = (job.args.sources.iter().zip(recordings))
-        .map(|(source, recording)| {
+    let sources: Vec<JoinHandle<Result<Measured>>> = (0..)
+        .zip(job.args.sources.iter().zip(recordings))
+        .map(|(number, (source, recording))| {
             let (stand, feed) = feed(&source.to_string(), Some(source.kind()));
             feeds.push(feed);
             let stop = stop.child_token();
             if recording.is_none() {
                 unrecorded.push(stop.clone());
             }
-            task::spawn(attach_one(source.clone(), recording, Arc::clone(&job), stand, stop))
+            let mut link = job.args.link.clone();
+            // two emulated sensors are two sensors
+            link.sim.seed = link.sim.seed.wrapping_add(number);
+            task::spawn(attach_one(source.clone(), link, recording, Arc::clone(&job), stand, stop))
         })
         .collect();
     let mut teller = Teller::new(job.telling);
@@ -132,12 +136,13 @@ struct Job {
 
 async fn attach_one(
     source: SourceName,
+    link: LinkArgs,
     recording: Option<PathBuf>,
     job: Arc<Job>,
     stand: Stand,
     stop: CancellationToken,
 ) -> Result<Measured> {
-    let measured = measure_one(source, recording, &job, &stand, stop).await;
+    let measured = measure_one(source, link, recording, &job, &stand, stop).await;
     stand.ended(match &measured {
         Ok(measured) => measured.origin.error.clone(),
         Err(error) => Some(format!("{error:#}")),
@@ -147,13 +152,14 @@ async fn attach_one(
 
 async fn measure_one(
     source: SourceName,
+    link: LinkArgs,
     recording: Option<PathBuf>,
     job: &Job,
     stand: &Stand,
     stop: CancellationToken,
 ) -> Result<Measured> {
     let mut origin = Origin { name: source.to_string(), ..Origin::default() };
-    let live = match LiveSource::new(source, job.args.link.clone(), job.log.clone()) {
+    let live = match LiveSource::new(source, link, job.log.clone()) {
         Ok(live) => live,
         Err(error) => {
             origin.error = Some(about(&origin.name, &format!("{error:#}")));

@@ -102,7 +102,7 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, value_parser = Profile::named, default_value = "datasheet")]
     pub(crate) profile: Profile,
 
-    /// Seed of the emulated sensor; the same seed gives the same noise
+    /// Seed of the emulated sensor; the same seed gives the same noise. Further sources of one command take the next ones
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
