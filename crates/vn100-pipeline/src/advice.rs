@@ -147,6 +147,15 @@ impl Advice {
                 ),
             );
         }
+        if snapshot.other_rate_lines > 0 {
+            self.warn(
+                WarningKind::RateChanged,
+                format!(
+                    "{} came at another rate for a while, as bytes do that were held back, and are left out; no window spans that",
+                    samples(snapshot.other_rate_lines)
+                ),
+            );
+        }
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         let over = refusal.is_none();
         if let Some(refusal) = refusal.or(snapshot.refused_before) {

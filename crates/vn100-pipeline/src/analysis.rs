@@ -50,6 +50,10 @@ pub struct Analysis {
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
     false_rate: Option<FalseRate>,
+    /// Samples left out before the rate changed.
+    left_out_before: u64,
+    /// Samples left out for coming at another rate, until the rate was again that of the record.
+    other_rate_lines: u64,
     outages: Outages,
     /// How many lines told the rate, where they were too few to be sure of it.
     rate_by_few: Option<u64>,
@@ -97,6 +101,8 @@ impl Analysis {
             refused_before: None,
             rate_change: None,
             false_rate: None,
+            left_out_before: 0,
+            other_rate_lines: 0,
             outages: Outages::default(),
             rate_by_few: None,
             index: 0,
@@ -197,6 +203,7 @@ impl Analysis {
             refused_before: self.refused_before,
             rate_change: self.rate_change,
             false_rate: self.false_rate,
+            other_rate_lines: self.other_rate_lines,
             registers: self.registers.clone(),
             link: self.link,
             outages: self.outages,

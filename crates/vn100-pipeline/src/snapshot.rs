@@ -26,6 +26,8 @@ pub struct Snapshot {
     pub rate_change: Option<RateChange>,
     /// The rate that arrival times told until the sensor named its own, where samples were placed by it and left out.
     pub false_rate: Option<FalseRate>,
+    /// Samples left out because they came at another rate for a while, as bytes that were held back do.
+    pub other_rate_lines: u64,
     /// The sensor's registers by number, as it last printed them; those only that were asked for within the stream.
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.

@@ -264,6 +264,23 @@ fn what_comes_at_another_rate_is_left_out() {
 }
 
 #[test]
+fn what_is_flushed_at_the_speed_of_the_line_ends_no_record() {
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&rate_of_the_sensor("40"));
+    let mut lines = steady(40.0, 0, 600);
+    lines.extend(steady(100.0, 15_000_000_000, 200));
+    lines.extend(steady(40.0, 17_000_000_000, 600));
+    absorb(&mut analysis, VNYMR.clone(), &lines, 8);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert!((1190..=1210).contains(&timing.samples), "{timing:?}");
+    assert_eq!((timing.samples + timing.left_out, timing.missing, timing.segments), (1400, 0, 2));
+    let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RateChanged).unwrap();
+    assert!(told.text.contains("for a while"), "{}", told.text);
+}
+
+#[test]
 fn a_rate_that_is_none_of_the_sensor_or_not_the_one_given_is_warned_of() {
     let known = |hz| Settings { rate_hz: Some(hz), ..Settings::default() };
     for (stream_hz, settings, taken_hz, said) in [

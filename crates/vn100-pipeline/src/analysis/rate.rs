@@ -57,7 +57,13 @@ impl Analysis {
         if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
             self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
             self.timing.rate_hz = to_hz;
+        } else if self.rate_change.is_some() && to_hz == self.timing.rate_hz {
+            // bytes held back came as fast as the line carries them, or the sensor was set back: how much data time that was is not known
+            self.rate_change = None;
+            self.other_rate_lines += self.timing.left_out - self.left_out_before;
+            self.take_unknown_gap();
         } else if self.rate_change.is_none() {
+            self.left_out_before = self.timing.left_out;
             self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
         }
     }
