@@ -24,7 +24,8 @@ const MEASURE: Duration = Duration::from_secs(2);
 pub struct Configured {
     /// The registers in the order they were written; empty where all was as asked.
     pub changes: Vec<Change>,
-    /// Lines a second, counted for two seconds after, of whatever message; answers are none.
+    /// Lines a second of the message that the sensor is set to, counted for two seconds after. Others that come beside them, as those
+    /// that the other port is set to, are not among them.
     pub measured_hz: f64,
     /// The rate the sensor is set to; 0 where it sends no lines.
     pub rate_hz: u32,
@@ -120,12 +121,12 @@ async fn set(
     written: &mut Written,
 ) -> Result<(f64, u32), ConfigureError> {
     let current = read_current(link, settings).await?;
-    let (planned, rate) = plan(&current, settings)?;
+    let (planned, message, rate) = plan(&current, settings)?;
     write_paused(link, planned, settings.save, written).await?;
     tokio::time::sleep(SETTLE).await;
-    let (before, began) = (link.lines(), tokio::time::Instant::now());
+    let (before, began) = (link.lines(message), tokio::time::Instant::now());
     tokio::time::sleep(MEASURE).await;
-    Ok(((link.lines() - before) as f64 / began.elapsed().as_secs_f64(), rate.hz()))
+    Ok(((link.lines(message) - before) as f64 / began.elapsed().as_secs_f64(), rate.hz()))
 }
 
 /// Puts back what [`configure`] changed, the last first.

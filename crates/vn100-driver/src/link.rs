@@ -7,7 +7,7 @@ use std::{
 
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{Answer, Command, DeviceError, Register, RegisterContents, RequestFailure};
+use vn100_protocol::{Answer, AsyncType, Command, DeviceError, Register, RegisterContents, RequestFailure};
 
 use crate::{
     command_error::CommandError,
@@ -129,10 +129,10 @@ impl LinkHandle {
         let _ = self.requests.try_send(Request { command, answer: None });
     }
 
-    /// Good lines that the sensor has sent by itself so far, of whatever message.
+    /// Good lines of this message that the sensor has sent by itself so far.
     #[must_use]
-    pub fn lines(&self) -> u64 {
-        self.counters.lines.load(Ordering::Relaxed)
+    pub fn lines(&self, message: AsyncType) -> u64 {
+        self.counters.lines(message)
     }
 
     /// What the link is doing, now and whenever that changes.

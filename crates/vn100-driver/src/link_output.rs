@@ -1,15 +1,16 @@
 //! What becomes of everything that a link delivers: a copy for the recording, the parser, the events.
 
 use std::{
+    collections::BTreeMap,
     io,
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
 };
 
 use tokio::sync::mpsc;
-use vn100_protocol::Reply;
+use vn100_protocol::{AsyncType, Reply};
 
 use crate::{
     event::{End, Event},
@@ -28,8 +29,21 @@ pub(crate) struct NobodyListens;
 pub(crate) struct Counters {
     /// Bytes that the recording did not take in time.
     pub(crate) unrecorded_bytes: AtomicU64,
-    /// Good lines that were no answers so far.
-    pub(crate) lines: AtomicU64,
+    /// Good lines so far, by the code of their message.
+    lines: Mutex<BTreeMap<u8, u64>>,
+}
+
+impl Counters {
+    /// Good lines of this message so far; for one without a name all that have none.
+    pub(crate) fn lines(&self, message: AsyncType) -> u64 {
+        let message = if message.header().is_some() { message } else { AsyncType::OFF };
+        self.all_lines().get(&message.0).copied().unwrap_or_default()
+    }
+
+    fn all_lines(&self) -> MutexGuard<'_, BTreeMap<u8, u64>> {
+        // counts are whole whoever panicked over them
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 pub(crate) struct LinkOutput {
@@ -59,8 +73,7 @@ impl LinkOutput {
             self.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
         }
         let events = self.parser.take_input(input);
-        let tally = self.parser.tally();
-        self.counters.lines.store(tally.samples + tally.other, Ordering::Relaxed);
+        self.counters.all_lines().extend(self.parser.lines());
         for event in events {
             self.events.send(event).await.map_err(|_| NobodyListens)?;
         }

@@ -150,13 +150,13 @@ struct Output {
     packets: LinkLoad,
 }
 
-/// The registers to write in their order, and the rate that the sensor then has.
+/// The registers to write in their order, and the message and the rate that the sensor then has.
 ///
 /// At no step more is asked for than the line carries: a faster line comes before more output, less output before a slower line.
 pub(crate) fn plan(
     current: &[RegisterContents],
     settings: &OutputSettings,
-) -> Result<(Vec<Change>, AsyncRate), PlanError> {
+) -> Result<(Vec<Change>, AsyncType, AsyncRate), PlanError> {
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
     new.check_fit()?;
@@ -188,7 +188,7 @@ pub(crate) fn plan(
     if new.baud < old.baud {
         changes.extend(change(&old.baud, &new.baud));
     }
-    Ok((changes, new.rate))
+    Ok((changes, new.message, new.rate))
 }
 
 impl Output {

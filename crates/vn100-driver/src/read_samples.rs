@@ -1,10 +1,12 @@
 //! Chunks in, batches of samples out: the task between a source and whoever uses its samples.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR};
+use vn100_protocol::{
+    AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR,
+};
 
 use crate::{
     diagnostic::Diagnostic,
@@ -88,6 +90,8 @@ struct Stream {
     printed: Option<PrintFormat>,
     /// The counts but for the tally, which is the decoder's.
     link: LinkCounts,
+    /// Good lines of each message but that of the samples, by its code; those without a code of their own by [`AsyncType::OFF`].
+    other_lines: BTreeMap<u8, u64>,
     open: Batch,
     sealed: Vec<Batch>,
     /// Answers, where somebody takes them.
@@ -136,6 +140,14 @@ impl Parser {
     /// What the stream has carried so far.
     pub(crate) fn tally(&self) -> Tally {
         self.decoder.tally()
+    }
+
+    /// Good lines of each message so far, by its code.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
+        let samples = self.tally().samples - self.stream.link.foreign_samples;
+        let layout = self.stream.layout.as_deref();
+        let of_samples = layout.map(|layout| (code(layout.message.as_bytes()), samples));
+        of_samples.into_iter().chain(self.stream.other_lines.iter().map(|(&code, &lines)| (code, lines)))
     }
 
     /// Takes the next bytes of the stream, which came at one time.
@@ -204,6 +216,10 @@ impl Parser {
     }
 }
 
+fn code(header: &[u8]) -> u8 {
+    AsyncType::from_header(header).unwrap_or(AsyncType::OFF).0
+}
+
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
         if let Item::Bad(bad) = &item {
@@ -213,9 +229,7 @@ impl Stream {
             Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format(), ymr.suffix()),
             Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current, imu.suffix()),
             Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
-            Item::Other(sentence) => {
-                self.link.other_message = self.link.other_message.or(Some(MessageName::new(sentence.header())))
-            }
+            Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
             // in the tally
             Item::Packet(_) | Item::Bad(_) => {}
@@ -251,7 +265,7 @@ impl Stream {
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
             self.link.foreign_samples += 1;
-            self.link.other_message = self.link.other_message.or(Some(MessageName::new(layout.message.as_bytes())));
+            self.note_other(layout.message.as_bytes());
             return;
         }
         if self.printed != Some(printed) {
@@ -267,6 +281,11 @@ impl Stream {
             self.open.counters.push(RowCounter { row: self.row(), count });
         }
         self.open.counts.extend_from_slice(counts);
+    }
+
+    fn note_other(&mut self, header: &[u8]) {
+        self.link.other_message = self.link.other_message.or(Some(MessageName::new(header)));
+        *self.other_lines.entry(code(header)).or_default() += 1;
     }
 
     /// Whether a bad line may have been one of this stream's measurements: by its name, as far as that is there, or by its length. A

@@ -5,7 +5,7 @@ mod support;
 
 use std::time::Duration;
 
-use support::{Link, OTHER_LINE, Sensor};
+use support::{LINE, Link, OTHER_LINE, Sensor};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
@@ -162,11 +162,27 @@ async fn what_cannot_be_put_back_is_told() {
 async fn lines_of_any_message_are_counted() {
     let sensor = sensor();
     sensor.world().line = OTHER_LINE;
+    sensor.world().registers.insert(6, "1".into());
     let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
     let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
     link.run(Duration::from_secs(5)).await;
     let configured = work.await.unwrap().unwrap();
     assert!(configured.rate_is_kept(), "{configured:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn lines_of_a_message_that_is_not_set_are_not_counted() {
+    let sensor = sensor();
+    sensor.world().line = format!("{LINE}{OTHER_LINE}").leak();
+    for (message, code) in [("VNYMR", "14"), ("VNYPR", "1")] {
+        let settings = OutputSettings { rate_hz: Some(20), message: Some(message.into()), ..OutputSettings::default() };
+        let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+        link.run(Duration::from_secs(5)).await;
+        let configured = work.await.unwrap().unwrap();
+        assert!(configured.rate_is_kept(), "{message}: {configured:?}");
+        assert_eq!(sensor.world().registers[&6], code);
+        link.stop().await;
+    }
 }
 
 #[tokio::test(start_paused = true)]
