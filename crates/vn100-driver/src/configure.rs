@@ -79,7 +79,7 @@ fn list(changes: &[Change]) -> String {
 }
 
 /// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output, writes, reads back, resumes it and
-/// counts what comes. Nothing is kept through switching off unless `settings` say so.
+/// counts what comes; where the link was lost meanwhile it reads them once more. Nothing is kept through switching off unless `settings` say so.
 ///
 /// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns. Only what the sensor was told to
 /// keep through switching off stays.
@@ -123,10 +123,19 @@ async fn set(
     let current = read_current(link, settings).await?;
     let (planned, message, rate) = plan(&current, settings)?;
     write_paused(link, planned, settings.save, written).await?;
+    let mut state = link.state();
+    state.mark_unchanged();
     tokio::time::sleep(SETTLE).await;
     let (before, began) = (link.lines(message), tokio::time::Instant::now());
     tokio::time::sleep(MEASURE).await;
-    Ok(((link.lines(message) - before) as f64 / began.elapsed().as_secs_f64(), rate.hz()))
+    let measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
+    // a link that went down or fell silent may have been without power, and what was written is gone then
+    if state.has_changed().unwrap_or(true) {
+        for change in &written.changes {
+            read_back(link, change).await?;
+        }
+    }
+    Ok((measured_hz, rate.hz()))
 }
 
 /// Puts back what [`configure`] changed, the last first.

@@ -186,6 +186,30 @@ async fn lines_of_a_message_that_is_not_set_are_not_counted() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn what_is_lost_with_the_power_while_it_is_counted_is_not_told_as_set() {
+    // the port goes with the power, and comes back before the count is over, behind it or never
+    for away in [100, 1500, 10_000].map(Duration::from_millis) {
+        let sensor = sensor();
+        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+        let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+        while sensor.world().registers[&7] == "40" || !sensor.world().streams {
+            link.run(Duration::from_millis(10)).await;
+        }
+        link.run(Duration::from_secs(1)).await;
+        assert!(!work.is_finished());
+        sensor.world().plugged = false;
+        sensor.world().registers.insert(7, "40".into());
+        sensor.world().period = Duration::from_millis(25);
+        link.run(away).await;
+        sensor.world().plugged = true;
+        link.run(Duration::from_secs(10)).await;
+        assert!(work.await.unwrap().is_err(), "away for {away:?}");
+        assert_eq!(sensor.world().registers[&7], "40");
+        link.stop().await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_output_goes_on_where_nobody_waits_any_more() {
     let sensor = sensor();
     let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
