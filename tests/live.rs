@@ -317,6 +317,18 @@ fn another_message_is_named_with_the_line_that_cures_it() {
 }
 
 #[test]
+fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
+    let sensor = Sensor::start(&["--faults", "reboot@8s"]);
+    assert_eq!(sensor.run("configure", &["--set-message", "VNIMU"]).status.code(), Some(0));
+    let output = sensor.run("attach", &["--duration", "60s", "--json"]);
+    let told = document(&output);
+    assert_eq!((output.status.code(), &told["source"]["message"]), (Some(1), &"VNIMU".into()));
+    assert!(number(&told, "/timing/samples") > 0);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("VNYMR") && error.contains("--set-message VNIMU"), "{error}");
+}
+
+#[test]
 fn listening_only_asks_nothing() {
     let sensor = Sensor::start(&[]);
     let measured =

@@ -1,17 +1,17 @@
 //! `vn100 attach` and `vn100 record`: live sensors through the pipeline until stopped, one result each, in the order given.
 
-use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc, time::Duration};
+use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc};
 
 use anyhow::{Context, Result, bail};
 use tokio::{
     runtime::Builder,
     sync::watch,
     task::{self, JoinHandle},
-    time::{self, Instant},
+    time,
 };
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState, configure, restore};
-use vn100_pipeline::{Assessments, Outcome, Settings, Snapshot, start};
+use vn100_pipeline::{Assessments, Outcome, Settings, start};
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName},
@@ -24,13 +24,11 @@ use crate::{
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
     measured::{Measured, Teller, Telling, all_of, print_line},
+    other_output::{OtherOutput, ceased},
     source_document::Origin,
     status::Status,
     view::{self, LeftOut, Live, Notices, Stand, View, feed},
 };
-
-/// A sensor that is heard and sends no measurement in this time will send none: it is set to something else.
-const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 /// Data time in which the temperature is asked for twice at least.
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
@@ -287,18 +285,22 @@ async fn measure_and_record(
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);
     let mut told = Ok(());
-    let (outcome, left_out) = measure(opened, recording, &origin, job, stand, stop, &mut told).await?;
+    let Ended { outcome, left_out, ceased } = measure(opened, recording, &origin, job, stand, stop, &mut told).await?;
     if let Some(link) = &link {
         closed(link).await;
     }
     let reason = match &outcome.source_error {
         Some(error) => error.to_string(),
+        None if ceased.is_some() => "the sensor sends another message".into(),
         None if stop.is_cancelled() => "stopped".into(),
         None => "the end of the source, or of the time asked for".into(),
     };
     let measured = Measured::of(origin, outcome, &job.settings);
     let judging = Arc::clone(&job.judging);
     let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
+    if let Some(ceased) = ceased {
+        measured.note_failure(ceased);
+    }
     if let Some(recorder) = recorder {
         // the recording has all samples: a replay must be told what was left out here
         let reason = match left_out.option() {
@@ -312,6 +314,14 @@ async fn measure_and_record(
     told.map(|()| measured)
 }
 
+/// How the measurement of one source ended.
+struct Ended {
+    outcome: Outcome,
+    left_out: LeftOut,
+    /// That its measurements ceased, in words, where it ended for that.
+    ceased: Option<String>,
+}
+
 /// Measures one source to its end, showing where it is and writing the documents of every second meanwhile; tells what was left out.
 /// Where these cannot be written it ends as when it is stopped, and `told` says why.
 async fn measure(
@@ -322,7 +332,7 @@ async fn measure(
     stand: &Stand,
     stop: &CancellationToken,
     told: &mut Result<()>,
-) -> Result<(Outcome, LeftOut)> {
+) -> Result<Ended> {
     let state = opened.link.as_ref().map(|link| link.state());
     let measurement = start(opened.events, job.settings.clone(), None);
     let mut latest = measurement.latest.clone();
@@ -343,11 +353,12 @@ async fn measure(
     let mut ticks = time::interval(Status::PERIOD);
     let mut told_second = 0;
     let mut assessments = Assessments::new(job.settings.confidence);
-    let mut heard = None;
+    let mut other_output = OtherOutput::default();
+    let mut ceased_told = None;
     let mut left_out = LeftOut::default();
     loop {
         tokio::select! {
-            outcome = &mut outcome => return Ok((outcome?, left_out)),
+            outcome = &mut outcome => return Ok(Ended { outcome: outcome?, left_out, ceased: ceased_told }),
             // a writer that stalls misses seconds and delays nothing
             Ok(()) = latest.changed(), if job.telling == Telling::Ndjson && told.is_ok() => {
                 let snapshot = Arc::clone(&latest.borrow_and_update());
@@ -381,20 +392,13 @@ async fn measure(
                 let state = state.as_ref().map(|state| state.borrow().clone());
                 line.show(state.as_ref(), recording.as_ref().map(|state| state.borrow().clone()).as_ref(), &snapshot);
                 let is_up = matches!(state, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
-                if is_up && sends_no_measurement(&snapshot) {
-                    let heard: &mut Instant = heard.get_or_insert_with(Instant::now);
-                    if heard.elapsed() > NO_MEASUREMENT_AFTER {
-                        stop.cancel();
-                    }
+                if other_output.is_all(&snapshot, is_up) && !stop.is_cancelled() {
+                    ceased_told = ceased(&origin.name, &snapshot);
+                    stop.cancel();
                 }
             }
         }
     }
-}
-
-/// Whether good lines came, and none of them was a measurement.
-fn sends_no_measurement(snapshot: &Snapshot) -> bool {
-    snapshot.layout.is_none() && snapshot.link.tally.good_lines() + snapshot.link.tally.packets > 0
 }
 
 /// Writes a document without holding up the tasks that measure.

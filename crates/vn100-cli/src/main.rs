@@ -19,6 +19,7 @@ mod log;
 mod man;
 mod measured;
 mod noise_document;
+mod other_output;
 mod pace;
 mod plan;
 mod plan_document;

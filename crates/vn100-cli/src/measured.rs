@@ -98,6 +98,12 @@ impl Measured {
         self.exit = self.exit.max(Exit::Failed);
     }
 
+    /// A result cut short by a fault that is no error of the source says so, and the command has failed.
+    pub(crate) fn note_failure(&mut self, text: String) {
+        self.origin.error.get_or_insert(text);
+        self.exit = self.exit.max(Exit::Failed);
+    }
+
     /// A result cut short says so, though an interrupt ends like the end of the data.
     pub(crate) fn note_interrupted(&mut self) {
         let origin = &mut self.origin;
