@@ -384,7 +384,9 @@ async fn measure(
             }
             () = changed(&mut changing) => {
                 if let Some(state) = &mut changing {
-                    line.tell(&state.borrow_and_update());
+                    let state = state.borrow_and_update().clone();
+                    job.log.tell_state(&origin.name, &state);
+                    line.tell(&state);
                 }
             }
             _ = ticks.tick() => {

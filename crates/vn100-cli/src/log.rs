@@ -17,7 +17,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use tokio::sync::mpsc;
-use vn100_driver::{CsvReport, Event, LinkEventKind, ReadOptions};
+use vn100_driver::{CsvReport, Event, LinkEventKind, LinkState, ReadOptions};
 
 use crate::{
     args::LogArgs,
@@ -149,6 +149,13 @@ impl Entries {
                     None => self.put(name, "ended"),
                 }
             }
+        }
+    }
+
+    /// Tells of an attempt to open a link that failed.
+    pub(crate) fn tell_state(&self, name: &str, state: &LinkState) {
+        if let LinkState::Down { cause, retry_in, .. } = state {
+            self.put(name, &format!("trying again in {} ms: {cause}", retry_in.as_millis()));
         }
     }
 

@@ -89,13 +89,10 @@ impl StatusLine {
         self.bar.tick();
     }
 
-    /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why.
+    /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why,
+    /// unless a later one is for its user to mend.
     pub(crate) fn tell(&mut self, state: &LinkState) {
-        let is_lost = matches!(self.told, Some(LinkState::Down { .. }));
-        let Some(event) = event(state).filter(|_| !(is_lost && matches!(state, LinkState::Down { .. }))) else {
-            return;
-        };
-        if self.told.as_ref() != Some(state) {
+        if let Some(event) = event(self.told.as_ref(), state).filter(|_| is_news(self.told.as_ref(), state)) {
             self.report(&about(&self.name, &event));
             self.told = Some(state.clone());
         }
@@ -115,9 +112,23 @@ impl Drop for StatusLine {
     }
 }
 
+/// Whether a state is to be told behind the one told last.
+fn is_news(told: Option<&LinkState>, state: &LinkState) -> bool {
+    match (told, state) {
+        (Some(LinkState::Down { cause: told, .. }), LinkState::Down { cause, needs_help, .. }) => {
+            *needs_help && cause != told
+        }
+        _ => told != Some(state),
+    }
+}
+
 /// What is worth a line of its own; the coming and going of single attempts is not.
-fn event(state: &LinkState) -> Option<String> {
+fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
+    let told_since = told.and_then(up).map(|up| up.since_ns);
     match state {
+        LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if told_since != Some(*since_ns) => {
+            Some(format!("the sensor restarted: {error}"))
+        }
         LinkState::Up(Up { port, baud, .. }) => {
             let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
             Some(format!("connected to {port}{speed}"))
@@ -125,6 +136,13 @@ fn event(state: &LinkState) -> Option<String> {
         LinkState::Silent(_) => Some("the sensor is silent".into()),
         LinkState::Down { was_up: true, cause, .. } => Some(format!("lost: {cause}; trying again")),
         LinkState::Down { was_up: false, cause, .. } => Some(format!("not there yet: {cause}; trying again")),
+        _ => None,
+    }
+}
+
+fn up(state: &LinkState) -> Option<&Up> {
+    match state {
+        LinkState::Up(up) | LinkState::Silent(up) => Some(up),
         _ => None,
     }
 }
@@ -153,4 +171,40 @@ fn counts(snapshot: &Snapshot) -> String {
         snapshot.link.tally.bad.total(),
         timing.missing
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn down(cause: &str, needs_help: bool) -> LinkState {
+        LinkState::Down { was_up: true, cause: cause.into(), needs_help, retry_in: Duration::from_millis(50) }
+    }
+
+    #[test]
+    fn of_failed_attempts_only_those_that_need_help_are_told_once_each() {
+        let gone = down("the port is gone", false);
+        let busy = down("it is in use by minicom", true);
+        assert!(is_news(None, &gone));
+        assert!(!is_news(Some(&gone), &down("there is no such port", false)));
+        assert!(is_news(Some(&gone), &busy));
+        let later = LinkState::Down {
+            was_up: true,
+            cause: "it is in use by minicom".into(),
+            needs_help: true,
+            retry_in: Duration::from_secs(5),
+        };
+        assert!(!is_news(Some(&busy), &later));
+    }
+
+    #[test]
+    fn a_restart_is_told_and_not_as_a_connection() {
+        let up = Up { port: "/dev/imu".into(), baud: None, since_ns: 0, latency_timer_ms: None, restarted: None };
+        let again = Up { since_ns: 1, restarted: Some(vn100_driver::protocol::DeviceError::HardFault), ..up.clone() };
+        let (up, again) = (LinkState::Up(up), LinkState::Up(again));
+        assert!(is_news(Some(&up), &again));
+        let told = event(Some(&up), &again).unwrap();
+        assert!(told.starts_with("the sensor restarted: VNERR"), "{told}");
+        assert!(event(Some(&again), &again).unwrap().starts_with("connected"), "as behind a silence");
+    }
 }

@@ -68,6 +68,9 @@ pub enum LinkState {
         was_up: bool,
         /// What happened, in words.
         cause: String,
+        /// Whether somebody must do something before it can come back: the port is taken or not allowed to this user, or the sensor
+        /// cannot be set as it was.
+        needs_help: bool,
         /// The wait before the next attempt.
         retry_in: Duration,
     },
@@ -86,6 +89,8 @@ pub struct Up {
     pub since_ns: i64,
     /// The latency timer of the adapter in milliseconds, where it has one.
     pub latency_timer_ms: Option<u32>,
+    /// The error with which the sensor has restarted by itself while the link was up, where that is why it is up anew.
+    pub restarted: Option<DeviceError>,
 }
 
 /// A link, as long as it lasts.

@@ -232,6 +232,7 @@ impl<C: Connect> LinkTask<C> {
                     Consequence::Restarted(error) => {
                         self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
                         up.since_ns = self.connect.now_ns();
+                        up.restarted = Some(error);
                         self.greet(&up).await?;
                     }
                 }
@@ -281,7 +282,12 @@ impl<C: Connect> LinkTask<C> {
     /// Waits before the next attempt.
     async fn wait(&mut self, trouble: &Trouble) -> Result<(), Trouble> {
         let retry_in = self.back_off.wait();
-        self.state.send_replace(LinkState::Down { was_up: self.was_up, cause: trouble.to_string(), retry_in });
+        self.state.send_replace(LinkState::Down {
+            was_up: self.was_up,
+            cause: trouble.to_string(),
+            needs_help: trouble.needs_help(),
+            retry_in,
+        });
         let end = Instant::now() + retry_in;
         loop {
             select! {

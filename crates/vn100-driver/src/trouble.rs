@@ -40,6 +40,13 @@ impl From<NobodyListens> for Trouble {
     }
 }
 
+impl Trouble {
+    /// Whether trying again does not help until somebody has done something.
+    pub(crate) fn needs_help(&self) -> bool {
+        matches!(self, Self::Refused(ConnectError::Busy { .. } | ConnectError::Denied { .. }) | Self::NotSet(_))
+    }
+}
+
 /// What a read or write says when the link is gone, in the words of the one who pulled the cable.
 fn lost(error: &io::Error) -> String {
     // a write to an adapter that is gone: EIO, ENXIO, ENODEV

@@ -109,7 +109,7 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
                     "Another program may have changed its speed.",
                 ]),
             ),
-            LinkState::Down { was_up, cause, retry_in } => (
+            LinkState::Down { was_up, cause, retry_in, .. } => (
                 format!(
                     "{}: {cause}. Trying again in {} ms.",
                     if *was_up { "The link is lost" } else { "There is no link yet" },

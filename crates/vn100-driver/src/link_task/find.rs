@@ -46,6 +46,7 @@ impl<C: Connect> LinkTask<C> {
                     baud,
                     since_ns: self.connect.now_ns(),
                     latency_timer_ms: connection.latency_timer().map(|timer| timer.ms),
+                    restarted: None,
                 };
                 Ok((connection, up, held))
             }

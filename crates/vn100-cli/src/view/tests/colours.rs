@@ -37,7 +37,8 @@ fn good_is_green_and_broken_vermillion() {
     let state = one();
     let show = |source: Source| drawn(&state, &[source], theme(Colours::True), SIZE).0;
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
-    let down = LinkState::Down { was_up: true, cause: String::new(), retry_in: std::time::Duration::ZERO };
+    let down =
+        LinkState::Down { was_up: true, cause: String::new(), needs_help: false, retry_in: std::time::Duration::ZERO };
     assert_eq!(style_of(&show(Source { link: Some(down), ..measured() }), "LOST").0, Color::Rgb(213, 94, 0));
     let damaged = show(damaged());
     assert_eq!(style_of(&damaged, "RECORDING FAILED").0, Color::Rgb(213, 94, 0));
