@@ -130,6 +130,11 @@ impl Conversation {
         }
     }
 
+    /// Reads a register before all others that the link wants to know.
+    pub(crate) fn read_next(&mut self, register: Register) {
+        self.to_read.push_front(register);
+    }
+
     /// Takes a caller's request.
     pub(crate) fn ask(&mut self, request: Request) {
         if self.listen_only {

@@ -10,7 +10,7 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::BaudRate;
+use vn100_protocol::{BaudRate, Register, RegisterContents, Reply};
 
 use crate::{
     back_off::BackOff,
@@ -38,6 +38,10 @@ pub(crate) struct LinkTask<C> {
     last_baud: Option<u32>,
     /// Whether a sensor was heard at all.
     was_up: bool,
+    /// The serial number of the sensor, once it has told it. Nothing comes of another one.
+    serial: Option<String>,
+    /// Another one that it told last.
+    strange_serial: Option<String>,
     listen_only: bool,
     accept_unchecked: bool,
     /// Set again when the sensor comes back.
@@ -66,6 +70,8 @@ impl<C: Connect> LinkTask<C> {
             fixed_baud: options.baud,
             last_baud: None,
             was_up: false,
+            serial: None,
+            strange_serial: None,
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
             keep: if options.listen_only { Vec::new() } else { options.keep },
@@ -105,7 +111,7 @@ impl<C: Connect> LinkTask<C> {
             sweeps += 1;
             let was_up = self.was_up;
             let again = match &trouble {
-                Trouble::Stopped | Trouble::NobodyListens => false,
+                Trouble::Stopped | Trouble::NobodyListens | Trouble::Another { .. } => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
                 Trouble::Unheard { .. } => was_up || sweeps < FIRST_SWEEPS,
                 Trouble::Lost(_)
@@ -209,6 +215,7 @@ impl<C: Connect> LinkTask<C> {
                     }
                 }
                 for reply in replies {
+                    self.recognise(&reply)?;
                     consequences.extend(self.conversation.take_reply(&reply, self.start.elapsed()));
                 }
             } else if Instant::now() >= silence {
@@ -245,6 +252,27 @@ impl<C: Connect> LinkTask<C> {
         self.state.send_replace(LinkState::Up(up.clone()));
         self.conversation.meet(self.start.elapsed());
         self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await
+    }
+
+    /// Takes what a sensor says of its serial number. Another one may have come without a loss of the link, behind an adapter that stays.
+    fn recognise(&mut self, reply: &Reply) -> Result<(), Trouble> {
+        let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
+            return Ok(());
+        };
+        let serial = fields.to_string();
+        match &self.serial {
+            None => self.serial = Some(serial),
+            Some(known) if *known == serial => self.strange_serial = None,
+            Some(known) if self.strange_serial.as_ref() == Some(&serial) => {
+                return Err(Trouble::Another { serial, known: known.clone() });
+            }
+            Some(_) => {
+                // one answer in a few million is damaged and looks good; not two alike
+                self.strange_serial = Some(serial);
+                self.conversation.read_next(Register::SERIAL_NUMBER);
+            }
+        }
+        Ok(())
     }
 
     /// Follows the sensor to another speed.

@@ -1,9 +1,10 @@
-//! Sets a sensor that has come back as it was before: it may have lost its power, and with it all that was not saved.
+//! Asks a sensor that has come back which one it is, and sets it as it was before: it may have lost its power, and with it all that was
+//! not saved.
 
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
-use vn100_protocol::{Check, Command, Frame, Framer, Options, Register, Reply, Session};
+use vn100_protocol::{Answer, Check, Command, Frame, Framer, Options, Register, Reply, RequestFailure, Session};
 
 use crate::{
     connect::Connection,
@@ -21,19 +22,55 @@ pub(crate) async fn set_again(
     connection: &mut impl Connection,
     changes: &[Change],
     aside: &mut Vec<Input>,
-    mut sent: impl FnMut(&[u8]),
+    sent: impl FnMut(&[u8]),
 ) -> Result<(), Trouble> {
-    let mut session = Session::new(Check::Xor8);
     let writes =
         changes.iter().map(|change| Command::WriteRegister { register: change.register, fields: change.after.clone() });
     // a question first: where it comes back the session knows the echo of a write from its answer
     let begin = [Command::ReadRegister(Register::MODEL), Command::Async(false)];
-    for command in begin.into_iter().chain(writes).chain([Command::Async(true)]) {
-        // there are fewer registers to change than a session takes requests
-        let _ = session.submit(command);
+    let commands = begin.into_iter().chain(writes).chain([Command::Async(true)]);
+    let results = exchange(connection, commands, aside, sent).await?;
+    results.into_iter().find_map(Result::err).map_or(Ok(()), |failure| Err(failure.into()))
+}
+
+/// Checks that the sensor that has come back is the `known` one, by its serial number; one that does not say is taken for it. All that
+/// comes meanwhile is put behind `held`; each line written is told to `sent`.
+///
+/// # Errors
+/// When it is another one, or the link goes down.
+pub(crate) async fn check_serial(
+    connection: &mut impl Connection,
+    known: &str,
+    held: &mut Vec<Input>,
+    mut sent: impl FnMut(&[u8]),
+) -> Result<(), Trouble> {
+    let mut strange = None;
+    loop {
+        let results = exchange(connection, [Command::ReadRegister(Register::SERIAL_NUMBER)], held, &mut sent).await?;
+        let Some(Ok(Answer::Register(contents))) = results.first() else { return Ok(()) };
+        let serial = contents.fields.to_string();
+        if serial == known {
+            return Ok(());
+        }
+        // one answer in a few million is damaged and looks good; not two alike
+        if strange.as_ref() == Some(&serial) {
+            return Err(Trouble::Another { serial, known: known.to_owned() });
+        }
+        strange = Some(serial);
     }
-    let mut left = changes.len() + 3;
-    let mut failure = None;
+}
+
+/// Says all `commands` one after the other: what became of each, in their order.
+async fn exchange(
+    connection: &mut impl Connection,
+    commands: impl IntoIterator<Item = Command>,
+    aside: &mut Vec<Input>,
+    mut sent: impl FnMut(&[u8]),
+) -> Result<Vec<Result<Answer, RequestFailure>>, Trouble> {
+    let mut session = Session::new(Check::Xor8);
+    // there are fewer registers to change than a session takes requests
+    let mut left = commands.into_iter().filter(|command| session.submit(command.clone()).is_ok()).count();
+    let mut results = Vec::new();
     let mut framer = Framer::new(Options::default());
     let mut unframed = Vec::new();
     let start = Instant::now();
@@ -59,10 +96,10 @@ pub(crate) async fn set_again(
         session.handle_timeout(start.elapsed());
         while let Some((_, result)) = session.poll_completion() {
             left -= 1;
-            failure = failure.or(result.err());
+            results.push(result);
         }
     }
-    failure.map_or(Ok(()), |failure| Err(failure.into()))
+    Ok(results)
 }
 
 fn take_replies(framer: &mut Framer, unframed: &mut Vec<u8>, mut take: impl FnMut(&Reply)) {

@@ -30,6 +30,8 @@ pub(crate) enum Trouble {
     Restarted(DeviceError),
     #[error("the sensor was silent, and may have restarted")]
     Returned,
+    #[error("another sensor, serial {serial}, is on the port; it was {known}")]
+    Another { serial: String, known: String },
     #[error("the sensor is back and cannot be set as it was: {0}")]
     NotSet(#[from] RequestFailure),
 }

@@ -352,3 +352,60 @@ async fn it_ends_when_nobody_listens() {
     drop(link.events);
     while state.changed().await.is_ok() {}
 }
+
+/// Set to 20 Hz, and lost once its serial number is known.
+async fn lost_with_serial(sensor: &Sensor) -> support::Link {
+    sensor.world().registers.insert(3, "0100099887".into());
+    let keep = vec![Change {
+        register: Register::ASYNC_RATE,
+        before: Fields::new("40").unwrap(),
+        after: Fields::new("20").unwrap(),
+    }];
+    let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+    link.until_up().await;
+    link.run(ms(3000)).await;
+    assert!(link.told.registers.contains(&(3, "0100099887".into())));
+    sensor.world().plugged = false;
+    link.until_down().await;
+    link
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_sensor_behind_the_name_is_neither_measured_nor_written_to() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = lost_with_serial(&sensor).await;
+    let (rows, written) = (link.told.rows, sensor.world().written.len());
+    sensor.world().registers.insert(3, "0100012345".into());
+    sensor.world().plugged = true;
+    let told = link.end().await;
+    assert_eq!(told.error.unwrap(), "another sensor, serial 0100012345, is on the port; it was 0100099887");
+    assert_eq!(told.rows, rows);
+    let world = sensor.world();
+    let reads = world.written[written..].iter().all(|(_, line)| line.starts_with(b"$VNRRG,"));
+    assert!(reads, "{:?}", &world.written[written..]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_sensor_behind_an_adapter_that_stays_ends_the_link() {
+    let sensor = Sensor::new(115_200, 40);
+    sensor.world().registers.insert(3, "0100099887".into());
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link.run(ms(3000)).await;
+    sensor.world().streams = false;
+    link.run(ms(3000)).await;
+    sensor.world().registers.insert(3, "0100012345".into());
+    sensor.world().streams = true;
+    let error = link.end().await.error.unwrap();
+    assert!(error.contains("0100012345"), "{error}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_same_sensor_is_measured_on() {
+    let sensor = Sensor::new(115_200, 40);
+    let mut link = lost_with_serial(&sensor).await;
+    sensor.world().plugged = true;
+    link.until_up().await;
+    assert_eq!(sensor.world().registers[&7], "20");
+    link.stop().await;
+}

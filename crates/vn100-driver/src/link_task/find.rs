@@ -11,7 +11,7 @@ use crate::{
     connect::{Connect, Connection},
     link::{LinkState, Up},
     link_output::NobodyListens,
-    set_again::set_again,
+    set_again::{check_serial, set_again},
     source::{Input, LinkEventKind},
     trouble::Trouble,
 };
@@ -34,7 +34,7 @@ impl<C: Connect> LinkTask<C> {
         let mut found = self.sweep(&mut connection, &rates).await;
         if let Ok((_, held)) = &mut found
             && self.was_up
-            && let Err(trouble) = self.set_again(&mut connection, held).await
+            && let Err(trouble) = self.resume(&mut connection, held).await
         {
             found = Err(trouble);
         }
@@ -55,6 +55,16 @@ impl<C: Connect> LinkTask<C> {
                 Err(trouble)
             }
         }
+    }
+
+    /// Makes sure that it is the same sensor that is back, and sets it as it was.
+    async fn resume(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
+        if let Some(known) = self.serial.clone() {
+            let output = &mut self.output;
+            let check = check_serial(connection, &known, held, |line| output.note_sent(line));
+            self.stop.run_until_cancelled(check).await.ok_or(Trouble::Stopped)??;
+        }
+        self.set_again(connection, held).await
     }
 
     /// Sets a sensor that is back as it was; what it sent before that is no part of the measurement.
