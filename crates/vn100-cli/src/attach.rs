@@ -10,13 +10,13 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState, configure, restore};
+use vn100_driver::{Change, LinkHandle, LinkState, RecordError, Recorder, RecordingState, configure};
 use vn100_pipeline::{Assessments, Outcome, Settings, start};
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName},
     conditions::{self, conditions},
-    configure::describe,
+    configure::{describe, restore_same, serial},
     document::Document,
     exit::{Exit, about},
     interrupt::{HangUp, stop_on_interrupt},
@@ -174,11 +174,11 @@ async fn measure_one(
             return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
         }
     };
-    let Prepared { changes, recorder } = prepared;
+    let Prepared { changes, serial, recorder } = prepared;
     let name = origin.name.clone();
     let measured = measure_and_record(&live, &changes, recorder, origin, job, stand, &stop).await;
     // also where nobody takes the result any more
-    let is_put_back = put_back(&live, &changes, job, &name).await;
+    let is_put_back = put_back(&live, &changes, serial.as_deref(), job, &name).await;
     let mut measured = measured?;
     let snapshot = &measured.snapshot;
     if job.args.temperature && snapshot.polled.is_empty() && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S {
@@ -195,12 +195,12 @@ async fn measure_one(
 }
 
 /// Sets the sensor as it was before: whether it is so.
-async fn put_back(live: &LiveSource, changes: &[Change], job: &Job, name: &str) -> bool {
+async fn put_back(live: &LiveSource, changes: &[Change], serial: Option<&str>, job: &Job, name: &str) -> bool {
     if changes.is_empty() {
         return true;
     }
     // a second signal ends the program
-    let back = live.ask(&CancellationToken::new(), async |link| Ok(restore(&link, changes).await?)).await;
+    let back = live.ask(&CancellationToken::new(), async |link| restore_same(&link, changes, serial).await).await;
     job.status.report(&match &back {
         Ok(()) => format!("{name}: put back as it was"),
         Err(error) => {
@@ -214,6 +214,8 @@ async fn put_back(live: &LiveSource, changes: &[Change], job: &Job, name: &str) 
 /// What was done before a source is measured.
 struct Prepared {
     changes: Vec<Change>,
+    /// Of the sensor that was changed, where it has one.
+    serial: Option<String>,
     recorder: Option<Recorder>,
 }
 
@@ -235,12 +237,13 @@ async fn prepare(
         None => None,
     };
     let Some(settings) = job.args.change.settings() else {
-        return Ok(Prepared { changes: Vec::new(), recorder });
+        return Ok(Prepared { changes: Vec::new(), serial: None, recorder });
     };
-    match live.ask(stop, async |link| Ok(configure(&link, &settings, stop).await?)).await {
-        Ok(configured) => {
+    let set = async |link: LinkHandle| Ok((configure(&link, &settings, stop).await?, serial(&link).await));
+    match live.ask(stop, set).await {
+        Ok((configured, serial)) => {
             job.status.report(&format!("{name}: {}", describe(&configured)));
-            Ok(Prepared { changes: configured.changes, recorder })
+            Ok(Prepared { changes: configured.changes, serial, recorder })
         }
         Err(error) => {
             if let Some(recorder) = recorder {

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use tokio::runtime::Runtime;
-use vn100_driver::{Configured, OutputSettings};
+use vn100_driver::{Change, Configured, LinkHandle, OutputSettings, protocol::Register, restore};
 
 use crate::{
     args::ConfigureArgs,
@@ -45,6 +45,22 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     };
     print(&format!("{}: {}{kept}\n", printable(&name), describe(&configured)))?;
     Ok(if configured.rate_is_kept() { Exit::Good } else { Exit::Failed })
+}
+
+/// The serial number of a sensor; `None` where it does not say.
+pub(crate) async fn serial(link: &LinkHandle) -> Option<String> {
+    let contents = link.read(Register::SERIAL_NUMBER).await;
+    contents.ok().flatten().map(|contents| contents.fields.to_string())
+}
+
+/// Puts back what was changed on the sensor of that serial number; another one is left as it is.
+pub(crate) async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<()> {
+    if let (Some(known), Some(now)) = (known, serial(link).await)
+        && now != known
+    {
+        bail!("another sensor, serial {now}, is on the port; it was {known}");
+    }
+    Ok(restore(link, changes).await?)
 }
 
 /// What was changed, and whether the sensor does what it is set to.
