@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{LongTaus, Motion, Onboard, RateFrom, WarningKind};
+use vn100_pipeline::{LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
 
 use super::*;
 use crate::report::findings::{AxisFindings, SensorFindings};
@@ -54,6 +54,7 @@ fn flawless() -> Findings {
         samples: 1_440_000,
         missing: 0,
         gaps: 0,
+        outages: Outages::default(),
         has_stamps: true,
         has_registers: true,
         has_conditions: true,
