@@ -126,7 +126,7 @@ impl Outages {
 
 impl fmt::Display for Outages {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "link lost {} {}, ", self.times, if self.times == 1 { "time" } else { "times" })?;
+        write!(f, "lost {} {}, ", self.times, if self.times == 1 { "time" } else { "times" })?;
         match self.seconds() {
             Some(seconds) => write!(f, "{seconds:.1} s without it"),
             None => write!(f, "how long is not known"),

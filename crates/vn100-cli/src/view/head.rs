@@ -194,7 +194,7 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {
         let told = if snapshot.outages.times > 0 && detail == Detail::All {
-            snapshot.outages.to_string()
+            format!("link {}", snapshot.outages)
         } else {
             format!("reconnected {reconnects}")
         };

@@ -55,7 +55,7 @@ fn losses(findings: &Findings) -> Option<String> {
     }
     let told = match missing {
         0 if findings.outages.times > 0 => format!(
-            "The {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
+            "The link was {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
             findings.outages,
             grouped(*samples)
         ),
@@ -74,7 +74,7 @@ fn losses(findings: &Findings) -> Option<String> {
         ),
     };
     Some(if *missing > 0 && findings.outages.times > 0 {
-        format!("{told} The {}: what was sent then is not among them.", findings.outages)
+        format!("{told} The link was {}: what was sent then is not among them.", findings.outages)
     } else {
         told
     })
