@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{Refusal, SpectrumPlan};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
-use vn100_protocol::{Layout, PrintFormat};
+use vn100_protocol::{Layout, PrintFormat, Register};
 
 use crate::{
     advice::{self, Findings},
@@ -20,6 +20,7 @@ use crate::{
     settings::{DEFAULT_RATE_HZ, Settings},
     snapshot::{FalseRate, MissingFrom, Outages, RateChange, RateFrom, Snapshot, Timing},
     waiting::{Ready, Waiting},
+    warning::{Warning, WarningKind},
 };
 
 /// So many channels never repeat all at once while a sensor lives.
@@ -40,6 +41,8 @@ pub struct Analysis {
     column: Vec<i32>,
     repeats: Repeats,
     registers: BTreeMap<u8, String>,
+    /// The first two serial numbers that differ, in their order.
+    two_serials: Option<(String, String)>,
     polled: Polled,
     link: LinkCounts,
     /// Of a stream with arrival stamps.
@@ -94,6 +97,7 @@ impl Analysis {
             column: Vec::new(),
             repeats: Repeats::new(),
             registers: BTreeMap::new(),
+            two_serials: None,
             polled: Polled::new(),
             link: LinkCounts::default(),
             waiting: None,
@@ -225,6 +229,7 @@ impl Analysis {
         let findings =
             Findings { repeated_lines: self.repeats.repeated(), print_changes: self.print_changes, restarted };
         snapshot.warnings = advice::warnings(&snapshot, findings);
+        snapshot.warnings.extend(self.two_serials.as_ref().map(another_sensor));
         snapshot
     }
 }
@@ -364,7 +369,12 @@ impl Analysis {
 
     fn take_register(&mut self, value: &RegisterValue) {
         self.polled.take(value);
-        self.registers.insert(value.register, value.fields.clone());
+        let before = self.registers.insert(value.register, value.fields.clone());
+        if let Some(before) =
+            before.filter(|before| value.register == Register::SERIAL_NUMBER.0 && *before != value.fields)
+        {
+            self.two_serials.get_or_insert_with(|| (before, value.fields.clone()));
+        }
         self.take_device_rate();
     }
 
@@ -389,4 +399,12 @@ impl Analysis {
             channel.gap(missing);
         }
     }
+}
+
+fn another_sensor((before, then): &(String, String)) -> Warning {
+    let text = format!(
+        "the sensor with the serial number {before} answered at first and {then} behind it: the result mixes two sensors. Measure \
+         each of them alone"
+    );
+    Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text }
 }

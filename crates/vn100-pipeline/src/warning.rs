@@ -20,6 +20,8 @@ pub enum WarningKind {
     CompensatedStream,
     /// The sensor averages and sends fewer values than it takes: its white noise reads higher, or at short tau lower, than it is.
     DecimatedStream,
+    /// Another sensor answered in mid-stream.
+    AnotherSensor,
     /// Nothing in the recording tells the sample rate.
     RateAssumed,
     /// The sensor's rate changed in mid-stream.
@@ -78,6 +80,7 @@ impl WarningKind {
             Self::DeviceErrors => "device-errors",
             Self::CompensatedStream => "compensated-stream",
             Self::DecimatedStream => "decimated-stream",
+            Self::AnotherSensor => "another-sensor",
             Self::RateAssumed => "rate-assumed",
             Self::RateChanged => "rate-changed",
             Self::RateOffNominal => "rate-off-nominal",

@@ -199,6 +199,23 @@ fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
 }
 
 #[test]
+fn two_sensors_in_one_stream_are_told() {
+    let told = |serials: [&str; 2]| {
+        let mut all = batches(&[Good(1), Good(2)], 1);
+        for (batch, serial) in all.iter_mut().zip(serials) {
+            batch.registers.push(RegisterValue { before_row: 0, register: 3, fields: serial.into() });
+        }
+        let mut analysis = Analysis::new(Settings::default());
+        all.iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    assert!(!warned(&told(["0100099887", "0100099887"]), WarningKind::AnotherSensor));
+    let snapshot = told(["0100099887", "0100012345"]);
+    let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::AnotherSensor).unwrap();
+    assert!(warning.text.contains("0100099887") && warning.text.contains("0100012345"), "{warning}");
+}
+
+#[test]
 fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let mut analysis = Analysis::new(Settings::default());

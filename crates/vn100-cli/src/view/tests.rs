@@ -133,6 +133,7 @@ fn every_warning_is_listed_and_read_in_full() {
             OtherMessages,
             CompensatedStream,
             DecimatedStream,
+            AnotherSensor,
             RateAssumed,
             RateChanged,
             RateOffNominal,
