@@ -1,0 +1,121 @@
+//! What counters, the sensor's own words and losses of the link make of a record.
+
+use super::*;
+
+#[test]
+fn counters_tell_exactly_what_is_missing() {
+    // a bad line between lines 9 and 11; lines 20 to 22 lost whole
+    let counts = (0..=9).chain(11..=19).chain(23..=40);
+    let mut lines = vec![Good(1); counts.clone().count()];
+    lines.insert(10, Bad);
+    let mut all = batches(&lines, 1000);
+    all[0].counters = counts.enumerate().map(|(row, count)| RowCounter { row, count: 100 + 20 * count }).collect();
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.absorb(&all[0]);
+    analysis.finish();
+    let snapshot = analysis.snapshot();
+    let timing = snapshot.timing;
+    assert_eq!((timing.samples, timing.missing, timing.gaps, timing.segments), (37, 4, 2, 3));
+    assert_eq!(timing.missing_from, MissingFrom::Counter);
+    assert!(snapshot.arrivals.is_none());
+}
+
+#[test]
+fn the_sensor_tells_its_rate() {
+    let told = |fields: &str, settings: Settings| {
+        let mut all = batches(&[Good(1), Good(2)], 10);
+        let fields = fields.to_owned();
+        all[0].registers.push(RegisterValue { before_row: 1, register: 7, fields });
+        let mut analysis = Analysis::new(settings);
+        all.iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    let snapshot = told("100,1", Settings::default());
+    assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (100.0, RateFrom::Device));
+    assert!(!warned(&snapshot, WarningKind::RateAssumed));
+    assert_eq!(snapshot.registers[&7], "100,1");
+    assert_eq!(told("0", Settings::default()).timing.rate_from, RateFrom::Assumed);
+    assert_eq!(told("?", Settings::default()).timing.rate_from, RateFrom::Assumed);
+    let asked = Settings { rate_hz: Some(50.0), ..Settings::default() };
+    assert_eq!(told("100", asked).timing.rate_hz, 50.0);
+}
+
+#[test]
+fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let at = |rate_hz: &str, lines: &[Line]| {
+        let mut all = batches(lines, 10);
+        all[0].registers.push(RegisterValue { before_row: 0, register: 7, fields: rate_hz.to_owned() });
+        all
+    };
+    let told = |settings: Settings| {
+        let mut analysis = Analysis::new(settings);
+        at("40", &[Good(1), Good(2)]).iter().for_each(|batch| analysis.absorb(batch));
+        analysis.take_link_event(&down);
+        at("20", &[Good(3), Good(4), Good(5)]).iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    let snapshot = told(Settings::default());
+    assert_eq!((snapshot.timing.samples, snapshot.timing.left_out, snapshot.timing.rate_hz), (2, 3, 40.0));
+    assert!(warned(&snapshot, WarningKind::RateChanged));
+    let asked = Settings { rate_hz: Some(40.0), ..Settings::default() };
+    assert_eq!(told(asked).timing.samples, 5, "whoever gives a rate knows it");
+    let late = Settings { skip: Duration::from_secs_f64(2.0 / 40.0), ..Settings::default() };
+    let snapshot = told(late);
+    assert_eq!((snapshot.timing.samples, snapshot.timing.rate_hz), (3, 20.0), "the first part was to be left out");
+}
+
+#[test]
+fn two_sensors_in_one_stream_are_told() {
+    let told = |serials: [&str; 2]| {
+        let mut all = batches(&[Good(1), Good(2)], 1);
+        for (batch, serial) in all.iter_mut().zip(serials) {
+            batch.registers.push(RegisterValue { before_row: 0, register: 3, fields: serial.into() });
+        }
+        let mut analysis = Analysis::new(Settings::default());
+        all.iter().for_each(|batch| analysis.absorb(batch));
+        analysis.snapshot()
+    };
+    assert!(!warned(&told(["0100099887", "0100099887"]), WarningKind::AnotherSensor));
+    let snapshot = told(["0100099887", "0100012345"]);
+    let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::AnotherSensor).unwrap();
+    assert!(warning.text.contains("0100099887") && warning.text.contains("0100012345"), "{warning}");
+}
+
+#[test]
+fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let mut analysis = Analysis::new(Settings::default());
+    analysis.take_link_event(&down);
+    batches(&[Good(1), Good(2)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    analysis.take_link_event(&down);
+    batches(&[Good(9), Good(8)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    let snapshot = analysis.snapshot();
+    assert_eq!((snapshot.timing.samples, snapshot.timing.segments, snapshot.timing.missing), (4, 2, 0));
+    assert_eq!(snapshot.channels[3].octaves[0].terms, 2, "one window on each side, none across");
+    // however often it is lost then, nothing follows that could be a segment
+    analysis.take_link_event(&down);
+    analysis.take_link_event(&down);
+    assert_eq!(analysis.snapshot().timing.segments, 2);
+    batches(&[Good(7)], 10).iter().for_each(|batch| analysis.absorb(batch));
+    assert_eq!(analysis.snapshot().timing.segments, 3);
+}
+
+#[test]
+fn the_time_without_a_link_is_told_where_the_events_tell_it() {
+    let down = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let up = |at_ns| LinkEvent { at_ns, kind: LinkEventKind::Up { port: "COM3".into(), baud: None } };
+    let told = |events: &[LinkEvent]| {
+        let mut analysis = Analysis::new(Settings::default());
+        events.iter().for_each(|event| analysis.take_link_event(event));
+        let outages = analysis.snapshot().outages;
+        (outages.times, outages.seconds())
+    };
+    let second = 1_000_000_000;
+    assert_eq!(told(&[up(0)]), (0, None));
+    assert_eq!(told(&[up(0), down(10 * second), up(14 * second)]), (1, Some(4.0)));
+    let twice = [up(0), down(second), up(3 * second), down(7 * second), up(8 * second)];
+    assert_eq!(told(&twice), (2, Some(3.0)));
+    assert_eq!(told(&twice[..4]), (2, None), "it has not come back");
+    assert_eq!(told(&[up(0), down(9 * second), up(second)]), (1, None), "the clock was set back");
+}
