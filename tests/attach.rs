@@ -96,6 +96,21 @@ fn several_sources_get_a_result_each() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn two_emulated_sensors_are_two() {
+    let output = run(vn100().args(["attach", "sim", "sim", "--duration", "1s", "--json"]));
+    let documents = document(&output);
+    let least = |index: usize| {
+        let channels = documents[index]["channels"].as_array().unwrap();
+        channels.iter().map(|channel| channel["statistics"]["min"].to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(output.status.code(), Some(0));
+    // one sensor looked at twice shows the same values, but for a line or two at the ends
+    let shared = least(0).iter().zip(&least(1)).filter(|(a, b)| a == b).count();
+    assert!(shared < 6, "{:?}, {:?}", least(0), least(1));
+}
+
+#[test]
 fn what_is_no_port_is_told() {
     let file = replay_log(CLEAN);
     let output = run(vn100().args(["attach", "--json"]).arg(&file));

@@ -211,6 +211,21 @@ fn a_terminal_that_nobody_reads_holds_nothing_up() {
     assert!(result.contains(&samples), "all that was recorded was measured, {samples}: {result}");
 }
 
+#[test]
+fn a_terminal_stopped_before_the_first_byte_holds_no_measurement_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("kept.mcap");
+    let mut session = Session::shell(&format!("read; exec \"$VN100\" attach sim --record {}", recording.display()));
+    tcflow(&session.line, Action::OOff).unwrap();
+    session.press("\n");
+    wait_until("measured on", || fs::metadata(&recording).is_ok_and(|file| file.len() > 10_000));
+    assert_eq!(session.output(), "", "nothing can be drawn");
+    tcflow(&session.line, Action::OOn).unwrap();
+    session.wait_for("Allan deviation");
+    session.press("q");
+    session.assert_left_well();
+}
+
 /// The last bytes of every MCAP file; its first are the same.
 const END_OF_RECORDING: &[u8] = b"\x89MCAP0\r\n";
 
