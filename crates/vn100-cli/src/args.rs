@@ -12,8 +12,8 @@ use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
 use vn100_sim::CaptureMessage;
 
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
-pub(crate) use measure::MeasureArgs;
 use measure::{Estimator, confidence};
+pub(crate) use measure::{MeasureArgs, Telling};
 
 use crate::pace::Speed;
 

@@ -14,7 +14,7 @@ use vn100_driver::{Change, LinkHandle, LinkState, RecordError, Recorder, Recordi
 use vn100_pipeline::{Assessments, Outcome, Settings, start};
 
 use crate::{
-    args::{AttachArgs, LinkArgs, RecordArgs, SourceName},
+    args::{AttachArgs, LinkArgs, RecordArgs, SourceName, Telling},
     conditions::{self, conditions},
     configure::{describe, restore_same, serial},
     document::Document,
@@ -23,10 +23,11 @@ use crate::{
     judging::Judging,
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
-    measured::{Measured, Teller, Telling, all_of, print_line},
+    measured::{Measured, all_of},
     other_output::{OtherOutput, ceased},
     source_document::Origin,
     status::Status,
+    teller::{Teller, print_line},
     view::{self, LeftOut, Live, Notices, Stand, View, feed},
 };
 
@@ -189,7 +190,7 @@ async fn measure_one(
         measured.exit = measured.exit.max(Exit::Failed);
     }
     if job.telling == Telling::Ndjson {
-        tell_line(measured.document()).await?;
+        tell_line(Document::of(&measured)).await?;
     }
     Ok(measured)
 }

@@ -4,11 +4,11 @@ use anyhow::{Result, bail};
 use vn100_pipeline::{Comparison, DEFAULT_CONFIDENCE, Record};
 
 use crate::{
-    args::FileArgs,
+    args::{FileArgs, Telling},
     comparison_document::ComparisonDocument,
     exit::{Exit, print, print_json, report},
     files::{EachSecond, measure_files},
-    measured::{Measured, Telling},
+    measured::Measured,
     text,
 };
 

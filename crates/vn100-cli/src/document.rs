@@ -7,8 +7,7 @@ use serde::Serialize;
 use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
 
 use crate::{
-    judging::Verdicts,
-    measured::Measured,
+    measured::{Measured, Verdicts},
     noise_document::NoiseDocument,
     signal_document::{Block, NormalityDocument, SpectrumDocument, StationarityDocument},
     source_document::{Origin, SourceDocument},

@@ -25,9 +25,10 @@ use crate::{
     interrupt::{HangUp, stop_on_interrupt},
     judging::Judging,
     log::{Entries, Log, takes_terminal},
-    measured::{Measured, print_line},
+    measured::Measured,
     progress::Progress,
     source_document::Origin,
+    teller::print_line,
 };
 
 /// Whether the documents of every second are written on the way.
@@ -117,7 +118,7 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         measured.note_interrupted();
     }
     if job.ndjson {
-        print_line(&measured.document())?;
+        print_line(&Document::of(&measured))?;
     }
     Ok(measured)
 }

@@ -8,8 +8,8 @@ use crate::{
     args::MeasureArgs,
     datasheet,
     exit::Exit,
-    measured::Measured,
-    verdict_document::{WHY_CONSISTENT, sentence},
+    measured::{Measured, Verdicts},
+    text::verdict_words::{WHY_CONSISTENT, sentence, verdict_name},
 };
 
 /// What the user asked for.
@@ -20,17 +20,6 @@ pub(crate) struct Judging {
     /// The VN-100's; applies to its messages.
     vn100: Datasheet,
     fail_on: Vec<Figure>,
-}
-
-/// Verdicts against one data sheet.
-#[derive(Debug, Clone)]
-pub(crate) struct Verdicts {
-    /// Name of the sheet.
-    pub(crate) datasheet: String,
-    /// How far its figures can be trusted.
-    pub(crate) note: Option<String>,
-    /// By channel.
-    pub(crate) channels: Vec<Vec<FigureVerdict>>,
 }
 
 impl Judging {
@@ -88,16 +77,5 @@ fn reason(name: &str, verdict: Option<&FigureVerdict>) -> String {
             format!("{name} is {}, {}{why}", verdict_name(judged.verdict), sentence(judged.figure.sensor, judged))
         }
         None => format!("{name} has no such figure in the data sheet, or is not in the stream"),
-    }
-}
-
-/// The verdict's name in results.
-pub(crate) fn verdict_name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "pass",
-        Verdict::Fail => "fail",
-        Verdict::Undecided => "undecided",
-        Verdict::Consistent => "consistent",
-        Verdict::NotComparable => "not-comparable",
     }
 }

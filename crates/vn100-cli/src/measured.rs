@@ -1,4 +1,4 @@
-//! What a measurement of one source came to, and how several of them are told.
+//! What a measurement of one source came to.
 
 use std::{io, sync::Arc};
 
@@ -6,14 +6,13 @@ use anyhow::{Context, Result};
 use indicatif::HumanBytes;
 use tokio::task::JoinHandle;
 use vn100_driver::RecordingState;
-use vn100_pipeline::{Analysis, Assessment, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind};
+use vn100_pipeline::{
+    Analysis, Assessment, FigureVerdict, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind,
+};
 
 use crate::{
-    document::Document,
-    exit::{Exit, about, print, print_json, report},
-    judging::Verdicts,
+    exit::{Exit, about},
     source_document::Origin,
-    text,
 };
 
 /// One source's result. Where nothing could be read it is that of no samples, and `origin` says why.
@@ -28,6 +27,17 @@ pub(crate) struct Measured {
     /// Goals that were not reached, and figures that did not pass, in words.
     pub(crate) unmet: Vec<String>,
     pub(crate) exit: Exit,
+}
+
+/// Verdicts against one data sheet.
+#[derive(Debug, Clone)]
+pub(crate) struct Verdicts {
+    /// Name of the sheet.
+    pub(crate) datasheet: String,
+    /// How far its figures can be trusted.
+    pub(crate) note: Option<String>,
+    /// By channel.
+    pub(crate) channels: Vec<Vec<FigureVerdict>>,
 }
 
 impl Measured {
@@ -109,10 +119,6 @@ impl Measured {
         let origin = &mut self.origin;
         origin.error.get_or_insert_with(|| format!("{}: interrupted, the result holds what came before", origin.name));
     }
-
-    pub(crate) fn document(&self) -> Document {
-        Document::of(self)
-    }
 }
 
 /// The results of all sources of a command, in their order.
@@ -146,62 +152,4 @@ fn failure(name: &str, bytes: u64, error: &io::Error) -> String {
         0 => about(name, &error.to_string()),
         _ => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
     }
-}
-
-/// How results are told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Telling {
-    /// As text, each when it is there.
-    Text,
-    /// As one JSON document at the end.
-    Json,
-    /// As text, without statistics and deviations.
-    Summary,
-    /// As JSON documents in lines, which whoever measures writes.
-    Ndjson,
-}
-
-/// Tells results in the order of the sources.
-pub(crate) struct Teller {
-    telling: Telling,
-    documents: Vec<Document>,
-    exit: Exit,
-}
-
-impl Teller {
-    pub(crate) fn new(telling: Telling) -> Self {
-        Self { telling, documents: Vec::new(), exit: Exit::Good }
-    }
-
-    /// Takes the next one.
-    pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
-        self.exit = self.exit.max(measured.exit);
-        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
-        match self.telling {
-            Telling::Json => self.documents.push(measured.document()),
-            Telling::Text if measured.origin.kind.is_some() => {
-                print(&text::result(measured))?;
-            }
-            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
-            Telling::Text | Telling::Ndjson => {}
-        }
-        Ok(())
-    }
-
-    /// After the last: what became of the command.
-    pub(crate) fn finish(self) -> Result<Exit> {
-        if self.telling == Telling::Json {
-            let document = match &self.documents[..] {
-                [document] => serde_json::to_string_pretty(document),
-                documents => serde_json::to_string_pretty(documents),
-            };
-            print_json(&document?)?;
-        }
-        Ok(self.exit)
-    }
-}
-
-/// Writes a document in a line.
-pub(crate) fn print_line(document: &Document) -> Result<()> {
-    print_json(&serde_json::to_string(document)?)
 }

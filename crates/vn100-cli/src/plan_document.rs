@@ -6,7 +6,7 @@ use imu_noise::Term;
 use serde::Serialize;
 use vn100_pipeline::{Datasheet, Given, Known, Plan, PlannedWant};
 
-use crate::plan::{SENSORS, Steps};
+use crate::plan_steps::{SENSORS, Steps};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct PlanDocument {

@@ -8,7 +8,7 @@ use crate::{
     args::ReplayArgs,
     exit::Exit,
     files::{EachSecond, measure_files},
-    measured::Teller,
+    teller::Teller,
 };
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {

@@ -14,10 +14,10 @@ mod words;
 use anyhow::{Result, bail};
 
 use crate::{
-    args::ReportArgs,
+    args::{ReportArgs, Telling},
     exit::{Exit, report as complain},
     files::{EachSecond, measure_files},
-    measured::{Measured, Telling},
+    measured::Measured,
 };
 use capture_file::CaptureFile;
 use export::Exports;

@@ -1,49 +1,37 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
 
-mod comparison;
+pub(crate) mod comparison;
+mod deviations;
 mod distribution;
 mod filter_models;
+mod layout;
+pub(crate) mod names;
 mod noise;
+mod numbers;
 mod plan;
-mod statistics;
+pub(crate) mod statistics;
 mod verdict;
+pub(crate) mod verdict_words;
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Arrivals, Deviation, Estimator, TimebaseSummary};
+use imu_noise::{Arrivals, TimebaseSummary};
 use vn100_driver::CsvReport;
 use vn100_pipeline::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
-use vn100_protocol::{Quantity, Tally};
 
-pub(crate) use comparison::folding;
+use deviations::write_deviations;
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
-pub(crate) use noise::four_digits;
-pub(crate) use noise::in_words;
+use layout::{WIDTH, fill};
+use names::bad_lines;
 use noise::write_noise;
-pub(crate) use statistics::EARTH_RATE_RAD_S;
+use numbers::{counted, short};
 use statistics::write_statistics;
 use verdict::write_verdicts;
 
 use crate::{
-    exit::printable,
-    measured::Measured,
-    recorded::RecordedDocument,
-    source_document::Origin,
-    units::{ChannelValues, Point, channel_values},
+    exit::printable, measured::Measured, recorded::RecordedDocument, source_document::Origin, units::channel_values,
 };
-
-/// Columns a line may take; what every terminal has.
-const WIDTH: usize = 80;
-
-/// Of the column that names the rows of a table with an axis in each of the others.
-const LABEL: usize = 24;
-
-/// Of the column of an axis.
-const COLUMN: usize = 17;
-
-/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the document.
-pub(crate) const LEAST_EDF: f64 = 2.0;
 
 /// The whole result. Ends with a line feed.
 pub(crate) fn result(measured: &Measured) -> String {
@@ -183,124 +171,4 @@ fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
         }
     }
     Ok(())
-}
-
-/// How many, and of which kinds.
-pub(crate) fn bad_lines(tally: &Tally) -> String {
-    let bad = &tally.bad;
-    let kinds = [
-        ("checksum", bad.checksum),
-        ("unchecked", bad.unchecked),
-        ("grammar", bad.grammar),
-        ("range", bad.range),
-        ("truncated", bad.truncated),
-        ("too long", bad.too_long),
-    ];
-    let present: Vec<_> =
-        kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, count)| format!("{count} {kind}")).collect();
-    if present.is_empty() { "0".into() } else { format!("{} ({})", bad.total(), present.join(", ")) }
-}
-
-/// To six digits, without zeros behind: what rates and times need.
-fn short(value: f64) -> String {
-    let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-}
-
-fn counted(count: u64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A paragraph.
-fn fill(text: &str, first_indent: &str, indent: &str) -> String {
-    let options = textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent);
-    // an exponent stays with its number
-    textwrap::fill(text, options.word_splitter(textwrap::WordSplitter::NoHyphenation))
-}
-
-/// One table for each sensor, its axes side by side.
-fn write_deviations(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues], confidence: f64) -> fmt::Result {
-    let deviation = match snapshot.deviation {
-        Deviation::Allan => "Allan deviation",
-        Deviation::Hadamard => "Hadamard deviation",
-    };
-    let windows = match snapshot.estimator {
-        Estimator::Strided => "windows at stride tau/16, all overlaps up to m = 16",
-        Estimator::Full => "all overlaps",
-        Estimator::Plain => "no overlap",
-    };
-    let detrended = if snapshot.detrended { ", a line removed from each channel" } else { "" };
-    writeln!(out, "\n{deviation}, {windows}{detrended}")?;
-    let legend = format!(
-        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: octaves share samples, \
-         and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",
-        short(confidence)
-    );
-    writeln!(out, "{}", fill(&legend, "", ""))?;
-    // what was asked for between the lines has no deviation
-    let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
-    for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
-        write!(out, "\n{}, {}\n{:>8} {:>7} {:>7}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
-        for channel in group {
-            write!(out, " {:>COLUMN$}", channel.name)?;
-        }
-        writeln!(out)?;
-        let octaves = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
-        for octave in 0..octaves {
-            let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
-                continue;
-            };
-            write!(out, "{:>8} {:>7} {:>7}", short(first.tau_s), first.m, first.terms)?;
-            for channel in group {
-                write!(out, " {:>COLUMN$}", channel.deviations.get(octave).map_or("-".into(), with_bounds))?;
-            }
-            writeln!(out)?;
-        }
-    }
-    Ok(())
-}
-
-fn with_bounds(point: &Point) -> String {
-    let Some(deviation) = point.deviation else { return "-".into() };
-    let percent = |bound: f64| 100.0 * (bound / deviation - 1.0);
-    match (point.edf, point.lower, point.upper) {
-        (Some(LEAST_EDF..), Some(lower), Some(upper)) if deviation > 0.0 => {
-            let (above, below) = (percent(upper), percent(lower));
-            let decimals = usize::from(above < 9.95);
-            format!("{deviation:.3e} {:>7}", format!("{above:+.decimals$}{below:+.decimals$}"))
-        }
-        _ => format!("{deviation:.3e} {:>7}", "few"),
-    }
-}
-
-pub(crate) fn sensor(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle => "orientation",
-        Quantity::MagneticField => "magnetic field",
-        Quantity::Acceleration => "acceleration",
-        Quantity::AngularRate => "angular rate",
-        Quantity::Temperature => "temperature",
-        Quantity::Pressure => "pressure",
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_short() {
-        for (value, text) in [
-            (0.0, "0"),
-            (0.025, "0.025"),
-            (1.0 / 3.0, "0.333333"),
-            (60.0, "60"),
-            (60.150_375_9, "60.1504"),
-            (5e-6, "0.000005"),
-            (1e7, "10000000"),
-        ] {
-            assert_eq!(short(value), text);
-        }
-    }
 }

@@ -64,6 +64,9 @@ pub(crate) struct BlockValues {
     pub(crate) max: f64,
 }
 
+/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the document.
+pub(crate) const LEAST_EDF: f64 = 2.0;
+
 /// The deviation at one octave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
@@ -75,6 +78,13 @@ pub(crate) struct Point {
     pub(crate) alpha: Option<i8>,
     pub(crate) lower: Option<f64>,
     pub(crate) upper: Option<f64>,
+}
+
+impl Point {
+    /// Whether it is known well enough for its interval to be shown.
+    pub(crate) fn is_known(&self) -> bool {
+        self.edf.is_some_and(|edf| edf >= LEAST_EDF)
+    }
 }
 
 /// All channels of a snapshot, in its order, and those asked for between the lines behind them.

@@ -1,10 +1,13 @@
 //! The verdicts on one channel, as they stand in the JSON document.
 
-use imu_noise::{Claim, Grade, Parameter, Sensor, Term, Verdict, conventions};
+use imu_noise::{Claim, Grade, Parameter, Sensor, Term, conventions};
 use serde::Serialize;
-use vn100_pipeline::{ChannelNoise, FigureVerdict, LongTaus, StreamUnknown};
+use vn100_pipeline::{ChannelNoise, FigureVerdict, StreamUnknown};
 
-use crate::{judging::verdict_name, noise_document::term_name};
+use crate::{
+    noise_document::term_name,
+    text::verdict_words::{grade, grade_name, sentence, verdict_name},
+};
 
 /// One figure of the data sheet and what the measurement says of it, in SI units.
 #[derive(Debug, Serialize)]
@@ -89,101 +92,4 @@ impl GradeDocument {
             reason: graded.err(),
         })
     }
-}
-
-/// The best and the worst grade a gyroscope may be of, or why that cannot be said; `None` for any other sensor.
-pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
-    if noise.sensor != Sensor::Gyroscope {
-        return None;
-    }
-    let bias_instability = noise.parameter(Term::BiasInstability);
-    Some(match noise.long_taus {
-        LongTaus::Sensor => {
-            let range = bias_instability.as_ref().and_then(Grade::range);
-            range.ok_or("the record says nothing of the bias instability")
-        }
-        LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Surroundings => {
-            Err("the stream does not carry the sensor's bias instability")
-        }
-        LongTaus::Motion => Err("the sensor was moved"),
-    })
-}
-
-pub(crate) fn grade_name(grade: Grade) -> &'static str {
-    match grade {
-        Grade::Navigation => "navigation",
-        Grade::Tactical => "tactical",
-        Grade::Commercial => "commercial",
-    }
-}
-
-/// What was measured and what a sensor at the figure reads in this stream.
-pub(crate) fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
-    let figure = &verdict.figure;
-    let shown = shown_in(sensor, figure.term);
-    let number = |value: f64| crate::text::four_digits(value * shown.1);
-    let Parameter { value, lower, upper, .. } = verdict.measured;
-    let minimum =
-        if figure.is_minimum && figure.term == Term::BiasInstability { " as the minimum of the curve" } else { "" };
-    let measured = match (value, lower, upper) {
-        (Some(value), Some(lower), Some(upper)) => {
-            format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
-        }
-        (None, Some(lower), Some(upper)) => {
-            format!("measured {} to {} {}{minimum}", number(lower), number(upper), shown.0)
-        }
-        (_, _, Some(upper)) => format!("measured at most {} {}{minimum}", number(upper), shown.0),
-        (_, Some(lower), None) => format!("measured at least {} {}{minimum}", number(lower), shown.0),
-        _ if verdict.verdict == Verdict::NotComparable => "not in this stream".into(),
-        _ => "not known from this record".into(),
-    };
-    let (low, high) = verdict.expected;
-    let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
-    let expected = if verdict.stream.factor == 1.0 {
-        format!("the data sheet says {}", figure.printed)
-    } else {
-        let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
-        let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
-        format!(
-            "a sensor of {} reads {middle:.decimals$} ± {half:.decimals$} at this rate and {window}",
-            figure.printed
-        )
-    };
-    format!("{measured}; {expected}{}", why(verdict))
-}
-
-/// Why what speaks for a figure does not let it pass.
-pub(crate) const WHY_CONSISTENT: &str = "nothing speaks against the figure, and nothing can pass or fail, for the averaging on board (register \
-                                         85) or the rate is not known, or a line was removed";
-
-/// What the numbers do not say by themselves.
-fn why(verdict: &FigureVerdict) -> &'static str {
-    match (verdict.verdict, verdict.figure.claim) {
-        (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, which is no guarantee",
-        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match (verdict.unknown, verdict.figure.term) {
-            (Some(StreamUnknown::Window), Term::White) => ": more than the usual averaging on board explains",
-            (Some(StreamUnknown::Window), _) => {
-                ": above the figure, and cannot fail, for the averaging on board is not known"
-            }
-            (Some(StreamUnknown::Rate), _) => ": above the figure, and cannot fail, for the rate is assumed",
-            (Some(StreamUnknown::LineRemoved), _) => ": above the figure, and cannot fail, for a line was removed",
-            (None, _) => "",
-        },
-        _ => "",
-    }
-}
-
-/// The unit people compare this figure in.
-pub(crate) fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
-    let unit = match (sensor, term) {
-        (Sensor::Gyroscope, Term::White) => "deg/sqrt(h)",
-        (Sensor::Gyroscope, Term::BiasInstability) => "deg/h",
-        (Sensor::Gyroscope, Term::RateRandomWalk) => "deg/h^1.5",
-        (Sensor::Accelerometer, Term::White) => "mg/sqrt(Hz)",
-        (Sensor::Accelerometer, Term::BiasInstability) => "mg",
-        _ => "",
-    };
-    let all = conventions(sensor, term);
-    let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
-    convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))
 }

@@ -16,6 +16,7 @@ mod overview;
 mod parameters;
 mod plot;
 mod save;
+mod scene;
 mod signal;
 mod source;
 mod state;

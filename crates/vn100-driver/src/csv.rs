@@ -16,6 +16,7 @@ mod lines;
 mod number;
 mod plan;
 mod reader;
+mod recognise;
 mod stamp;
 mod survey;
 mod tally;
@@ -23,8 +24,9 @@ mod tally;
 mod tests;
 
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use plan::{Kind, Plan, recognise};
+pub(crate) use plan::{Kind, Plan};
 pub(crate) use reader::{CsvReader, Rows};
+pub(crate) use recognise::recognise;
 pub(crate) use tally::{CsvTally, LineBytes};
 pub use tally::{OddRow, OddRowCounts};
 #[cfg(test)]

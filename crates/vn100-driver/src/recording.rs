@@ -15,13 +15,15 @@
 mod link_json;
 mod named_file;
 mod reader;
+mod record_error;
 mod recorder;
 mod replay;
 mod resume;
 mod writer;
 
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
-pub use recorder::{RecordError, Recorder, RecordingState};
+pub use record_error::RecordError;
+pub use recorder::{Recorder, RecordingState};
 pub(crate) use replay::read_recording;
 pub use writer::RecordingWriter;
 

@@ -43,7 +43,7 @@ pub enum BadKind {
     #[error("truncated: the line breaks off before its end")]
     Truncated,
     /// No end within the length of the longest sentence.
-    #[error("too long: no end after {} bytes, more than any sentence has", crate::framer::MAX_BODY)]
+    #[error("too long: no end after {} bytes, more than any sentence has", crate::sentence::MAX_BODY)]
     TooLong,
 }
 

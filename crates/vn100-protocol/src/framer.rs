@@ -12,12 +12,9 @@ use crate::{
     bad_line::{BadKind, BadLine},
     checksum::{Check, CheckDigits, crc16, xor8},
     packet::{self, Candidate, Packet},
-    sentence::Sentence,
+    sentence::{MAX_BODY, Sentence},
     tally::Tally,
 };
-
-/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the longest stock message.
-pub const MAX_BODY: usize = 312;
 
 /// What is taken for a good line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

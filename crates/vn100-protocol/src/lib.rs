@@ -111,7 +111,7 @@ pub use decimal::{Decimal, DecimalError};
 pub use decoder::{Decoder, Item};
 pub use device_error::DeviceError;
 pub use fields::{Fields, FieldsError};
-pub use framer::{Frame, Framer, MAX_BODY, Options, Step};
+pub use framer::{Frame, Framer, Options, Step};
 pub use layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR};
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{GrammarError, Imu, MessageError, RangeError, Suffix, Ymr};
@@ -124,6 +124,6 @@ pub use register::{
     StartupGyroBias, SyncControl, ValueError, VpeControl,
 };
 pub use reply::{Reply, ReplyError};
-pub use sentence::Sentence;
+pub use sentence::{MAX_BODY, Sentence};
 pub use session::{Answer, Handled, QueueFull, RequestFailure, RequestId, Session};
 pub use tally::{BadTally, Tally};

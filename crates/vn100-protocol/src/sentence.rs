@@ -4,6 +4,9 @@ use core::fmt;
 
 use crate::checksum::{Check, CheckDigits, crc16_step};
 
+/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the longest stock message.
+pub const MAX_BODY: usize = 312;
+
 /// A sentence whose checksum is right, or that has none where that was allowed.
 ///
 /// ```text
@@ -13,7 +16,7 @@ use crate::checksum::{Check, CheckDigits, crc16_step};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sentence<'a> {
-    /// The bytes between `$` and `*`: printable ASCII without those two, at most 312.
+    /// The bytes between `$` and `*`: printable ASCII without those two, at most [`MAX_BODY`].
     pub body: &'a [u8],
     /// The bytes from the `$` to the last check digit, without CR and LF.
     pub raw: &'a [u8],

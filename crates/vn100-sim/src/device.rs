@@ -29,6 +29,7 @@ mod attitude;
 mod binary;
 mod command;
 mod error_code;
+mod firmware;
 mod messages;
 mod obey;
 mod output;
@@ -44,7 +45,7 @@ use output::SyncOut;
 pub use register_table::BAUD_RATES;
 use registers::Registers;
 use uart::Uart;
-pub use {registers::Firmware, uart::SentByte};
+pub use {firmware::Firmware, uart::SentByte};
 
 use crate::{
     profile::Profile,

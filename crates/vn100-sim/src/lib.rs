@@ -40,6 +40,7 @@ pub mod noise;
 pub mod onboard;
 pub mod profile;
 pub mod pty;
+mod random;
 mod receiver;
 mod sensor;
 pub mod sentence;

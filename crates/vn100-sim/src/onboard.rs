@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::noise::normal;
+use crate::random::normal;
 
 /// Rate at which the sensor refreshes gyro and accelerometer, Hz.
 pub const IMU_REFRESH_HZ: u32 = 800;

@@ -3,9 +3,10 @@
 use crate::{
     flicker::Flicker,
     generator::wrapped_deg,
-    noise::{ChannelNoise, Component, RandomWalk, normal, random_stream},
+    noise::{ChannelNoise, RandomWalk},
     onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
     profile::Profile,
+    random::{Component, normal, random_stream},
     surroundings::Surroundings,
 };
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::noise::{Component, normal, random_stream};
+use crate::random::{Component, normal, random_stream};
 
 /// Number of their random stream, behind those of the twelve channels.
 const STREAM: u32 = 12;

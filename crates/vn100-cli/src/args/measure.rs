@@ -6,8 +6,6 @@ use clap::ValueEnum;
 use vn100_driver::ReadOptions;
 use vn100_pipeline::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
 
-use crate::measured::Telling;
-
 /// What is measured and how it is told, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
@@ -102,6 +100,19 @@ impl MeasureArgs {
         let line_by_line = self.ndjson || self.duration.is_some() || !self.until.is_empty();
         ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line, ..ReadOptions::default() }
     }
+}
+
+/// How results are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Telling {
+    /// As text, each when it is there.
+    Text,
+    /// As one JSON document at the end.
+    Json,
+    /// As text, without statistics and deviations.
+    Summary,
+    /// As JSON documents in lines, which whoever measures writes.
+    Ndjson,
 }
 
 /// Windows of the deviation, by their names on the command line and in results.

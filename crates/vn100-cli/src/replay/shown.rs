@@ -24,9 +24,10 @@ use crate::{
     interrupt::{HangUp, stop_on_interrupt},
     judging::Judging,
     log::{Entries, Log, takes_terminal},
-    measured::{Measured, Teller, all_of},
+    measured::{Measured, all_of},
     pace::{Beginning, PaceWish, Speed, paced},
     source_document::Origin,
+    teller::Teller,
     view::{self, LeftOut, Live, Notices, SourceRequest, Stand, View, feed},
 };
 

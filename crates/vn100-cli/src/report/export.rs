@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail};
 use super::{figure::Figure, figures::Figures, output::Output, record::Record};
 use crate::{
     args::{ExportForm, ReportArgs},
+    document::Document,
     exit::json_line,
 };
 
@@ -93,7 +94,7 @@ impl<'a> Exports<'a> {
                 Ok(())
             }
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&record.measured.document())?;
+                let document = serde_json::to_string_pretty(&Document::of(record.measured))?;
                 self.output.write(&path(JSON), json_line(&document).as_bytes())
             }
             ExportForm::Kalibr => {

@@ -5,7 +5,7 @@ use vn100_pipeline::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom
 use vn100_protocol::Quantity;
 
 use super::record::Record;
-use crate::{text::LEAST_EDF, units::ChannelValues, verdict_document::sentence};
+use crate::{text::verdict_words::sentence, units::ChannelValues};
 
 /// Of one record.
 #[derive(Debug, Clone)]
@@ -180,7 +180,7 @@ pub(crate) fn shakes(lines: &[Line]) -> Vec<(f64, f64)> {
 
 fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let parameter = |term| channel.noise.as_ref().and_then(|noise| noise.parameter(term));
-    let known = channel.deviations.iter().filter(|point| point.edf.is_some_and(|edf| edf >= LEAST_EDF));
+    let known = channel.deviations.iter().filter(|point| point.is_known());
     let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
     let change = disturbed.and_then(|disturbed| disturbed.level_change);
     AxisFindings {

@@ -1,5 +1,6 @@
 //! The page: one HTML file that needs nothing else.
 
+mod fact_table;
 mod facts;
 mod figures;
 mod method;

@@ -4,7 +4,11 @@ use std::fmt::{self, Write};
 
 use vn100_pipeline::{Chance, Comparison, OctaveTest, Onboard, Ranking};
 
-use super::{counted, fill, noise::four_digits, sensor, short};
+use super::{
+    layout::fill,
+    names::sensor,
+    numbers::{counted, four_digits, short},
+};
 use crate::{
     exit::printable,
     measured::Measured,

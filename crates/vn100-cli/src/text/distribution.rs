@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::{fill, short};
+use super::{layout::fill, numbers::short};
 use crate::units::{BlockValues, ChannelValues};
 
 /// Parts into which the record is divided.

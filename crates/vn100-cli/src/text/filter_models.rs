@@ -5,10 +5,7 @@ use std::fmt::{self, Write};
 use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term, conventions};
 use vn100_pipeline::FilterModels;
 
-use super::{
-    noise::{four_digits, row},
-    sensor,
-};
+use super::{layout::row, names::sensor, numbers::four_digits};
 use crate::units::ChannelValues;
 
 /// One table for each sensor, its axes side by side, in the units of the channels.

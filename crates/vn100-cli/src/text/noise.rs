@@ -2,11 +2,16 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Deviation, Parameter, Sensor, Sides, Status, Term, conventions};
+use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use vn100_pipeline::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
 
-use super::{COLUMN, LABEL, fill, sensor, short};
-use crate::{units::ChannelValues, verdict_document::shown_in};
+use super::{
+    layout::{fill, row},
+    names::{in_words, sensor},
+    numbers::{four_digits, short},
+    verdict_words::shown_in,
+};
+use crate::units::ChannelValues;
 
 /// In the order in which results are given.
 const TERMS: [(Term, &str); 5] = [
@@ -162,46 +167,5 @@ fn reason(long_taus: LongTaus) -> Option<&'static str> {
             Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
         }
         LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
-    }
-}
-
-pub(super) fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
-    let mut line = format!("{label:<LABEL$}");
-    for value in cells {
-        write!(line, " {:>COLUMN$}", cell(value))?;
-    }
-    writeln!(out, "{}", line.trim_end())
-}
-
-/// The letter of a parameter.
-pub(super) fn letter(term: Term) -> &'static str {
-    match term {
-        Term::White => "N",
-        Term::BiasInstability => "B",
-        Term::RateRandomWalk => "K",
-        Term::RateRamp => "R",
-        Term::Quantization => "Q",
-    }
-}
-
-/// A status of a parameter, in words.
-pub(crate) fn in_words(status: Status) -> &'static str {
-    match status {
-        Status::Estimated => "estimated",
-        Status::Bounded => "at most",
-        Status::NotObservable => "not observable",
-        Status::NotMeasurable => "not measurable",
-        Status::ModelRejected => "no model fits",
-    }
-}
-
-/// To four digits.
-pub(crate) fn four_digits(value: f64) -> String {
-    let magnitude = value.abs();
-    if (0.01..1e4).contains(&magnitude) {
-        let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.3e}")
     }
 }

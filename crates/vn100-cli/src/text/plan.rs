@@ -5,10 +5,13 @@ use std::fmt::{self, Write};
 use imu_noise::BoxcarWindow;
 use vn100_pipeline::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
 
-use super::{WIDTH, fill, noise::letter};
+use super::{
+    layout::{WIDTH, fill},
+    names::letter,
+};
 use crate::{
     exit::printable,
-    plan::{SENSORS, Steps, span},
+    plan_steps::{SENSORS, Steps, span},
 };
 
 const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \

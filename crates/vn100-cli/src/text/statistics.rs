@@ -6,7 +6,7 @@ use imu_noise::STANDARD_GRAVITY_M_S2;
 use vn100_pipeline::Snapshot;
 use vn100_protocol::Quantity;
 
-use super::fill;
+use super::layout::fill;
 use crate::units::{ChannelValues, norm_values};
 
 /// The Earth's turning, in rad/s (IERS Conventions, 2010).

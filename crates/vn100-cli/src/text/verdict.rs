@@ -5,12 +5,12 @@ use std::fmt::{self, Write};
 use imu_noise::{Claim, Verdict};
 use vn100_pipeline::{FigureVerdict, Motion};
 
-use super::fill;
-use crate::{
-    judging::{Verdicts, verdict_name},
-    units::ChannelValues,
-    verdict_document::{WHY_CONSISTENT, grade, grade_name, sentence},
+use super::{
+    layout::fill,
+    names::letter,
+    verdict_words::{WHY_CONSISTENT, grade, grade_name, sentence, verdict_name},
 };
+use crate::{measured::Verdicts, units::ChannelValues};
 
 /// Every figure of the data sheet beside each axis, or why there is none; nothing without a sheet.
 pub(super) fn write_verdicts(
@@ -31,7 +31,7 @@ pub(super) fn write_verdicts(
     for (channel, figures) in channels.iter().zip(&verdicts.channels) {
         let Some(noise) = &channel.noise else { continue };
         for figure in figures {
-            let letter = crate::text::noise::letter(figure.figure.term);
+            let letter = letter(figure.figure.term);
             let text = format!(
                 "{:<8} {letter}  {:<14} {}",
                 channel.name,

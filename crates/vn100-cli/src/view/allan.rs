@@ -15,11 +15,11 @@ use ratatui::{
 };
 
 use super::{
-    curve::{Curve, LEAST_EDF, Plot, next_octave},
-    draw::{Regions, Scene, framed},
+    curve::{Curve, Plot, next_octave},
     format::{digits, tau, time},
     parameters,
     plot::LogAxis,
+    scene::{Regions, Scene, framed},
     source::{Source, Stage, short_name},
     state::Panel,
     theme::{SIGNS, Theme},
@@ -100,7 +100,7 @@ fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
         let interval = match (point.lower, point.upper) {
-            _ if point.edf.is_some_and(|edf| edf < LEAST_EDF) => "too few for an interval".into(),
+            _ if point.edf.is_some() && !point.is_known() => "too few for an interval".into(),
             (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
             _ => "no interval yet".into(),
         };

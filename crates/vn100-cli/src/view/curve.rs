@@ -10,9 +10,6 @@ use super::{
 };
 use crate::units::{ChannelValues, Point};
 
-/// Intervals with fewer degrees of freedom span more than a factor of ten: they may run out of the plot, which then says so.
-pub(super) const LEAST_EDF: f64 = 2.0;
-
 /// Places along an octave where the model is drawn.
 const MODEL_STEPS: u32 = 4;
 
@@ -73,9 +70,8 @@ impl Plot {
 
     /// Every deviation that must be seen, with the bounds of those that are known well enough.
     pub(crate) fn deviations(&self) -> impl Iterator<Item = f64> {
-        let known = |point: &Point| point.edf.is_some_and(|edf| edf >= LEAST_EDF);
-        self.curves.iter().flat_map(|curve| &curve.points).flat_map(move |point| {
-            let bounds = if known(point) { [point.lower, point.upper] } else { [None, None] };
+        self.curves.iter().flat_map(|curve| &curve.points).flat_map(|point| {
+            let bounds = if point.is_known() { [point.lower, point.upper] } else { [None, None] };
             [point.deviation].into_iter().chain(bounds).flatten()
         })
     }

@@ -3,18 +3,17 @@
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
-    style::Modifier,
     text::{Line, Span},
-    widgets::{Block, Borders, Paragraph},
+    widgets::Paragraph,
 };
 
 use super::{
-    allan, foot, head, help, overview, parameters, signal,
+    allan, foot, head, help, overview, parameters,
+    scene::{Regions, Scene},
+    signal,
     source::Source,
-    state::{Panel, State},
-    statistics,
-    theme::Theme,
-    waiting, warnings,
+    state::Panel,
+    statistics, waiting, warnings,
 };
 
 /// The least that shows anything.
@@ -22,37 +21,6 @@ pub(crate) const LEAST: (u16, u16) = (60, 16);
 
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
-
-/// Where on the screen what a mouse may point at is.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Regions {
-    pub(crate) panels: Vec<(Rect, Panel)>,
-    pub(crate) tabs: Vec<(Rect, Panel)>,
-    /// Names of the sensors, by their places.
-    pub(crate) sensors: Vec<(Rect, usize)>,
-    /// Columns of the octaves of the curve, and the rows they stand in.
-    pub(crate) octaves: Vec<(u16, usize)>,
-    pub(crate) chart: Rect,
-    /// Rows of the channels, by their places.
-    pub(crate) channels: Vec<(u16, usize)>,
-    /// The bar that tells how much of a capture was replayed.
-    pub(crate) progress: Rect,
-}
-
-/// What everything is drawn from.
-#[derive(Clone, Copy)]
-pub(crate) struct Scene<'a> {
-    pub(crate) state: &'a State,
-    pub(crate) sources: &'a [Source],
-    pub(crate) theme: Theme,
-}
-
-impl<'a> Scene<'a> {
-    /// The source shown.
-    pub(crate) fn source(self) -> Option<&'a Source> {
-        self.sources.get(self.state.source)
-    }
-}
 
 /// Draws everything; tells what is where.
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
@@ -131,15 +99,6 @@ fn panel(
         Panel::Signal => signal::draw(frame, area, scene, source),
         Panel::Warnings => warnings::draw_panel(frame, area, scene, source),
     }
-}
-
-/// A frame with a title, that of the panel chosen brighter.
-pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'static> {
-    let chosen = scene.state.panel == panel;
-    let title = format!(" {title} ");
-    let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
-    let border = if chosen { ratatui::style::Style::new() } else { scene.theme.faint() };
-    Block::new().borders(Borders::ALL).border_style(border).title(title)
 }
 
 /// The sensors by their numbers, and the panels unless all of them are there.

@@ -8,8 +8,8 @@ use ratatui::{
 };
 
 use super::{
-    draw::Scene,
     head::LEAST_NAME,
+    scene::Scene,
     state::{Panel, Question},
     warnings::shortened,
 };

@@ -13,13 +13,13 @@ use vn100_pipeline::RateFrom;
 use vn100_protocol::Quantity;
 
 use super::{
-    draw::Scene,
     format::{clock, digits, digits_trimmed, grouped, time},
+    scene::Scene,
     source::{Playback, Source, Stage},
     theme::Theme,
     warnings::shortened,
 };
-use crate::{exit::printable, pace::Speed, text::bad_lines};
+use crate::{exit::printable, pace::Speed, text::names::bad_lines};
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];

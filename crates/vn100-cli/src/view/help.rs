@@ -8,7 +8,7 @@ use ratatui::{
     widgets::{Block, Borders, Paragraph},
 };
 
-use super::{draw::Scene, theme::Theme};
+use super::{scene::Scene, theme::Theme};
 
 const KEYS: [(&str, &str); 22] = [
     ("q  Ctrl-C", "quit: the result is printed"),

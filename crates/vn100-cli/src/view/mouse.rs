@@ -6,7 +6,7 @@ use ratatui::{
 };
 
 use super::{
-    draw::Regions,
+    scene::Regions,
     source::Source,
     state::{Panel, Request, SourceRequest, State},
 };

@@ -12,9 +12,9 @@ use vn100_protocol::Quantity;
 
 use super::{
     curve::sensor,
-    draw::Scene,
     format::{digits, grouped, time},
     head::{LEAST_NAME, link_word},
+    scene::Scene,
     source::{Source, Stage, short_name},
     units::{convention, written},
     warnings::shortened,

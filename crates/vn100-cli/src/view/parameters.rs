@@ -13,14 +13,14 @@ use vn100_protocol::Quantity;
 
 use super::{
     curve::sensor,
-    draw::{Scene, framed},
     format::{digits, digits_trimmed, spread, tau, time},
+    scene::{Scene, framed},
     source::{Group, Source, short_name},
     state::{Axes, Panel},
     theme::SIGNS,
     units::{convention, written},
 };
-use crate::{judging::verdict_name, units::ChannelValues};
+use crate::{text::verdict_words::verdict_name, units::ChannelValues};
 
 /// Of an axis.
 const COLUMN: usize = 15;

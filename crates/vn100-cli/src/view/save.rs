@@ -9,7 +9,7 @@ use std::{
 };
 
 use super::{curve::Plot, source::Source, state::State, svg};
-use crate::{exit::json_line, judging::Judging, measured::Measured};
+use crate::{document::Document, exit::json_line, judging::Judging, measured::Measured};
 
 /// Writes both; what to tell the user.
 pub(crate) fn save(state: &State, source: &Source, judging: &Judging) -> String {
@@ -23,7 +23,7 @@ fn write(folder: &Path, state: &State, source: &Source, judging: &Judging) -> io
     let confidence = source.assessment.confidence;
     // the one shown may be of a record a twentieth shorter
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
-    let document = judging.complete(measured).document();
+    let document = Document::of(&judging.complete(measured));
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let nothing = Plot { unit: String::new(), curves: Vec::new() };
     let plot = state.group(source).map_or(nothing, |group| Plot::new(state, source, &group));

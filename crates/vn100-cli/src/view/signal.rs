@@ -12,8 +12,8 @@ use ratatui::{
 };
 
 use super::{
-    draw::{Scene, framed},
     format::time,
+    scene::{Scene, framed},
     source::{Group, Source},
     state::Panel,
     theme::Theme,

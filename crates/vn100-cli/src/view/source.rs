@@ -7,7 +7,7 @@ use vn100_pipeline::{Assessment, Snapshot, Warning};
 use vn100_protocol::Quantity;
 
 use crate::units::{ChannelValues, channel_values};
-use crate::{exit::printable, judging::Verdicts, pace::Position, source_document::Origin};
+use crate::{exit::printable, measured::Verdicts, pace::Position, source_document::Origin};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]

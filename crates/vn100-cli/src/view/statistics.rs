@@ -9,7 +9,7 @@ use ratatui::{
 use vn100_protocol::Quantity;
 
 use super::{
-    draw::{Regions, Scene, framed},
+    scene::{Regions, Scene, framed},
     source::Source,
     state::Panel,
 };

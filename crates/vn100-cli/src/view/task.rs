@@ -15,10 +15,11 @@ use vn100_pipeline::Assessments;
 
 use super::{
     Signals,
-    draw::{Regions, Scene, draw},
+    draw::draw,
     feed::{Feed, Notices, SourceStage},
     mouse::mouse,
     save::save,
+    scene::{Regions, Scene},
     source::{Playback, Source, Stage},
     state::{Request, SourceRequest, State},
     terminal::{Screen, next_event},

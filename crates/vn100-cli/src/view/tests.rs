@@ -15,7 +15,8 @@ use vn100_pipeline::{RateChange, Warning, WarningKind};
 
 use super::{
     curve::NextOctave,
-    draw::{Regions, Scene, draw},
+    draw::draw,
+    scene::{Regions, Scene},
     source::{Playback, Source, Stage},
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},

@@ -9,8 +9,8 @@ use ratatui::{
 use vn100_driver::LinkState;
 
 use super::{
-    draw::Scene,
     format::grouped,
+    scene::Scene,
     source::{Source, Stage},
 };
 

@@ -9,12 +9,12 @@ use ratatui::{
 };
 
 use super::{
-    draw::{Scene, framed},
     format::grouped,
+    scene::{Scene, framed},
     source::Source,
     state::Panel,
 };
-use crate::text::bad_lines;
+use crate::text::names::bad_lines;
 
 /// Rows that they take, at most so many: the last one names what has no row, so that nothing hides behind the newest.
 pub(crate) fn rows(source: &Source, most: u16) -> u16 {

@@ -11,7 +11,7 @@ use std::{
 
 use tokio::sync::{mpsc, watch};
 
-use super::{named_file::NamedFile, reader::RecordingError, resume::resume, writer::RecordingWriter};
+use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
 use crate::source::{Chunk, Input};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the sender to drop and to tell.
@@ -19,45 +19,6 @@ const WAITING_INPUTS: usize = 1024;
 
 /// A killed program loses no more of the stream than this.
 const FLUSH_EVERY_NS: u64 = 1_000_000_000;
-
-/// Why a recording cannot begin.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// The operating system refused.
-    #[error("cannot record to {}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What it said.
-        source: io::Error,
-    },
-    /// A file of this name is there.
-    #[error("{} exists and is not replaced: choose another name, or resume it", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
-    /// To go on with a recording replaces its file, and a symbolic link would be replaced instead.
-    #[error("{} is a symbolic link: name the recording itself to resume it", path.display())]
-    SymbolicLink {
-        /// The link.
-        path: PathBuf,
-    },
-    /// Another program records to it.
-    #[error("{} is being recorded to: end that first", path.display())]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
-    /// What is there is no recording that could go on.
-    #[error("{} cannot be resumed: {problem}", path.display())]
-    NotResumable {
-        /// The file.
-        path: PathBuf,
-        /// What it is instead.
-        problem: RecordingError,
-    },
-}
 
 /// Where a recording stands.
 #[derive(Debug, Clone)]

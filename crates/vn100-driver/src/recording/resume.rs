@@ -12,7 +12,7 @@ use super::{
     RECORDING_METADATA, RESUMED,
     named_file::NamedFile,
     reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
-    recorder::RecordError,
+    record_error::RecordError,
     writer::{RecordingWriter, head},
 };
 use crate::source::{Chunk, Input, LinkEvent, LinkEventKind};

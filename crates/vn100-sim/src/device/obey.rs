@@ -1,13 +1,8 @@
 //! What each command does.
 
 use super::{
-    Device, FLASH_WRITE, PORT,
-    command::Command,
-    error_code::ErrorCode,
-    messages::MESSAGES,
-    ns,
-    output::SyncOut,
-    registers::{Firmware, Registers},
+    Device, FLASH_WRITE, PORT, command::Command, error_code::ErrorCode, firmware::Firmware, messages::MESSAGES, ns,
+    output::SyncOut, registers::Registers,
 };
 
 impl Device {

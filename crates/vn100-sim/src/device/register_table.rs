@@ -1,6 +1,6 @@
 //! Every register with settings: its fields, what they may hold, and what they hold on delivery.
 
-use super::registers::Firmware;
+use super::firmware::Firmware;
 
 /// What a field may hold.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,20 +5,11 @@ use std::{collections::BTreeMap, fmt::Write};
 use super::{
     binary::BinaryOutput,
     error_code::ErrorCode,
+    firmware::Firmware,
     messages::MESSAGES,
     register_table::{BAUD_RATES, Field, ROWS, default_of},
 };
 use crate::sensor::{Calibration, ImuFilter, Processing};
-
-/// The program of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Firmware {
-    /// 2.1.0.0
-    V2_1,
-    /// 3.1.0.0
-    #[default]
-    V3_1,
-}
 
 /// The largest departure from an orthonormal matrix that register 26 takes.
 const ORTHONORMAL_WITHIN: f64 = 1e-5;

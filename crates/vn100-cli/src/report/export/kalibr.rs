@@ -10,7 +10,7 @@ use super::super::{
     findings::{Findings, SensorFindings},
     record::Record,
 };
-use crate::{noise_document::status, text::LEAST_EDF, units::ChannelValues};
+use crate::{noise_document::status, units::ChannelValues};
 
 /// The lines of the file, and what it lacks.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -144,7 +144,7 @@ fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
 /// The larger of each over all axes.
 fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
     let bounds = axes.iter().filter_map(|axis| {
-        let known = axis.deviations.iter().filter(|point| point.edf.is_some_and(|edf| edf >= LEAST_EDF));
+        let known = axis.deviations.iter().filter(|point| point.is_known());
         let (tau_s, upper): (Vec<f64>, Vec<f64>) = known.filter_map(|point| Some((point.tau_s, point.upper?))).unzip();
         over_bound(&tau_s, &upper)
     });

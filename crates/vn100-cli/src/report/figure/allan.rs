@@ -8,10 +8,7 @@ use super::{
     Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
     solid,
 };
-use crate::{
-    text::LEAST_EDF,
-    units::{ChannelValues, Point},
-};
+use crate::units::{ChannelValues, Point};
 
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
@@ -122,7 +119,7 @@ fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Mark> {
 
 /// As far as it says something.
 fn interval(point: &Point) -> Option<(f64, f64)> {
-    point.lower.zip(point.upper).filter(|_| point.edf.is_some_and(|edf| edf >= LEAST_EDF))
+    point.lower.zip(point.upper).filter(|_| point.is_known())
 }
 
 fn connecting(index: usize) -> Stroke {

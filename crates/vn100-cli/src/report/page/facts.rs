@@ -13,12 +13,10 @@ use super::{
         numbers::{duration, grouped, trimmed},
         record::Record,
     },
+    fact_table::{NOT_RECORDED, Row, or_not_recorded, row, table},
     method,
 };
 use crate::{args::MeasureArgs, recorded::RecordedDocument, text::echoes};
-
-/// Stands where a thing is absent.
-pub(super) const NOT_RECORDED: &str = "not recorded";
 
 /// What a user can write down in a file of conditions, by the names there.
 const CONDITIONS: [(&str, &str); 8] = [
@@ -46,8 +44,6 @@ const REGISTERS: [Register; 10] = [
     Register::IMU_FILTER,
 ];
 
-pub(super) type Row = (String, String);
-
 pub(super) fn facts(record: &Record<'_>, options: &MeasureArgs) -> Markup {
     html! {
         h3 { "Capture" } (table(&capture(record)))
@@ -56,26 +52,6 @@ pub(super) fn facts(record: &Record<'_>, options: &MeasureArgs) -> Markup {
         h3 { "Time base and losses" } (table(&timing(record)))
         h3 { "Method" } (table(&method::method(record, options)))
     }
-}
-
-fn table(rows: &[Row]) -> Markup {
-    html! {
-        div.scroll {
-            table.facts {
-                @for (name, value) in rows {
-                    tr { th scope="row" { (name) } td.absent[value == NOT_RECORDED] { (value) } }
-                }
-            }
-        }
-    }
-}
-
-pub(super) fn row(name: &str, value: impl Into<String>) -> Row {
-    (name.to_owned(), value.into())
-}
-
-fn or_not_recorded(name: &str, value: Option<String>) -> Row {
-    row(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
 }
 
 fn capture(record: &Record<'_>) -> Vec<Row> {

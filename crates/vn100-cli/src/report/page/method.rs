@@ -6,7 +6,7 @@ use imu_noise::{Deviation, Estimator};
 
 use super::{
     super::{numbers::trimmed, record::Record},
-    facts::{Row, row},
+    fact_table::{Row, row},
 };
 use crate::args::MeasureArgs;
 

@@ -10,7 +10,7 @@ use super::super::{
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
     record::Record,
 };
-use crate::{text::in_words, units::ChannelValues};
+use crate::{text::names::in_words, units::ChannelValues};
 
 const TERMS: [(Term, &str, &str); 5] = [
     (Term::Quantization, "Q", "quantisation"),

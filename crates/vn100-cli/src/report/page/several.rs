@@ -73,7 +73,7 @@ fn list(records: &[Record<'_>]) -> Markup {
 fn rankings(comparison: &Comparison) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
-            h3 { "White noise of the " (crate::text::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
+            h3 { "White noise of the " (crate::text::names::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
             div.scroll {
                 table {
                     thead { tr { th scope="col" { "record" } th scope="col" { "N of its axes together" } th scope="col" { "axes" } } }
@@ -88,7 +88,7 @@ fn rankings(comparison: &Comparison) -> Markup {
                     }
                 }
             }
-            @if !ranking.folds_alike { p { (crate::text::folding(ranking)) "." } }
+            @if !ranking.folds_alike { p { (crate::text::comparison::folding(ranking)) "." } }
             @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
                 p {
                     @if comparison.is_beyond_chance(lead) { (letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }

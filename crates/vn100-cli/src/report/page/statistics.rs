@@ -13,7 +13,7 @@ use super::super::{
     record::Record,
 };
 use crate::{
-    text::EARTH_RATE_RAD_S,
+    text::statistics::EARTH_RATE_RAD_S,
     units::{ChannelValues, NormValues},
 };
 

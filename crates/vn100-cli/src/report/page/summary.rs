@@ -10,7 +10,10 @@ use super::super::{
     numbers::{NOTHING, digits, with_interval},
     record::Record,
 };
-use crate::{judging::verdict_name, text::in_words, verdict_document::shown_in};
+use crate::text::{
+    names::in_words,
+    verdict_words::{shown_in, verdict_name},
+};
 
 const COLUMNS: [&str; 5] =
     ["sensor", "white noise N, worst axis", "bias instability B", "rate random walk K", "N beside the data sheet"];

@@ -11,9 +11,8 @@ use super::{
     statistics::ORDER,
 };
 use crate::{
-    judging::verdict_name,
+    text::verdict_words::{grade, grade_name, shown_in, verdict_name},
     units::ChannelValues,
-    verdict_document::{grade, grade_name, shown_in},
 };
 use imu_noise::Term;
 use vn100_pipeline::{FigureVerdict, StreamUnknown};

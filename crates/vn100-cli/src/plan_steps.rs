@@ -1,0 +1,77 @@
+//! The commands that do what was planned.
+
+use imu_noise::Sensor;
+use vn100_pipeline::{Given, Plan};
+use vn100_protocol::BaudRate;
+
+/// By the names that wants have for them.
+pub(crate) const SENSORS: [(&str, Sensor); 3] =
+    [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
+
+/// The commands that do what was planned.
+pub(crate) struct Steps {
+    pub(crate) configure: String,
+    pub(crate) attach: String,
+    /// `attach` names a length; otherwise it says T.
+    pub(crate) has_length: bool,
+    /// Back to what a sensor is sold with.
+    pub(crate) undo: String,
+}
+
+impl Steps {
+    /// Of `plan`; with a length only if it was `asked` for something in particular that is within reach.
+    pub(crate) fn new(plan: &Plan, given: Given, asked: bool) -> Self {
+        let message = plan.message.header().unwrap_or_default();
+        let (rate_hz, window) = (plan.rate.hz(), plan.window);
+        // a speed that is given is the one the line has
+        let changes_baud = given.baud.is_none() && plan.baud != BaudRate::DEFAULT;
+        let set_baud =
+            |baud: BaudRate| if changes_baud { format!(" --set-baud {}", baud.bits_per_s()) } else { String::new() };
+        let length = plan.record_s.filter(|_| asked);
+        let duration = length.map_or_else(|| "T".into(), |record_s| span(plan.warm_up_s + record_s, ""));
+        Self {
+            configure: format!(
+                "vn100 configure PORT --set-message {message} --set-rate {rate_hz} --window {window}{} --count on",
+                set_baud(plan.baud)
+            ),
+            attach: format!(
+                "vn100 attach PORT --record rest.mcap --skip {} --duration {duration}",
+                span(plan.warm_up_s, "")
+            ),
+            has_length: length.is_some(),
+            undo: format!(
+                "vn100 configure PORT --set-message VNYMR --set-rate 40 --window 4{} --count off",
+                set_baud(BaudRate::DEFAULT)
+            ),
+        }
+    }
+}
+
+/// A length of time in whole seconds, as "1 h 30 min" with `blank` as the blank; options take it without.
+pub(crate) fn span(seconds: f64, blank: &str) -> String {
+    let seconds = seconds.ceil().max(0.0) as u64;
+    let parts = [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")];
+    let parts: Vec<String> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count}{blank}{unit}")).collect();
+    if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_said_and_read_back() {
+        for (seconds, said) in [
+            (0.0, "0 s"),
+            (59.2, "1 min"),
+            (1800.0, "30 min"),
+            (5400.0, "1 h 30 min"),
+            (354_601.0, "4 d 2 h 30 min 1 s"),
+        ] {
+            assert_eq!(span(seconds, " "), said);
+            let option = humantime::parse_duration(&span(seconds, ""));
+            assert_eq!(option.map(|duration| duration.as_secs_f64()), Ok(seconds.ceil()), "{said}");
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! How the results of a command reach whoever asked for them.
+
+use anyhow::Result;
+
+use crate::{
+    args::Telling,
+    document::Document,
+    exit::{Exit, print, print_json, report},
+    measured::Measured,
+    text,
+};
+
+/// Tells results in the order of the sources.
+pub(crate) struct Teller {
+    telling: Telling,
+    documents: Vec<Document>,
+    exit: Exit,
+}
+
+impl Teller {
+    pub(crate) fn new(telling: Telling) -> Self {
+        Self { telling, documents: Vec::new(), exit: Exit::Good }
+    }
+
+    /// Takes the next one.
+    pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
+        self.exit = self.exit.max(measured.exit);
+        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        match self.telling {
+            Telling::Json => self.documents.push(Document::of(measured)),
+            Telling::Text if measured.origin.kind.is_some() => {
+                print(&text::result(measured))?;
+            }
+            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
+            Telling::Text | Telling::Ndjson => {}
+        }
+        Ok(())
+    }
+
+    /// After the last: what became of the command.
+    pub(crate) fn finish(self) -> Result<Exit> {
+        if self.telling == Telling::Json {
+            let document = match &self.documents[..] {
+                [document] => serde_json::to_string_pretty(document),
+                documents => serde_json::to_string_pretty(documents),
+            };
+            print_json(&document?)?;
+        }
+        Ok(self.exit)
+    }
+}
+
+/// Writes a document in a line.
+pub(crate) fn print_line(document: &Document) -> Result<()> {
+    print_json(&serde_json::to_string(document)?)
+}
