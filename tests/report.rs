@@ -72,6 +72,19 @@ fn holds_the_lab(html: &str) {
 }
 
 #[test]
+fn what_is_read_by_rule_is_read_off_the_allan_deviation() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3", "--message", "VNIMU"]);
+    let (_, html) = report(&folder, &[&capture], &[]);
+    let by_rule = html.split("Read by rule").nth(1).unwrap().split("</table>").next().unwrap();
+    for unit in ["rad/s/√Hz", "°/h", "rad/s/√s"] {
+        assert!(by_rule.contains(&format!(">{unit}</td>")), "no {unit} in {by_rule}");
+    }
+    let (_, html) = report(&folder, &[&capture], &["--deviation", "hadamard"]);
+    assert!(!html.contains("Read by rule"), "the rules are none of the Hadamard deviation");
+}
+
+#[test]
 fn every_figure_and_table_of_the_lab_is_there_and_nothing_comes_from_elsewhere() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "lab.vnymr", &["--profile", "lab3"]);

@@ -1,6 +1,6 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use.
 
-use imu_noise::{Parameter, Sensor, Sides, Term, conventions};
+use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
 use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
 use vn100_protocol::Quantity;
@@ -10,7 +10,10 @@ use super::super::{
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
     record::Record,
 };
-use crate::{text::names::in_words, units::ChannelValues};
+use crate::{
+    text::{names::in_words, verdict_words::shown_in},
+    units::ChannelValues,
+};
 
 const TERMS: [(Term, &str, &str); 5] = [
     (Term::Quantization, "Q", "quantisation"),
@@ -34,14 +37,14 @@ pub(super) fn parameters(record: &Record<'_>) -> Markup {
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
                 h3 { (name) }
-                (table(&axes, first.sensor))
+                (table(&axes, first.sensor, record.snapshot().deviation))
                 @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
             }
         }
     }
 }
 
-fn table(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
+fn table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) -> Markup {
     let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
     html! {
         div.scroll {
@@ -81,13 +84,29 @@ fn table(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
                         (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
-                @if sensor != Sensor::Magnetometer {
-                    tbody {
-                        tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Read by rule off the curve, not fitted: for comparison with older reports only" } }
-                        (row(axes, "N: slope −½ at 1 s", &pretty_unit(conventions(sensor, Term::White)[0].unit), |noise| noise.classical.white.map(four_digits)))
-                        (row(axes, "B: minimum / 0.664", &pretty_unit(conventions(sensor, Term::BiasInstability)[0].unit), |noise| noise.classical.bias_instability.map(four_digits)))
-                        (row(axes, "K: slope +½ at 3 s", &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.classical.rate_random_walk.map(four_digits)))
-                    }
+                @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
+            }
+        }
+    }
+}
+
+/// Beside the fit, for those who compare with older reports.
+fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
+    type Read = fn(&ChannelNoise) -> Option<f64>;
+    let rules: [(Term, &str, Read); 3] = [
+        (Term::White, "N: slope −½ at 1 s", |noise| noise.classical.white),
+        (Term::BiasInstability, "B: minimum / 0.664", |noise| noise.classical.bias_instability),
+        (Term::RateRandomWalk, "K: slope +½ at 3 s", |noise| noise.classical.rate_random_walk),
+    ];
+    html! {
+        tbody {
+            tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Read by rule off the curve, not fitted: for comparison with older reports only" } }
+            @for (term, name, read) in rules {
+                @let si = &conventions(sensor, term)[0];
+                (row(axes, name, &pretty_unit(si.unit), |noise| read(noise).map(four_digits)))
+                @if term == Term::BiasInstability {
+                    @let (unit, factor) = shown_in(sensor, term);
+                    (row(axes, "", &pretty_unit(unit), |noise| read(noise).map(|value| four_digits(value * factor))))
                 }
             }
         }
