@@ -26,6 +26,14 @@ const LISTED_TOLERANCE: f64 = 0.01;
 /// A rate given beforehand is this near to the measured one.
 const KNOWN_TOLERANCE: f64 = 0.05;
 
+/// So many intervals in a row, and so long a time of them, bear out a known rate: ten times as long as bunching usually lasts, so that
+/// reads at another pace, and what drains of a backlog, do not look like it.
+const EVEN_INTERVALS: usize = 4;
+const EVEN_S: f64 = 1.0;
+
+/// Part of a period by which each of these intervals may be longer or shorter.
+const EVEN_TOLERANCE: f64 = 0.1;
+
 /// Time by which bunching may bend a short record.
 const BUNCHING_S: f64 = 0.1;
 
@@ -91,6 +99,10 @@ impl Start {
     /// Adds a line's stamp; the rate, when it is clear now, or why there is none.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Result<Beginning, Refusal>> {
         self.held_s.push(at_s);
+        if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.comes_evenly_at(known_hz)) {
+            let placing = Placing::Listed(known_hz);
+            return Some(Ok(Beginning { nominal: NominalRate::Known(known_hz), placing }));
+        }
         let stretch = self.cutter.push(at_s);
         self.stretches.extend(stretch);
         let lasting = self.held_s.len() >= START_LINES;
@@ -148,6 +160,18 @@ impl Start {
             (Placing::Listed(hz), None) => Ok(Beginning { nominal: NominalRate::Snapped(hz), placing }),
             (Placing::Measured(hz), None) => Ok(Beginning { nominal: NominalRate::Measured(hz), placing }),
         })
+    }
+
+    /// Whether the last lines came alone, none lost, at this rate. At a low one that is known long before a stretch is over.
+    fn comes_evenly_at(&self, hz: f64) -> bool {
+        let intervals = EVEN_INTERVALS.max((EVEN_S * hz).ceil() as usize);
+        let Some(first) = self.held_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
+            return false;
+        };
+        let last_s = &self.held_s[first..];
+        let even = |pair: &[f64]| ((pair[1] - pair[0]) * hz - 1.0).abs() < EVEN_TOLERANCE;
+        let mean_hz = intervals as f64 / (last_s[intervals] - last_s[0]);
+        (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(even)
     }
 
     /// The rate by intervals or stretches, once one of them is clear; when `full` it need not be one of the sensor's.

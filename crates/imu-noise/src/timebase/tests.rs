@@ -1,5 +1,7 @@
 //! Rate, change of the rate and refusal: what is told, and where.
 
+mod known;
+
 use std::time::Duration;
 
 use proptest::prelude::*;
@@ -86,32 +88,6 @@ fn few_lines_have_their_mean_rate() {
     assert_eq!(place(&[7.0, 7.025, 7.05]).0, [snapped(40.0), Placed::Lines(3)]);
 }
 
-#[test]
-fn few_lines_agree_with_a_known_rate_that_bunching_explains() {
-    for stamps_s in [&[7.0][..], &[7.0; 4], &[7.0, 7.05, 7.05, 7.1]] {
-        assert_eq!(place_known(40.0, stamps_s).0, [known(40.0), Placed::Lines(stamps_s.len() as u64)]);
-    }
-    let paused = [7.0, 7.025, 7.05, 7.075, 9.0];
-    let gap = Placed::Gap { missing: 76 };
-    assert_eq!(place_known(40.0, &paused).0, [known(40.0), Placed::Lines(4), gap, Placed::Lines(1)]);
-    let (sequence, _) = place_known(200.0, &steady(40.0, 20));
-    assert!(matches!(sequence[..], [Placed::Refused(Refusal::OtherRate { .. }), Placed::Lines(20)]), "{sequence:?}");
-}
-
-#[test]
-fn a_known_rate_that_the_stamps_contradict_is_refused() {
-    for known_hz in [1.0, 20.0, 50.0, 200.0] {
-        for stamps_s in [steady(40.0, 3000), bunched(&steady(40.0, 3000), 0.05)] {
-            let (sequence, summary) = place_known(known_hz, &stamps_s);
-            let refusal = Refusal::OtherRate { known_hz, measured_hz: 40.0 };
-            assert_eq!(sequence, [Placed::Refused(refusal), Placed::Lines(3000)]);
-            assert_eq!((summary.refusal, summary.nominal, summary.gaps), (Some(refusal), None, 0));
-            let told = refusal.to_string();
-            assert!(told.contains("40.0000 Hz") && told.contains(&format!("{known_hz} Hz")), "{told}");
-        }
-    }
-}
-
 /// As read by a host that stalls for `stalled_s` at first, then reads for the rest of a second after these pauses in turn,
 /// and then takes each line alone.
 fn bunched_start(stamps_s: &[f64], stalled_s: f64, pauses_s: &[f64]) -> Vec<f64> {
@@ -125,59 +101,6 @@ fn bunched_start(stamps_s: &[f64], stalled_s: f64, pauses_s: &[f64]) -> Vec<f64>
         sent_s.max(read_s)
     };
     stamps_s.iter().map(read).collect()
-}
-
-#[test]
-fn a_known_rate_outlasts_a_backlog_that_drains() {
-    // Ten lines are late at first, and the reader catches up by one in 40, one read in four bringing two.
-    let drained: Vec<f64> = steady(200.0, 6000)
-        .into_iter()
-        .enumerate()
-        .map(|(line, sent_s)| {
-            let behind = 10_usize.saturating_sub(line / 40) + usize::from(line < 500 && line % 4 == 0);
-            sent_s + 0.005 * behind as f64
-        })
-        .collect();
-    let mut lossy = drained.clone();
-    lossy.drain(3000..3004);
-    let expected = [known(200.0), Placed::Lines(3000), Placed::Gap { missing: 4 }, Placed::Lines(2996)];
-    assert_eq!(place_known(200.0, &drained).0, [known(200.0), Placed::Lines(6000)]);
-    assert_eq!(place_known(200.0, &lossy).0, expected);
-}
-
-#[test]
-fn a_bunched_start_hides_no_other_rate() {
-    for (known_hz, rate_hz) in [(200.0, 100.0), (100.0, 200.0), (40.0, 50.0), (50.0, 40.0), (200.0, 180.0)] {
-        let stamps_s = bunched_start(&steady(rate_hz, 3000), 0.3, &[0.031, 0.017, 0.013, 0.049]);
-        let (sequence, _) = place_known(known_hz, &stamps_s);
-        let [Placed::Refused(Refusal::OtherRate { measured_hz, .. }), Placed::Lines(3000)] = sequence[..] else {
-            panic!("{rate_hz} for {known_hz} Hz: {sequence:?}")
-        };
-        assert!((measured_hz / rate_hz - 1.0).abs() < 0.01, "{measured_hz} of {rate_hz} Hz");
-    }
-}
-
-#[test]
-fn a_known_rate_within_5_percent_is_used() {
-    for known_hz in [38.2, 39.0, 40.0, 41.0, 41.9] {
-        for stamps_s in [steady(40.0, 20_000), bunched(&steady(40.0, 20_000), 0.05)] {
-            assert_eq!(place_known(known_hz, &stamps_s).0, [known(known_hz), Placed::Lines(20_000)]);
-        }
-    }
-    assert_eq!(place_known(f64::NAN, &steady(40.0, 100)).0, [snapped(40.0), Placed::Lines(100)]);
-}
-
-#[test]
-fn lost_lines_do_not_contradict_a_known_rate() {
-    for lost in 1..60 {
-        let mut stamps_s = steady(40.0, 2000);
-        stamps_s.drain(10..10 + lost);
-        let expected =
-            [known(40.0), Placed::Lines(10), Placed::Gap { missing: lost as u64 }, Placed::Lines(1990 - lost as u64)];
-        assert_eq!(place_known(40.0, &stamps_s).0, expected);
-        let (sequence, _) = place_known(40.0, &bunched(&stamps_s, 0.0437));
-        assert_eq!(sequence[0], known(40.0), "{lost} lost");
-    }
 }
 
 #[test]
