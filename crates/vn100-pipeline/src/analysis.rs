@@ -1,5 +1,6 @@
 //! The owner of all accumulators: batches of rows in, snapshots out. Pure: no task, no clock.
 
+mod placing;
 mod rate;
 mod restart;
 
@@ -12,14 +13,13 @@ use vn100_protocol::{Layout, PrintFormat, Register};
 use crate::{
     advice::{self, Findings},
     channel_state::ChannelState,
-    evidence::Verdict,
     norms::Norm,
     polled::Polled,
     recent::Recent,
     repeats::Repeats,
     settings::{DEFAULT_RATE_HZ, Settings},
     snapshot::{FalseRate, MissingFrom, Outages, RateChange, RateFrom, Snapshot, Timing},
-    waiting::{Ready, Waiting},
+    waiting::Waiting,
     warning::{Warning, WarningKind},
 };
 
@@ -136,13 +136,7 @@ impl Analysis {
             }
             self.take_rows(&batch.counts[row * width..]);
         } else {
-            let mut waiting = self.waiting.take().unwrap_or_else(|| {
-                let arrivals = (!batch.arrivals.is_empty()).then(|| self.timebase());
-                Waiting::new(width, arrivals)
-            });
-            waiting.take_in(batch);
-            self.take_ready(&mut waiting);
-            self.waiting = Some(waiting);
+            self.take_waiting(batch, width);
         }
     }
 
@@ -156,20 +150,6 @@ impl Analysis {
             self.missing_by_evidence = false;
             if !self.is_complete() {
                 self.take_unknown_gap();
-            }
-        }
-    }
-
-    /// The stream is over: rows whose place was in doubt take the likeliest.
-    pub fn finish(&mut self) {
-        if let Some(mut waiting) = self.waiting.take() {
-            let few = waiting.lines_of_unsure_rate().filter(|_| self.is_rate_open());
-            let (before, by_few_before) = (self.timing, self.rate_by_few);
-            waiting.finish();
-            self.take_ready(&mut waiting);
-            self.waiting = Some(waiting);
-            if let Some(lines) = few {
-                self.weigh_rate(lines, before, by_few_before);
             }
         }
     }
@@ -241,45 +221,6 @@ impl Analysis {
             (layout.channels.iter()).map(|channel| ChannelState::new(channel, &self.settings, &plan)).collect();
         self.norms = Norm::all(&layout);
         self.layout = Some(layout);
-    }
-
-    fn take_ready(&mut self, waiting: &mut Waiting) {
-        while let Some(ready) = waiting.next() {
-            match ready {
-                Ready::Rows(counts) => self.take_rows(counts),
-                // the evidence knows of lines lost whole, too, and would count this one twice
-                Ready::Mark(MarkKind::BadLine) if self.missing_by_evidence => {}
-                Ready::Mark(mark) => self.take_mark(mark),
-                Ready::Verdict(verdict) => self.take_verdict(verdict),
-            }
-        }
-    }
-
-    fn take_verdict(&mut self, verdict: Verdict) {
-        match verdict {
-            // rows, not a verdict, tell of these
-            Verdict::Lines(_) => {}
-            Verdict::Missing(missing) => self.take_gap(missing),
-            Verdict::Unknown => self.take_unknown_gap(),
-            Verdict::Counting => {
-                self.timing.missing_from = MissingFrom::Counter;
-                self.missing_by_evidence = true;
-            }
-            Verdict::Rate(nominal) => {
-                self.take_rate(nominal);
-                if self.timing.missing_from != MissingFrom::Counter && self.refused_before.is_none() {
-                    self.timing.missing_from = MissingFrom::Arrival;
-                }
-                self.missing_by_evidence = true;
-            }
-            Verdict::Refused => {
-                self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter;
-                if !self.missing_by_evidence {
-                    self.timing.missing_from = MissingFrom::BadLines;
-                }
-            }
-            Verdict::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
-        }
     }
 
     fn take_mark(&mut self, mark: MarkKind) {

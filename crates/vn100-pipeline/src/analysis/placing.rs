@@ -1,0 +1,78 @@
+//! Rows that wait until it is known what is missing before them, and what their stamps and counters say of it.
+
+use vn100_driver::{Batch, MarkKind};
+
+use super::Analysis;
+use crate::{
+    evidence::Verdict,
+    snapshot::MissingFrom,
+    waiting::{Ready, Waiting},
+};
+
+impl Analysis {
+    /// The stream is over: rows whose place was in doubt take the likeliest.
+    pub fn finish(&mut self) {
+        if let Some(mut waiting) = self.waiting.take() {
+            let few = waiting.lines_of_unsure_rate().filter(|_| self.is_rate_open());
+            let (before, by_few_before) = (self.timing, self.rate_by_few);
+            waiting.finish();
+            self.take_ready(&mut waiting);
+            self.waiting = Some(waiting);
+            if let Some(lines) = few {
+                self.weigh_rate(lines, before, by_few_before);
+            }
+        }
+    }
+
+    /// Takes the rows of a batch with stamps or counters, and those before them that wait.
+    pub(super) fn take_waiting(&mut self, batch: &Batch, width: usize) {
+        let mut waiting = self.waiting.take().unwrap_or_else(|| {
+            let arrivals = (!batch.arrivals.is_empty()).then(|| self.timebase());
+            Waiting::new(width, arrivals)
+        });
+        waiting.take_in(batch);
+        self.take_ready(&mut waiting);
+        self.waiting = Some(waiting);
+    }
+}
+
+impl Analysis {
+    fn take_ready(&mut self, waiting: &mut Waiting) {
+        while let Some(ready) = waiting.next() {
+            match ready {
+                Ready::Rows(counts) => self.take_rows(counts),
+                // the evidence knows of lines lost whole, too, and would count this one twice
+                Ready::Mark(MarkKind::BadLine) if self.missing_by_evidence => {}
+                Ready::Mark(mark) => self.take_mark(mark),
+                Ready::Verdict(verdict) => self.take_verdict(verdict),
+            }
+        }
+    }
+
+    fn take_verdict(&mut self, verdict: Verdict) {
+        match verdict {
+            // rows, not a verdict, tell of these
+            Verdict::Lines(_) => {}
+            Verdict::Missing(missing) => self.take_gap(missing),
+            Verdict::Unknown => self.take_unknown_gap(),
+            Verdict::Counting => {
+                self.timing.missing_from = MissingFrom::Counter;
+                self.missing_by_evidence = true;
+            }
+            Verdict::Rate(nominal) => {
+                self.take_rate(nominal);
+                if self.timing.missing_from != MissingFrom::Counter && self.refused_before.is_none() {
+                    self.timing.missing_from = MissingFrom::Arrival;
+                }
+                self.missing_by_evidence = true;
+            }
+            Verdict::Refused => {
+                self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter;
+                if !self.missing_by_evidence {
+                    self.timing.missing_from = MissingFrom::BadLines;
+                }
+            }
+            Verdict::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
+        }
+    }
+}
