@@ -163,18 +163,27 @@ fn short_state(state: &LinkState) -> Cow<'static, str> {
 
 fn counts(snapshot: &Snapshot) -> String {
     let timing = &snapshot.timing;
-    format!(
-        "{} samples in {:.0} s at {} Hz, {} bad lines, {} missing",
-        timing.samples,
-        timing.duration_s(),
-        timing.rate_hz,
-        snapshot.link.tally.bad.total(),
-        timing.missing
-    )
+    let bad = snapshot.link.tally.bad.total();
+    let held = snapshot.lines_held().map(|lines| format!("{lines} lines held, finding their rate"));
+    match held {
+        // neither a time nor a rate is known yet
+        Some(held) if timing.samples == 0 => format!("{held}, {bad} bad lines"),
+        held => format!(
+            "{} samples in {:.0} s at {} Hz, {bad} bad lines, {} missing{}",
+            timing.samples,
+            timing.duration_s(),
+            timing.rate_hz,
+            timing.missing,
+            held.map_or(String::new(), |held| format!(", {held}"))
+        ),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use vn100_driver::{Arrival, Batch, protocol::VNYMR};
+    use vn100_pipeline::{Analysis, Settings};
+
     use super::*;
 
     fn down(cause: &str, needs_help: bool) -> LinkState {
@@ -195,6 +204,19 @@ mod tests {
             retry_in: Duration::from_secs(5),
         };
         assert!(!is_news(Some(&busy), &later));
+    }
+
+    #[test]
+    fn lines_that_are_held_are_told_and_no_rate_that_is_not_known() {
+        let told = |lines: usize| {
+            let arrivals = (0..lines).map(|line| Arrival { from_row: line, at_ns: 25_000_000 * line as i64 }).collect();
+            let (counts, layout) = (vec![0; VNYMR.channels.len() * lines], Some(VNYMR.clone().into()));
+            let mut analysis = Analysis::new(Settings::default());
+            analysis.absorb(&Batch { counts, layout, arrivals, ..Batch::default() });
+            super::counts(&analysis.snapshot())
+        };
+        assert_eq!(told(7), "7 lines held, finding their rate, 0 bad lines");
+        assert_eq!(told(80), "80 samples in 2 s at 40 Hz, 0 bad lines, 0 missing");
     }
 
     #[test]

@@ -160,10 +160,11 @@ impl Analysis {
         &self.settings
     }
 
-    /// Whether all the data time asked for has passed.
+    /// Whether all the data time asked for has passed: by the samples, and by the stamps of lines that are held because their rate is not
+    /// sure. For these [`finish`](Self::finish) decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.index > 0 && self.index >= self.end_index()
+        (self.index > 0 && self.index >= self.end_index()) || self.is_complete_by_lines_held()
     }
 
     /// Whole seconds of data time passed, those missing or left out counted in.

@@ -72,6 +72,14 @@ impl Snapshot {
         means.try_into().ok()
     }
 
+    /// How many lines are held until their times tell the rate, or bear out the one told; `None` where none are.
+    #[must_use]
+    pub fn lines_held(&self) -> Option<u64> {
+        let arrivals = self.arrivals.as_ref()?;
+        let is_open = arrivals.nominal.is_none() && arrivals.refusal.is_none();
+        (is_open && arrivals.lines > 0).then_some(arrivals.lines)
+    }
+
     /// How the octaves of every channel came about.
     #[must_use]
     pub fn shape(&self) -> RecordShape {

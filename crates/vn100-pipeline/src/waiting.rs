@@ -7,6 +7,9 @@ use vn100_driver::{Batch, MarkKind};
 
 use crate::evidence::{Evidence, Verdict};
 
+/// The first stamp: long after zero, as later ones may lie before it.
+const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
+
 /// The rows of a stream that are not placed yet, and the marks between them.
 #[derive(Debug)]
 pub(crate) struct Waiting {
@@ -118,10 +121,15 @@ impl Waiting {
         (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.lines)
     }
 
+    /// How long the lines have come that are all held, as their rate is not sure: by their stamps, zero once one was given out.
+    pub(crate) fn all_held_for(&self) -> Duration {
+        if self.given_in_all == 0 { self.last.saturating_sub(FIRST) } else { Duration::ZERO }
+    }
+
     /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);
-        Duration::from_nanos((since_first + i128::from(u64::MAX / 2)).clamp(0, u64::MAX.into()) as u64)
+        Duration::from_nanos((since_first + FIRST.as_nanos() as i128).clamp(0, u64::MAX.into()) as u64)
     }
 }

@@ -141,3 +141,38 @@ async fn errors_that_the_sensor_tells_unasked_are_warnings_to_the_end() {
     assert!(refused.starts_with("device-errors: ") && refused.contains("another program"), "{refused}");
     assert!(full.starts_with("link-budget: ") && full.contains("2 times") && full.contains("lower the output rate"));
 }
+
+/// Lines of 1 Hz, each with the time of its read.
+fn lines_of_1_hz(lines: i64) -> Script {
+    let chunk = |second| Chunk { bytes: LINE.to_vec().into(), at_ns: Some(1_000_000_000 * second) };
+    Script((0..lines).map(|second| Input::Chunk(chunk(second))).collect())
+}
+
+/// A source that stays open when all is told.
+struct Open(Script);
+
+impl Source for Open {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        match self.0.next_input().await? {
+            Some(input) => Ok(Some(input)),
+            None => std::future::pending().await,
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_time_asked_for_ends_lines_of_unknown_rate_live_and_in_a_replay() {
+    let settings = Settings { duration: Some(time::Duration::from_secs(5)), ..Settings::default() };
+    let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
+    let stop = CancellationToken::new();
+    let live = read_samples(Open(lines_of_1_hz(6)), options, stop.clone());
+    let live = start(live, settings.clone(), None).outcome();
+    let live = time::timeout(time::Duration::from_secs(60), live).await.unwrap().unwrap().snapshot;
+    assert_eq!((live.timing.samples, live.timing.left_out, live.timing.rate_hz), (5, 1, 1.0));
+    for lines in [6, 7, 600] {
+        let replay = read_samples(lines_of_1_hz(lines), options, stop.clone());
+        let replay = start(replay, settings.clone(), None).outcome().await.unwrap().snapshot;
+        assert_eq!(replay.timing, live.timing, "{lines} lines recorded");
+        assert!(replay.channels.iter().zip(&live.channels).all(|(replay, live)| replay.moments == live.moments));
+    }
+}

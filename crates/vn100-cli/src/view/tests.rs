@@ -9,6 +9,7 @@ mod stills;
 
 use std::{env, fmt::Write, fs, path::Path};
 
+use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_driver::LinkState;
 use vn100_pipeline::{RateChange, Warning, WarningKind};
@@ -203,6 +204,15 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     let mut held = Source { stage: Stage::Measuring, link: Some(up()), ..nothing() };
     let mut snapshot = (*held.snapshot).clone();
     (snapshot.link.tally.samples, snapshot.link.tally.good_line_bytes) = (336, 336 * 122);
+    let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
+    snapshot.arrivals = (measured().snapshot.arrivals).map(|all| TimebaseSummary {
+        lines: 336,
+        nominal,
+        measured_hz,
+        offset_ppm,
+        arrivals,
+        ..all
+    });
     held.snapshot = snapshot.into();
     check("waiting-held", &one(), &[held]);
     check("waiting-preparing", &one(), &[nothing()]);

@@ -38,6 +38,11 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
 fn waiting_for(source: &Source) -> (String, Vec<String>) {
     let own = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
     let name = &source.name;
+    if let (Stage::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
+        (&source.stage, &source.link, source.snapshot.lines_held())
+    {
+        return held(name, lines);
+    }
     match (&source.stage, &source.link) {
         (Stage::Preparing, _) => (
             format!(
@@ -80,16 +85,6 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
                     "It may send nothing: then it is asked, unless --listen-only forbids it.",
                 ]),
             ),
-            LinkState::Up(up) if source.snapshot.link.tally.samples > 0 => (
-                format!(
-                    "{} sends; its first lines are held until their times tell the rate and what is missing.",
-                    up.port
-                ),
-                own(&[
-                    "On a quiet line that takes a second, on a disturbed or busy one up to half a minute at 40 Hz.",
-                    "None of them is lost: they are counted as soon as it is known.",
-                ]),
-            ),
             LinkState::Up(up) => (
                 match up.baud {
                     Some(baud) => format!("{} is heard at {baud} baud; waiting for the first measurement.", up.port),
@@ -120,4 +115,18 @@ fn waiting_for(source: &Source) -> (String, Vec<String>) {
             _ => ("Ending.".to_owned(), Vec::new()),
         },
     }
+}
+
+fn held(name: &str, lines: u64) -> (String, Vec<String>) {
+    (
+        format!(
+            "{name} sends; the rate is being found. Its first {} lines are held until their times tell it, and what is missing.",
+            grouped(lines)
+        ),
+        vec![
+            "On a quiet line that takes 32 lines, or a second and 5 lines where the sensor tells its rate.".to_owned(),
+            "On a disturbed or busy one it takes up to 1024 lines, half a minute at 40 Hz.".to_owned(),
+            "None of them is lost: they are counted as soon as it is known.".to_owned(),
+        ],
+    )
 }

@@ -1,5 +1,7 @@
 //! Rows that wait until it is known what is missing before them, and what their stamps and counters say of it.
 
+use std::time::Duration;
+
 use vn100_driver::{Batch, MarkKind};
 
 use super::Analysis;
@@ -8,6 +10,9 @@ use crate::{
     snapshot::MissingFrom,
     waiting::{Ready, Waiting},
 };
+
+/// Lines of less time do not tell their rate where they come bunched.
+const LEAST_HELD: Duration = Duration::from_secs(1);
 
 impl Analysis {
     /// The stream is over: rows whose place was in doubt take the likeliest.
@@ -33,6 +38,13 @@ impl Analysis {
         waiting.take_in(batch);
         self.take_ready(&mut waiting);
         self.waiting = Some(waiting);
+    }
+
+    /// Whether lines of which none has its place have come for as long as was asked for.
+    pub(super) fn is_complete_by_lines_held(&self) -> bool {
+        let held = self.waiting.as_ref().map_or(Duration::ZERO, Waiting::all_held_for);
+        let is_asked_for = |duration| self.data_time() + held >= duration;
+        held >= LEAST_HELD && self.settings.duration.is_some_and(is_asked_for)
     }
 }
 

@@ -33,7 +33,7 @@ impl Analysis {
         self.warm_up.unwrap_or(self.settings.skip)
     }
 
-    fn data_time(&self) -> Duration {
+    pub(super) fn data_time(&self) -> Duration {
         Duration::try_from_secs_f64(self.index as f64 / self.timing.rate_hz).unwrap_or(Duration::MAX)
     }
 

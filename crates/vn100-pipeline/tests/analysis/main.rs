@@ -1,6 +1,7 @@
 //! What becomes of batches: gaps, segments, angles, and results that do not depend on how the stream was cut.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
+mod held;
 mod link;
 
 use std::{sync::Arc, time::Duration};

@@ -1,0 +1,63 @@
+//! Lines that are held because their rate is not sure: the time asked for passes for them, too.
+
+use vn100_driver::Arrival;
+
+use super::*;
+
+/// Takes lines with these stamps, in seconds, one by one until the measurement is complete, if it becomes so: after how many.
+fn until_complete(analysis: &mut Analysis, stamps_s: &[f64]) -> Option<usize> {
+    let lines = batches(&vec![Good(1); stamps_s.len()], 1);
+    (1..).zip(lines).zip(stamps_s).find_map(|((number, mut line), stamp_s)| {
+        line.arrivals.push(Arrival { from_row: 0, at_ns: (stamp_s * 1e9) as i64 });
+        analysis.absorb(&line);
+        analysis.is_complete().then_some(number)
+    })
+}
+
+fn steady(rate_hz: f64, lines: u32) -> Vec<f64> {
+    (0..lines).map(|line| f64::from(line) / rate_hz).collect()
+}
+
+#[test]
+fn the_time_asked_for_passes_for_lines_that_are_held() {
+    let mut lossy = steady(1.0, 40);
+    lossy.remove(2);
+    for (case, stamps_s, duration_s, rate_hz, expected) in [
+        // lines until it ends; samples, left out, missing, rate
+        ("of unknown rate", steady(1.0, 40), 5.0, None, (Some(6), 5, 1, 0, 1.0)),
+        ("of known rate", steady(1.0, 40), 5.0, Some(1.0), (Some(5), 5, 0, 0, 1.0)),
+        ("one lost", lossy, 5.0, None, (Some(5), 4, 1, 1, 1.0)),
+        ("too few", steady(1.0, 4), 5.0, None, (None, 4, 0, 0, 1.0)),
+        ("a second at least", steady(5.0, 100), 0.1, None, (Some(6), 1, 5, 0, 5.0)),
+        ("enough for a rate", steady(40.0, 100), 0.5, None, (Some(33), 20, 13, 0, 40.0)),
+    ] {
+        let duration = Some(Duration::from_secs_f64(duration_s));
+        let mut analysis = Analysis::new(Settings { duration, rate_hz, ..Settings::default() });
+        let complete = until_complete(&mut analysis, &stamps_s);
+        analysis.finish();
+        let timing = analysis.snapshot().timing;
+        let found = (complete, timing.samples, timing.left_out, timing.missing, timing.rate_hz);
+        assert_eq!(found, expected, "{case}");
+    }
+}
+
+#[test]
+fn the_time_before_a_lost_link_counts_for_lines_held_behind_it() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
+    let settings = Settings { duration: Some(Duration::from_secs(20)), ..Settings::default() };
+    let mut analysis = Analysis::new(settings);
+    assert_eq!(until_complete(&mut analysis, &steady(1.0, 12)), None);
+    assert_eq!(analysis.snapshot().lines_held(), Some(12));
+    analysis.take_link_event(&down);
+    assert_eq!(until_complete(&mut analysis, &steady(1.0, 40)), Some(9), "twelve seconds and eight");
+}
+
+#[test]
+fn no_line_is_held_once_the_rate_is_told() {
+    let mut analysis = Analysis::new(Settings::default());
+    assert_eq!(analysis.snapshot().lines_held(), None);
+    until_complete(&mut analysis, &steady(40.0, 30));
+    assert_eq!(analysis.snapshot().lines_held(), Some(30));
+    until_complete(&mut analysis, &steady(40.0, 60)[30..]);
+    assert_eq!(analysis.snapshot().lines_held(), None);
+}
