@@ -188,6 +188,30 @@ fn an_unplugged_sensor_is_found_again_and_the_measurement_goes_on() {
 }
 
 #[test]
+fn a_sensor_that_comes_back_under_another_name_is_followed() {
+    let output = run(vn100().args(["attach", "sim", "--duration", "6s", "--json", "--faults", "unplug@4s+1s:other"]));
+    let measured = document(&output);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(number(&measured, "/timing/samples") + number(&measured, "/timing/missing"), 240);
+    assert_eq!((number(&measured, "/link/reconnects"), number(&measured, "/timing/segments")), (1, 2));
+    assert!(measured["link"]["down_s"].as_f64().is_some_and(|down_s| down_s > 0.0), "{}", measured["link"]);
+    assert_conserved(&measured);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(error.matches(": lost: the port is gone").count(), 1, "{error}");
+}
+
+#[test]
+fn what_was_changed_is_put_back_under_the_other_name() {
+    let options = ["--set-rate", "20", "--duration", "8s", "--json", "--faults", "unplug@8s+1s:other"];
+    let output = run(vn100().args(["attach", "sim"]).args(options));
+    let measured = document(&output);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{error}");
+    assert!(error.contains("put back as it was"), "{error}");
+    assert_eq!((&measured["timing"]["rate_hz"], number(&measured, "/timing/segments")), (&20.0.into(), 2));
+}
+
+#[test]
 fn an_interrupt_and_a_hang_up_without_a_view_end_with_the_result() {
     for signal in ["-INT", "-HUP"] {
         let sensor = Sensor::start(&[]);

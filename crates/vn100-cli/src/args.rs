@@ -318,7 +318,7 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// A name that always leads to the emulated port, whatever the system calls it
+    /// A name that leads to the emulated port, whatever the system calls it; after an unplugging with `:other` it is PATH-1
     #[arg(long, value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,
 

@@ -1,12 +1,9 @@
 //! Live sources by their names on the command line: opened to be measured, or for a few commands.
 
 use std::{
-    env, fmt,
+    fmt,
     future::{self, Future},
     io,
-    path::PathBuf,
-    process,
-    sync::atomic::{AtomicU32, Ordering},
 };
 
 use anyhow::{Context, Result, bail};
@@ -20,27 +17,24 @@ use vn100_driver::{
     Change, Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source,
     TcpServer, open_link, read_samples,
 };
-use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
     args::{Baud, LinkArgs, SourceName},
+    emulated_port::EmulatedPort,
     log::Entries,
-    sim,
 };
 
 /// How often register 54 is read where the temperature is asked for.
 const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
-
-/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
-const ON_FOR: Duration = Duration::from_secs(2);
 
 /// A source that can be opened. While it is there an emulated sensor stays on.
 pub(crate) struct LiveSource {
     name: SourceName,
     link: LinkArgs,
     log: Entries,
-    /// The emulated sensor and the name of its port.
-    emulated: Option<(PathBuf, PtySensor)>,
+    /// The port, of which each opening knows what the others have learned; `None` where it is none.
+    ports: Option<SerialPorts>,
+    _emulated: Option<EmulatedPort>,
 }
 
 /// Waits until a link whose events nobody takes any more has let go of its port.
@@ -70,15 +64,14 @@ pub(crate) struct Opened {
 impl LiveSource {
     /// Makes a source ready: starts the emulated sensor.
     pub(crate) fn new(name: SourceName, link: LinkArgs, log: Entries) -> Result<Self> {
-        let emulated = match name {
-            SourceName::Sim => {
-                let port = private_name();
-                let options = PtyOptions { link: Some(port.clone()), on_for: ON_FOR, ..sim::pty_options(&link.sim) };
-                Some((port, serve(sim::device(&link.sim), options)?))
-            }
-            SourceName::Port(_) | SourceName::Tcp(_) | SourceName::Stdin => None,
+        let clock = Clock::start();
+        let emulated = (name == SourceName::Sim).then(|| EmulatedPort::start(&link.sim)).transpose()?;
+        let ports = match (&name, &emulated) {
+            (SourceName::Tcp(_) | SourceName::Stdin, _) => None,
+            (_, Some(emulated)) => Some(emulated.ports(clock)),
+            (name, None) => Some(SerialPorts::new(&name.to_string(), clock)),
         };
-        Ok(Self { name, link, log, emulated })
+        Ok(Self { name, link, log, ports, _emulated: emulated })
     }
 
     /// Its form, as documents name it.
@@ -157,17 +150,15 @@ impl LiveSource {
     }
 
     fn open_link(&self, options: LinkOptions, stop: CancellationToken) -> Result<(LinkHandle, mpsc::Receiver<Event>)> {
-        let clock = Clock::start();
         let baud = match self.link.baud {
             Baud::Auto => None,
             Baud::Fixed(baud) => Some(baud),
         };
         let options = LinkOptions { baud, listen_only: self.link.listen_only, ..options };
-        Ok(match (&self.name, &self.emulated) {
-            (SourceName::Tcp(address), _) => open_link(TcpServer::new(address, clock)?, options, stop),
-            (SourceName::Stdin, _) => bail!("standard input cannot be asked anything: name a port"),
-            (_, Some((name, _))) => open_link(SerialPorts::new(&name.to_string_lossy(), clock), options, stop),
-            (name, None) => open_link(SerialPorts::new(&name.to_string(), clock), options, stop),
+        Ok(match (&self.ports, &self.name) {
+            (Some(ports), _) => open_link(ports.clone(), options, stop),
+            (None, SourceName::Tcp(address)) => open_link(TcpServer::new(address, Clock::start())?, options, stop),
+            (None, _) => bail!("standard input cannot be asked anything: name a port"),
         })
     }
 }
@@ -183,13 +174,6 @@ impl fmt::Display for Unheard {
 }
 
 impl std::error::Error for Unheard {}
-
-/// A name for the port of an emulated sensor of this process, which comes back under it when it was unplugged.
-fn private_name() -> PathBuf {
-    static NEXT: AtomicU32 = AtomicU32::new(1);
-    let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    env::temp_dir().join(format!("vn100-sim-{}-{number}", process::id()))
-}
 
 /// A source that can wait, with a copy of all its inputs for a recording.
 struct Recorded<S> {

@@ -9,6 +9,7 @@ mod conditions;
 mod configure;
 mod datasheet;
 mod document;
+mod emulated_port;
 mod exit;
 mod files;
 mod info;

@@ -29,6 +29,19 @@ pub enum ConnectError {
         /// The ports that there are, the likely ones first.
         candidates: Vec<PortEntry>,
     },
+    /// The port was pulled out, and its name leads to another adapter now.
+    #[error(
+        "cannot open {port} at {baud} baud: another adapter has that name now; plug in the one that had it; {}",
+        candidate_advice(candidates)
+    )]
+    AnotherAdapter {
+        /// The port.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// The ports that there are, the likely ones first.
+        candidates: Vec<PortEntry>,
+    },
     /// The user may not open it.
     #[error("cannot open {port} at {baud} baud: that is not allowed to this user; {}", permission_advice(group.as_deref()))]
     Denied {
@@ -76,16 +89,17 @@ pub enum ConnectError {
 }
 
 impl ConnectError {
-    /// Of what the port said when it was opened.
-    pub(crate) fn of_port(port: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
+    /// Of what a port, `given` by the user, said when it was opened by `name`, which leads to it now.
+    pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
         use serialport::ErrorKind::{Io, NoDevice};
-        let (port, path) = (port.to_owned(), Path::new(port));
+        let path = Path::new(name);
+        let port = if name == given { given.to_owned() } else { format!("{given} as {name}") };
         match error.kind {
-            Io(io::ErrorKind::NotFound) => Self::NotFound { port, baud, candidates: ports },
+            Io(io::ErrorKind::NotFound) => Self::NotFound { port: given.to_owned(), baud, candidates: ports },
             Io(io::ErrorKind::PermissionDenied) => Self::Denied { group: group_of(path), port, baud },
             // elsewhere the same kind says that there is none
             NoDevice if cfg!(unix) => Self::Busy { holder: holder_of(path), port, baud },
-            NoDevice => Self::NotFound { port, baud, candidates: ports },
+            NoDevice => Self::NotFound { port: given.to_owned(), baud, candidates: ports },
             _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => {
                 Self::NotASerialPort { port, baud, candidates: ports }
             }
@@ -98,7 +112,11 @@ impl ConnectError {
     #[must_use]
     pub fn is_passing(&self) -> bool {
         match self {
-            Self::Busy { .. } | Self::NotFound { .. } | Self::Server { .. } | Self::Other { .. } => true,
+            Self::Busy { .. }
+            | Self::NotFound { .. }
+            | Self::AnotherAdapter { .. }
+            | Self::Server { .. }
+            | Self::Other { .. } => true,
             // udev sets the rights of a port a moment after it makes the node
             Self::Denied { .. } => true,
             Self::NotASerialPort { .. } | Self::Address { .. } => false,
@@ -211,7 +229,7 @@ mod tests {
     use super::*;
 
     fn told(kind: serialport::ErrorKind, text: &str, port: &str) -> String {
-        ConnectError::of_port(port, 115_200, serialport::Error::new(kind, text), Vec::new()).to_string()
+        ConnectError::of_port(port, port, 115_200, serialport::Error::new(kind, text), Vec::new()).to_string()
     }
 
     #[test]

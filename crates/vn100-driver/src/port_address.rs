@@ -35,15 +35,11 @@ impl PortAddress {
 
     /// The names to try, the surest first: another adapter may have taken the name of one that was pulled out.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
-        if self.usb.is_none() {
-            return vec![self.given.clone()];
-        }
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
+        let known = stable.into_iter().chain([self.given.clone()]).filter(|name| !self.is_anothers(name, ports));
         let same_adapter = ports.iter().filter(|port| self.is_same_adapter(port)).map(|port| port.name.clone());
-        let given_is_other = find(ports, &self.given).is_some_and(|port| !self.may_be(port));
-        let given = (!given_is_other).then(|| self.given.clone());
         let mut names: Vec<String> = Vec::new();
-        for name in stable.into_iter().chain(given).chain(same_adapter) {
+        for name in known.chain(same_adapter) {
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -51,13 +47,19 @@ impl PortAddress {
         names
     }
 
+    /// Whether the name that the user gave leads to another adapter now.
+    pub(crate) fn is_taken(&self, ports: &[PortEntry]) -> bool {
+        self.is_anothers(&self.given, ports)
+    }
+
     /// By the serial number of the adapter: without one, two of a kind cannot be told apart.
     fn is_same_adapter(&self, port: &PortEntry) -> bool {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }
 
-    fn may_be(&self, port: &PortEntry) -> bool {
-        port.usb == self.usb
+    /// Of a port that is not on USB nothing is known that could differ.
+    fn is_anothers(&self, name: &str, ports: &[PortEntry]) -> bool {
+        self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
 }
 
@@ -91,6 +93,7 @@ mod tests {
         assert_eq!(address.candidates(&[]), ["/dev/serial/by-id/usb-A1", "ttyX0"]);
         let moved = [port("ttyX0", Some("B2")), port("ttyX5", Some("A1"))];
         assert_eq!(address.candidates(&moved), ["/dev/serial/by-id/usb-A1", "ttyX5"], "the old name is another's");
+        assert!(address.is_taken(&moved) && !address.is_taken(&moved[1..]));
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on line by line.
 
 use std::{
+    fmt,
     io::{self, ErrorKind, Read, Write},
     path::Path,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -22,7 +23,7 @@ use crate::{
     lossy_sender::LossySender,
     low_latency::{LatencyTimer, shorten_latency},
     port_address::PortAddress,
-    ports::list_ports,
+    ports::{PortEntry, list_ports},
     source::{Chunk, Input, Source},
 };
 
@@ -41,10 +42,12 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
 ///
-/// When it is opened again it is looked for by its stable name, by its own name, and by the serial number of its USB adapter.
-#[derive(Debug)]
+/// When it is opened again it is looked for by its stable name, by its own name, and by the serial number of its USB adapter. What one
+/// clone has learned of the adapter the others know.
+#[derive(Clone)]
 pub struct SerialPorts {
-    address: PortAddress,
+    address: Arc<Mutex<PortAddress>>,
+    list: Arc<dyn Fn() -> Vec<PortEntry> + Send + Sync>,
     clock: Clock,
 }
 
@@ -52,7 +55,53 @@ impl SerialPorts {
     /// The port named `name`, such as `/dev/ttyUSB0`; nothing is opened yet.
     #[must_use]
     pub fn new(name: &str, clock: Clock) -> Self {
-        Self { address: PortAddress::new(name), clock }
+        Self::among(name, clock, list_ports)
+    }
+
+    /// The port named `name` on a machine whose ports `list` tells each time one is opened, the likely ones first: for ports that
+    /// [`list_ports`] does not know of. The name of an entry is that of the device itself, and no symlink to it.
+    #[must_use]
+    pub fn among(name: &str, clock: Clock, list: impl Fn() -> Vec<PortEntry> + Send + Sync + 'static) -> Self {
+        Self { address: Arc::new(Mutex::new(PortAddress::new(name))), list: Arc::new(list), clock }
+    }
+
+    fn address(&self) -> PortAddress {
+        // it is replaced as a whole
+        self.address.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Opens the first of the names that lead to the port.
+    fn open_now(&self, baud: u32) -> Result<SerialConnection, ConnectError> {
+        let (mut address, ports) = (self.address(), (self.list)());
+        let given = address.given().to_owned();
+        let mut failure = None;
+        for name in address.candidates(&ports) {
+            let error = match SerialConnection::open(&name, baud, self.clock) {
+                Ok(connection) => {
+                    address.learn(&name, &ports);
+                    *self.address.lock().unwrap_or_else(PoisonError::into_inner) = address;
+                    return Ok(connection);
+                }
+                Err(error) => ConnectError::of_port(&given, &name, baud, error, ports.clone()),
+            };
+            // a name that leads nowhere says less than a port that is there and cannot be opened
+            if matches!(failure, None | Some(ConnectError::NotFound { .. })) {
+                failure = Some(error);
+            }
+        }
+        Err(match failure {
+            None | Some(ConnectError::NotFound { .. }) if address.is_taken(&ports) => {
+                ConnectError::AnotherAdapter { port: given, baud, candidates: ports }
+            }
+            Some(failure) => failure,
+            None => ConnectError::NotFound { port: given, baud, candidates: ports },
+        })
+    }
+}
+
+impl fmt::Debug for SerialPorts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SerialPorts").field("address", &self.address()).finish_non_exhaustive()
     }
 }
 
@@ -62,18 +111,10 @@ impl Connect for SerialPorts {
     const HAS_BAUD: bool = true;
 
     async fn open(&mut self, baud: u32) -> Result<SerialConnection, ConnectError> {
-        let (mut address, clock) = (self.address.clone(), self.clock);
+        let ports = self.clone();
         // looking through the system's ports and opening one can take its time
-        let opening = tokio::task::spawn_blocking(move || {
-            let connection = open_at(&mut address, baud, clock)?;
-            Ok((address, connection))
-        });
-        let opened = opening
-            .await
-            .unwrap_or_else(|error| Err(ConnectError::Other { port: self.name(), baud, error: error.into() }));
-        let (address, connection) = opened?;
-        self.address = address;
-        Ok(connection)
+        let opening = tokio::task::spawn_blocking(move || ports.open_now(baud));
+        opening.await.unwrap_or_else(|error| Err(ConnectError::Other { port: self.name(), baud, error: error.into() }))
     }
 
     fn now_ns(&self) -> i64 {
@@ -81,25 +122,8 @@ impl Connect for SerialPorts {
     }
 
     fn name(&self) -> String {
-        self.address.given().into()
+        self.address().given().into()
     }
-}
-
-/// Opens the first of the names that lead to the port.
-fn open_at(address: &mut PortAddress, baud: u32, clock: Clock) -> Result<SerialConnection, ConnectError> {
-    let ports = list_ports();
-    let mut failure = None;
-    for name in address.candidates(&ports) {
-        match SerialConnection::open(&name, baud, clock) {
-            Ok(connection) => {
-                address.learn(&name, &ports);
-                return Ok(connection);
-            }
-            Err(error) => failure = failure.or(Some(ConnectError::of_port(&name, baud, error, ports.clone()))),
-        }
-    }
-    // there is always a candidate
-    Err(failure.unwrap_or_else(|| ConnectError::NotFound { port: address.given().into(), baud, candidates: ports }))
 }
 
 /// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for that.

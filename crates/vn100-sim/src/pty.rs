@@ -36,7 +36,8 @@ pub use server::{PtySensor, serve};
 /// How the sensor is connected.
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
-    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one exists, and removed at the end.
+    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one exists, and removed at the end. A sensor
+    /// that comes back under another name has it with `-1` behind.
     pub link: Option<PathBuf>,
     /// The latency timer of a USB adapter; `None`: bytes are handed on as they come.
     pub usb_latency: Option<Duration>,

@@ -1,4 +1,4 @@
-//! A symbolic link that always leads to the port of the moment.
+//! A symbolic link that leads to the port of the moment.
 
 use std::{
     ffi::OsString,

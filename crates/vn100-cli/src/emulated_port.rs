@@ -1,0 +1,65 @@
+//! An emulated sensor of this program's own, on a port that is found as one with a USB adapter is.
+
+use std::{
+    env, fs,
+    path::PathBuf,
+    process,
+    sync::{
+        Arc, Weak,
+        atomic::{AtomicU32, Ordering},
+    },
+    time::Duration,
+};
+
+use anyhow::Result;
+use vn100_driver::{Clock, PortEntry, SerialPorts, UsbAdapter};
+use vn100_sim::pty::{PtyOptions, PtySensor, serve};
+
+use crate::{args::SimSensorArgs, sim};
+
+/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
+const ON_FOR: Duration = Duration::from_secs(2);
+
+/// Stays on while this is there.
+pub(crate) struct EmulatedPort {
+    name: PathBuf,
+    sensor: Arc<PtySensor>,
+}
+
+impl EmulatedPort {
+    /// Starts the sensor that the options describe.
+    pub(crate) fn start(args: &SimSensorArgs) -> Result<Self> {
+        let name = private_name();
+        let options = PtyOptions { link: Some(name.clone()), on_for: ON_FOR, ..sim::pty_options(args) };
+        Ok(Self { name, sensor: Arc::new(serve(sim::device(args), options)?) })
+    }
+
+    /// The port by the name that it has at the start. When the sensor comes back under another, its adapter tells which port it is.
+    pub(crate) fn ports(&self, clock: Clock) -> SerialPorts {
+        let name = self.name.to_string_lossy().into_owned();
+        let (sensor, adapter_number) = (Arc::downgrade(&self.sensor), name.clone());
+        SerialPorts::among(&name, clock, move || plugged_in(&sensor, &adapter_number).into_iter().collect())
+    }
+}
+
+/// The port of the moment; `None` while the sensor is unplugged.
+fn plugged_in(sensor: &Weak<PtySensor>, adapter_number: &str) -> Option<PortEntry> {
+    let path = sensor.upgrade()?.path();
+    // without a port its name leads nowhere
+    let device = fs::canonicalize(path).ok()?;
+    let usb = UsbAdapter {
+        vendor_id: 0x0403,
+        product_id: 0x6001,
+        serial_number: Some(adapter_number.to_owned()),
+        manufacturer: None,
+        product: Some("emulated adapter".into()),
+    };
+    Some(PortEntry { name: device.to_string_lossy().into_owned(), stable_name: None, usb: Some(usb), likely: true })
+}
+
+/// A name for the port of an emulated sensor of this process.
+fn private_name() -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(1);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    env::temp_dir().join(format!("vn100-sim-{}-{number}", process::id()))
+}
