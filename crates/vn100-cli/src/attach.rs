@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use tokio::{
     runtime::Builder,
     sync::watch,
@@ -10,13 +10,12 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, LinkHandle, LinkState, RecordError, Recorder, RecordingState, configure};
+use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState};
 use vn100_pipeline::{Assessments, Outcome, Settings, start};
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName, Telling},
     conditions::{self, conditions},
-    configure::{describe, restore_same, serial},
     document::Document,
     exit::{Exit, about},
     interrupt::{HangUp, stop_on_interrupt},
@@ -25,6 +24,7 @@ use crate::{
     log::{Entries, Log, takes_terminal},
     measured::{Measured, all_of},
     other_output::{OtherOutput, ceased},
+    set_up::SetUp,
     source_document::Origin,
     status::Status,
     teller::{Teller, print_line},
@@ -167,24 +167,29 @@ async fn measure_one(
     };
     origin.kind = Some(live.kind());
     origin.meta = conditions(&job.metadata);
-    let prepared = match prepare(&live, recording, job, &stop, &origin.name).await {
-        Ok(prepared) => prepared,
+    // first: nothing is changed for a recording that cannot be made
+    let recorder = match recorder(recording, job).await {
+        Ok(recorder) => recorder,
         Err(error) => {
             origin.error = Some(about(&origin.name, &format!("{error:#}")));
             let exit = if error.is::<RecordError>() { Exit::Failed } else { Exit::NoData };
             return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
         }
     };
-    let Prepared { changes, serial, recorder } = prepared;
     let name = origin.name.clone();
-    let measured = measure_and_record(&live, &changes, recorder, origin, job, stand, &stop).await;
+    let tell = |text: &str| job.status.report(&format!("{name}: {text}"));
+    let set_up = match SetUp::new(&live, job.args.change.settings(), &stop, tell).await {
+        Ok(set_up) => set_up,
+        Err(error) => return Ok(unopened(origin, &error, recorder, job).await),
+    };
+    let measured = measure_and_record(&live, set_up.changes(), recorder, origin, job, stand, &stop).await;
     // also where nobody takes the result any more
-    let is_put_back = put_back(&live, &changes, serial.as_deref(), job, &name).await;
+    let is_put_back = set_up.undo(&live, tell).await;
     let mut measured = measured?;
     let snapshot = &measured.snapshot;
     if job.args.temperature && snapshot.polled.is_empty() && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S {
         let why = "the sensor does not answer, or the line has no room between its lines";
-        job.status.report(&format!("{name}: no temperature came: {why}"));
+        tell(&format!("no temperature came: {why}"));
     }
     if !is_put_back {
         measured.exit = measured.exit.max(Exit::Failed);
@@ -195,64 +200,12 @@ async fn measure_one(
     Ok(measured)
 }
 
-/// Sets the sensor as it was before: whether it is so.
-async fn put_back(live: &LiveSource, changes: &[Change], serial: Option<&str>, job: &Job, name: &str) -> bool {
-    if changes.is_empty() {
-        return true;
-    }
-    // a second signal ends the program
-    let back = live.ask(&CancellationToken::new(), async |link| restore_same(&link, changes, serial).await).await;
-    job.status.report(&match &back {
-        Ok(()) => format!("{name}: put back as it was"),
-        Err(error) => {
-            let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
-            format!("{name}: could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
-        }
-    });
-    back.is_ok()
-}
-
-/// What was done before a source is measured.
-struct Prepared {
-    changes: Vec<Change>,
-    /// Of the sensor that was changed, where it has one.
-    serial: Option<String>,
-    recorder: Option<Recorder>,
-}
-
-async fn prepare(
-    live: &LiveSource,
-    recording: Option<PathBuf>,
-    job: &Job,
-    stop: &CancellationToken,
-    name: &str,
-) -> Result<Prepared> {
-    // first: nothing is changed for a recording that cannot be made
-    let recorder = match recording {
-        Some(path) => {
-            let (resume, metadata) = (job.args.recording.resume, job.metadata.clone());
-            let create =
-                move || if resume { Recorder::resume(path, &metadata) } else { Recorder::create(path, &metadata) };
-            Some(task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")??)
-        }
-        None => None,
-    };
-    let Some(settings) = job.args.change.settings() else {
-        return Ok(Prepared { changes: Vec::new(), serial: None, recorder });
-    };
-    let set = async |link: LinkHandle| Ok((configure(&link, &settings, stop).await?, serial(&link).await));
-    match live.ask(stop, set).await {
-        Ok((configured, serial)) => {
-            job.status.report(&format!("{name}: {}", describe(&configured)));
-            Ok(Prepared { changes: configured.changes, serial, recorder })
-        }
-        Err(error) => {
-            if let Some(recorder) = recorder {
-                end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
-            }
-            Err(error)
-        }
-    }
+/// Where the bytes of a source are kept.
+async fn recorder(path: Option<PathBuf>, job: &Job) -> Result<Option<Recorder>> {
+    let Some(path) = path else { return Ok(None) };
+    let (resume, metadata) = (job.args.recording.resume, job.metadata.clone());
+    let create = move || if resume { Recorder::resume(path, &metadata) } else { Recorder::create(path, &metadata) };
+    Ok(Some(task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")??))
 }
 
 /// Ends a recording. A new one in which nothing came is removed: it would only stand in the way of the next attempt.
@@ -265,11 +218,20 @@ async fn end_recording(recorder: Recorder, reason: &str, resumed: bool) -> Recor
     state
 }
 
+/// The result of a source that is not measured.
+async fn unopened(mut origin: Origin, error: &Error, recorder: Option<Recorder>, job: &Job) -> Measured {
+    origin.error = Some(about(&origin.name, &format!("{error:#}")));
+    if let Some(recorder) = recorder {
+        end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
+    }
+    Measured::nothing(origin, &job.settings)
+}
+
 async fn measure_and_record(
     live: &LiveSource,
     changes: &[Change],
     recorder: Option<Recorder>,
-    mut origin: Origin,
+    origin: Origin,
     job: &Job,
     stand: &Stand,
     stop: &CancellationToken,
@@ -278,13 +240,7 @@ async fn measure_and_record(
     let read = job.args.measure.read_options();
     let opened = match live.open(read, job.args.temperature, changes.to_vec(), inputs, stop.clone()) {
         Ok(opened) => opened,
-        Err(error) => {
-            origin.error = Some(about(&origin.name, &format!("{error:#}")));
-            if let Some(recorder) = recorder {
-                end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
-            }
-            return Ok(Measured::nothing(origin, &job.settings));
-        }
+        Err(error) => return Ok(unopened(origin, &error, recorder, job).await),
     };
     let link = opened.link.clone();
     let recording = recorder.as_ref().map(Recorder::state);

@@ -30,6 +30,7 @@ mod progress;
 mod recorded;
 mod replay;
 mod report;
+mod set_up;
 mod signal_document;
 mod sim;
 mod source_document;

@@ -1,0 +1,58 @@
+//! What `attach` changes on a sensor before it is measured, and puts back behind it.
+
+use anyhow::Result;
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{Change, LinkHandle, OutputSettings, configure};
+
+use crate::{
+    configure::{describe, restore_same, serial},
+    live_source::LiveSource,
+};
+
+/// A sensor as it was set for its measurement.
+#[derive(Default)]
+pub(crate) struct SetUp {
+    changes: Vec<Change>,
+    /// Of the sensor that was changed, where it has one.
+    serial: Option<String>,
+}
+
+impl SetUp {
+    /// Sets the sensor as asked, and tells what was changed.
+    pub(crate) async fn new(
+        live: &LiveSource,
+        settings: Option<OutputSettings>,
+        stop: &CancellationToken,
+        tell: impl Fn(&str),
+    ) -> Result<Self> {
+        let Some(settings) = settings else { return Ok(Self::default()) };
+        let set = async |link: LinkHandle| Ok((configure(&link, &settings, stop).await?, serial(&link).await));
+        let (configured, serial) = live.ask(stop, set).await?;
+        tell(&describe(&configured));
+        Ok(Self { changes: configured.changes, serial })
+    }
+
+    /// What is to be set again on a sensor that comes back.
+    pub(crate) fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// Sets the sensor as it was before, and tells so: whether it is.
+    pub(crate) async fn undo(self, live: &LiveSource, tell: impl Fn(&str)) -> bool {
+        let Self { changes, serial } = self;
+        if changes.is_empty() {
+            return true;
+        }
+        // a second signal ends the program
+        let undo = async |link: LinkHandle| restore_same(&link, &changes, serial.as_deref()).await;
+        let undone = live.ask(&CancellationToken::new(), undo).await;
+        tell(&match &undone {
+            Ok(()) => "put back as it was".into(),
+            Err(error) => {
+                let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
+                format!("could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
+            }
+        });
+        undone.is_ok()
+    }
+}
