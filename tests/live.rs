@@ -7,66 +7,15 @@
     reason = "a test fails by panicking and says so when it skips"
 )]
 
+#[path = "support/sensor.rs"]
+mod sensor;
 mod support;
 
-use std::{
-    path::{Path, PathBuf},
-    process::{Child, Command, Output, Stdio},
-};
+use std::process::{Command, Output};
 
+use sensor::Sensor;
 use serde_json::Value;
 use support::{Lines, Running, document, replay, run, vn100, warned};
-use tempfile::TempDir;
-
-/// An emulated sensor in a process of its own, behind a name that stays.
-struct Sensor {
-    process: Child,
-    folder: TempDir,
-}
-
-impl Sensor {
-    fn start(options: &[&str]) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let link = folder.path().join("sensor");
-        let mut process = vn100()
-            .args(["sim", "--duration", "2min", "--link"])
-            .arg(&link)
-            .args(options)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        // it says its name once the port is there
-        let name = Lines::of(process.stdout.take().unwrap()).next().unwrap();
-        assert_eq!(Path::new(&name), link);
-        Self { process, folder }
-    }
-
-    fn port(&self) -> PathBuf {
-        self.folder.path().join("sensor")
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, command: &str, options: &[&str]) -> Command {
-        let mut vn100 = vn100();
-        vn100.arg(command).arg(self.port()).args(options).stdin(Stdio::null());
-        vn100
-    }
-
-    fn run(&self, command: &str, options: &[&str]) -> Output {
-        run(&mut self.command(command, options))
-    }
-}
-
-impl Drop for Sensor {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
 
 fn number(document: &Value, pointer: &str) -> u64 {
     document.pointer(pointer).and_then(Value::as_u64).unwrap_or_else(|| panic!("no {pointer} in {document}"))

@@ -145,7 +145,7 @@ impl LiveSource {
         match (answer, error) {
             (Some(answer), _) => answer,
             (None, Some(error)) => Err(Unheard(error).into()),
-            (None, None) => bail!("interrupted"),
+            (None, None) => Err(Interrupted.into()),
         }
     }
 
@@ -174,6 +174,18 @@ impl fmt::Display for Unheard {
 }
 
 impl std::error::Error for Unheard {}
+
+/// It was told to stop before a sensor was heard.
+#[derive(Debug)]
+pub(crate) struct Interrupted;
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("interrupted")
+    }
+}
+
+impl std::error::Error for Interrupted {}
 
 /// A source that can wait, with a copy of all its inputs for a recording.
 struct Recorded<S> {

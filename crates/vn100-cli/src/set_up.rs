@@ -2,12 +2,14 @@
 
 use anyhow::Result;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, LinkHandle, OutputSettings, configure};
+use vn100_driver::{Change, ConfigureError, LinkHandle, OutputSettings, configure};
 
 use crate::{
     configure::{describe, restore_same, serial},
-    live_source::LiveSource,
+    live_source::{Interrupted, LiveSource},
 };
+
+const PUT_BACK: &str = "put back as it was";
 
 /// A sensor as it was set for its measurement.
 #[derive(Default)]
@@ -18,7 +20,8 @@ pub(crate) struct SetUp {
 }
 
 impl SetUp {
-    /// Sets the sensor as asked, and tells what was changed.
+    /// Sets the sensor as asked, and tells what was changed. An interrupt is the end of the data and no error: nothing is changed then, or
+    /// left to be undone.
     pub(crate) async fn new(
         live: &LiveSource,
         settings: Option<OutputSettings>,
@@ -27,9 +30,31 @@ impl SetUp {
     ) -> Result<Self> {
         let Some(settings) = settings else { return Ok(Self::default()) };
         let set = async |link: LinkHandle| Ok((configure(&link, &settings, stop).await?, serial(&link).await));
-        let (configured, serial) = live.ask(stop, set).await?;
-        tell(&describe(&configured));
-        Ok(Self { changes: configured.changes, serial })
+        match live.ask(stop, set).await {
+            Ok((configured, serial)) => {
+                tell(&describe(&configured));
+                Ok(Self { changes: configured.changes, serial })
+            }
+            Err(error) if error.is::<Interrupted>() => Ok(Self::default()),
+            Err(error) => Self::interrupted(error.downcast()?, tell),
+        }
+    }
+
+    /// Where an interrupt has broken off what was begun.
+    fn interrupted(error: ConfigureError, tell: impl Fn(&str)) -> Result<Self> {
+        match error {
+            ConfigureError::Interrupted { undone } => {
+                if !undone.is_empty() {
+                    tell(PUT_BACK);
+                }
+                Ok(Self::default())
+            }
+            // once more, on a link of its own
+            ConfigureError::Left { cause, changes } if matches!(*cause, ConfigureError::Interrupted { .. }) => {
+                Ok(Self { changes, serial: None })
+            }
+            error => Err(error.into()),
+        }
     }
 
     /// What is to be set again on a sensor that comes back.
@@ -47,7 +72,7 @@ impl SetUp {
         let undo = async |link: LinkHandle| restore_same(&link, &changes, serial.as_deref()).await;
         let undone = live.ask(&CancellationToken::new(), undo).await;
         tell(&match &undone {
-            Ok(()) => "put back as it was".into(),
+            Ok(()) => PUT_BACK.into(),
             Err(error) => {
                 let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
                 format!("could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))

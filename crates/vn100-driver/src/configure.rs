@@ -61,8 +61,11 @@ pub enum ConfigureError {
         got: String,
     },
     /// It was told to stop.
-    #[error("interrupted")]
-    Interrupted,
+    #[error("interrupted{}", if undone.is_empty() { "" } else { ", and put back as it was" })]
+    Interrupted {
+        /// What had been written by then, and is put back.
+        undone: Vec<Change>,
+    },
     /// What was written stays written.
     #[error("{cause}; the sensor stays changed: {}", list(changes))]
     Left {
@@ -96,14 +99,17 @@ pub async fn configure(
     let mut written = Written::default();
     let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
     let Written { changes, kept } = written;
-    let cause = match set.unwrap_or(Err(ConfigureError::Interrupted)) {
+    let cause = match set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) {
         Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz }),
         Err(cause) => cause,
     };
-    if changes.is_empty() || !kept && restore(link, &changes).await.is_ok() {
-        return Err(cause);
+    if !changes.is_empty() && (kept || restore(link, &changes).await.is_err()) {
+        return Err(ConfigureError::Left { cause: Box::new(cause), changes });
     }
-    Err(ConfigureError::Left { cause: Box::new(cause), changes })
+    Err(match cause {
+        ConfigureError::Interrupted { .. } => ConfigureError::Interrupted { undone: changes },
+        cause => cause,
+    })
 }
 
 /// What was done to a sensor so far.
