@@ -13,15 +13,15 @@ use vn100_protocol::{
 use crate::command_error::CommandError;
 
 /// What a measurement is to be read with: the output, then the filters, the sensor and its calibration. First comes what the first numbers
-/// rest on, as all of them take five seconds.
+/// rest on, as all of them take five seconds; before all but one, by what a sensor that is lost early is known again.
 const IDENTITY: [Register; 24] = [
     Register::ASYNC_RATE,
+    Register::SERIAL_NUMBER,
     Register::IMU_FILTER,
     Register::ASYNC_TYPE,
     Register::PROTOCOL_CONTROL,
     Register::SYNC_CONTROL,
     Register::MODEL,
-    Register::SERIAL_NUMBER,
     Register::FIRMWARE,
     Register::HARDWARE_REVISION,
     Register::BAUD_RATE,
@@ -315,7 +315,7 @@ mod tests {
         // and its next question waits until the line has made up for the answer
         assert_eq!(conversation.next_line(READ_EVERY - Duration::from_millis(1), None), None);
         assert_eq!(conversation.wake_at(), Some(READ_EVERY));
-        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some(&b"$VNRRG,85*7E\r\n"[..]));
+        assert_eq!(conversation.next_line(READ_EVERY, None).as_deref(), Some(&b"$VNRRG,03*70\r\n"[..]));
     }
 
     #[test]

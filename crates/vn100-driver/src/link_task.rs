@@ -1,6 +1,7 @@
 //! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
 
 mod find;
+mod silence;
 
 use std::{convert::Infallible, io, pin::pin, time::Duration};
 
@@ -10,8 +11,9 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{BaudRate, Register, RegisterContents, Reply};
+use vn100_protocol::{BaudRate, Options, Register, RegisterContents, Reply};
 
+use self::silence::Silence;
 use crate::{
     back_off::BackOff,
     connect::{Connect, Connection},
@@ -29,6 +31,10 @@ const FIRST_SWEEPS: u32 = 2;
 
 /// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
 const SILENCE: Duration = Duration::from_secs(10);
+
+/// How long a silence lasts, at least, before a sensor that does not answer is taken for gone: a machine or an adapter that stands still
+/// for two seconds hands on all that came meanwhile, and the answer with it.
+const STALL: Duration = Duration::from_millis(2500);
 
 pub(crate) struct LinkTask<C> {
     connect: C,
@@ -155,29 +161,27 @@ impl<C: Connect> LinkTask<C> {
     async fn pass_on(
         &mut self,
         connection: &mut C::Connection,
-        mut up: Up,
+        up: Up,
         held: Vec<Input>,
     ) -> Result<Infallible, Trouble> {
         self.greet(&up).await?;
-        let mut health = Health::new(self.output.seen());
+        let mut watch = Watch { up, health: Health::new(self.output.seen()), heard: Instant::now(), silence: None };
         for input in held {
-            self.take(input, &mut health).await?;
+            self.take(input, &mut watch.health).await?;
         }
         // what was answered here was the question by which it was found
         self.output.take_replies();
-        let mut heard = Instant::now();
-        let mut silent_since = None;
         // kept from line to line: to begin to wait costs more than to look
         let stop = self.stop.clone();
         let mut stopped = pin!(stop.cancelled());
         let mut nobody_listens = pin!(self.output.nobody_listens());
-        let mut timer = pin!(sleep_until(heard));
+        let mut timer = pin!(sleep_until(watch.heard));
         loop {
-            while let Some(line) = self.conversation.next_line(self.start.elapsed(), up.baud) {
+            while let Some(line) = self.conversation.next_line(self.start.elapsed(), watch.up.baud) {
                 connection.write(&line).await?;
                 self.output.note_sent(&line);
             }
-            let silence = silent_since.map_or(heard + health.silent_after(), |since| since + SILENCE);
+            let silence = watch.next_look();
             let wake = self.conversation.wake_at().map(|wake| self.start + wake);
             let due = wake.unwrap_or(silence).min(silence);
             // silence is put off by every line; to wake once too early now and then costs less than to set the timer each time
@@ -198,53 +202,71 @@ impl<C: Connect> LinkTask<C> {
             };
             let mut consequences = Vec::new();
             if let Some(input) = input {
-                let before = self.output.seen();
-                self.take(input, &mut health).await?;
-                let replies = self.output.take_replies();
-                let seen = self.output.seen();
-                // an answer is no sign that the output goes on
-                if seen.unasked > before.unasked || seen.understood == before.understood {
-                    heard = Instant::now();
-                    if silent_since.take().is_some() {
-                        if !self.keep.is_empty() {
-                            return Err(Trouble::Returned);
-                        }
-                        self.state.send_replace(LinkState::Up(up.clone()));
-                        // it may have been switched off and on meanwhile
-                        self.conversation.meet(self.start.elapsed());
+                if watch.silence.as_mut().is_some_and(|silence| silence.ends_with(&input)) {
+                    for input in self.meet_again(connection, input).await? {
+                        self.hear(input, &mut watch, &mut consequences).await?;
                     }
-                }
-                for reply in replies {
-                    self.recognise(&reply)?;
-                    consequences.extend(self.conversation.take_reply(&reply, self.start.elapsed()));
+                } else {
+                    self.hear(input, &mut watch, &mut consequences).await?;
                 }
             } else if Instant::now() >= silence {
-                if self.listen_only && silent_since.is_some() {
+                if self.listen_only && watch.silence.is_some() {
                     return Err(Trouble::Silent);
                 }
                 if !self.listen_only {
                     self.conversation.ask_presence();
                 }
-                silent_since = Some(Instant::now());
-                self.state.send_replace(LinkState::Silent(up.clone()));
+                let options = Options { accept_unchecked: self.accept_unchecked };
+                watch.silence.get_or_insert_with(|| Silence::begin(options)).looked = Instant::now();
+                self.state.send_replace(LinkState::Silent(watch.up.clone()));
             }
             consequences.extend(self.conversation.handle_timeout(self.start.elapsed()));
             for consequence in consequences {
                 match consequence {
-                    Consequence::Baud(baud) => self.change_baud(connection, &mut up, baud)?,
-                    Consequence::Absent if silent_since.is_some() => return Err(Trouble::Silent),
-                    Consequence::Absent => {}
+                    Consequence::Baud(baud) => self.change_baud(connection, &mut watch.up, baud)?,
+                    Consequence::Absent => match &watch.silence {
+                        Some(silence) if silence.since.elapsed() < STALL => self.conversation.ask_presence(),
+                        Some(_) => return Err(Trouble::Silent),
+                        None => {}
+                    },
                     Consequence::Unasked(error) => self.tell(LinkEventKind::UnaskedError { error }).await?,
                     Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
                     Consequence::Restarted(error) => {
                         self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
-                        up.since_ns = self.connect.now_ns();
-                        up.restarted = Some(error);
-                        self.greet(&up).await?;
+                        watch.up.since_ns = self.connect.now_ns();
+                        watch.up.restarted = Some(error);
+                        self.greet(&watch.up).await?;
                     }
                 }
             }
         }
+    }
+
+    /// Takes one input of a link that is up, and what the sensor answers in it.
+    async fn hear(
+        &mut self,
+        input: Input,
+        watch: &mut Watch,
+        consequences: &mut Vec<Consequence>,
+    ) -> Result<(), Trouble> {
+        let before = self.output.seen();
+        self.take(input, &mut watch.health).await?;
+        let replies = self.output.take_replies();
+        let seen = self.output.seen();
+        // an answer is no sign that the output goes on; nor does what nobody understands end a silence
+        if seen.unasked > before.unasked || watch.silence.is_none() && seen.understood == before.understood {
+            watch.heard = Instant::now();
+            if watch.silence.take().is_some() {
+                self.state.send_replace(LinkState::Up(watch.up.clone()));
+                // it may have been switched off and on meanwhile
+                self.conversation.meet(self.start.elapsed());
+            }
+        }
+        for reply in replies {
+            self.recognise(&reply)?;
+            consequences.extend(self.conversation.take_reply(&reply, self.start.elapsed()));
+        }
+        Ok(())
     }
 
     /// Tells that a sensor is there, and asks it who it is.
@@ -327,6 +349,25 @@ impl<C: Connect> LinkTask<C> {
                 }
                 () = sleep_until(end) => return Ok(()),
             }
+        }
+    }
+}
+
+/// A link that is up, as it is watched.
+struct Watch {
+    up: Up,
+    health: Health,
+    /// When the sensor last spoke by itself.
+    heard: Instant,
+    silence: Option<Silence>,
+}
+
+impl Watch {
+    /// When the link counts as silent, or is looked at again if it is.
+    fn next_look(&self) -> Instant {
+        match &self.silence {
+            Some(silence) => silence.looked + SILENCE,
+            None => self.heard + self.health.silent_after(),
         }
     }
 }

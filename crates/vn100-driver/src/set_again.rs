@@ -1,4 +1,4 @@
-//! Asks a sensor that has come back which one it is, and sets it as it was before: it may have lost its power, and with it all that was
+//! Asks a sensor that has come back which one it is and how it is set, and sets it as it was before: it may have lost its power, and with it all that was
 //! not saved.
 
 use std::time::Duration;
@@ -58,6 +58,23 @@ pub(crate) async fn check_serial(
         }
         strange = Some(serial);
     }
+}
+
+/// Whether the sensor has kept the changes; not where it does not say. The speed of the line is one that the sensor is heard at. All that
+/// comes meanwhile is put behind `held`; each line written is told to `sent`.
+///
+/// # Errors
+/// When the link goes down.
+pub(crate) async fn still_set(
+    connection: &mut impl Connection,
+    changes: &[Change],
+    held: &mut Vec<Input>,
+    sent: impl FnMut(&[u8]),
+) -> Result<bool, Trouble> {
+    let reads = changes.iter().map(|change| Command::ReadRegister(change.register));
+    let results = exchange(connection, reads, held, sent).await?;
+    let holds = |(change, result): (&Change, &Result<Answer, RequestFailure>)| matches!(result, Ok(Answer::Register(contents)) if contents.is_as_written(&change.after));
+    Ok(changes.iter().zip(&results).all(holds))
 }
 
 /// Says all `commands` one after the other: what became of each, in their order.

@@ -11,7 +11,7 @@ use crate::{
     connect::{Connect, Connection},
     link::{LinkState, Up},
     link_output::NobodyListens,
-    set_again::{check_serial, set_again},
+    set_again::set_again,
     source::{Input, LinkEventKind},
     trouble::Trouble,
 };
@@ -59,11 +59,7 @@ impl<C: Connect> LinkTask<C> {
 
     /// Makes sure that it is the same sensor that is back, and sets it as it was.
     async fn resume(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
-        if let Some(known) = self.serial.clone() {
-            let output = &mut self.output;
-            let check = check_serial(connection, &known, held, |line| output.note_sent(line));
-            self.stop.run_until_cancelled(check).await.ok_or(Trouble::Stopped)??;
-        }
+        self.check_known(connection, held).await?;
         self.set_again(connection, held).await
     }
 
@@ -139,8 +135,8 @@ impl<C: Connect> LinkTask<C> {
         Err(Trouble::Unheard { port: self.connect.name(), tried, bytes, echoes })
     }
 
-    /// Takes what came before the sensor was heard: how many bytes.
-    async fn set_aside(&mut self, inputs: Vec<Input>) -> Result<u64, NobodyListens> {
+    /// Takes what is no part of the measurement: how many bytes.
+    pub(super) async fn set_aside(&mut self, inputs: Vec<Input>) -> Result<u64, NobodyListens> {
         let mut bytes = 0;
         for input in inputs {
             match input {

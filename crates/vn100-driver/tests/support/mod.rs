@@ -54,6 +54,12 @@ pub(crate) struct World {
     pub(crate) forgets: Option<u8>,
     /// Whether it answers.
     pub(crate) answers: bool,
+    /// How long it takes to.
+    pub(crate) answers_after: Duration,
+    /// A register that it does not answer for.
+    pub(crate) mute_of: Option<u8>,
+    /// Until when all that it sends is held back.
+    pub(crate) stalled_until: Option<Instant>,
     /// Whether the line hands back what is written.
     pub(crate) echoes: bool,
     /// What it says next by itself.
@@ -129,6 +135,9 @@ impl Sensor {
             read_only: None,
             forgets: None,
             answers: true,
+            answers_after: Duration::from_millis(20),
+            mute_of: None,
+            stalled_until: None,
             echoes: false,
             says: None,
             opened: Vec::new(),
@@ -231,6 +240,11 @@ impl Port {
 impl Source for Port {
     async fn next_input(&mut self) -> io::Result<Option<Input>> {
         loop {
+            let stalled_until = self.sensor.world().stalled_until.filter(|until| *until > Instant::now());
+            if let Some(until) = stalled_until {
+                sleep_until(until).await;
+                continue;
+            }
             if let Some(due) = self.due() {
                 let bytes = due?;
                 self.sensor.world().bytes += bytes.len() as u64;
@@ -262,7 +276,9 @@ impl Connection for Port {
         let body = text.strip_prefix('$').and_then(|text| text.split_once('*')).unwrap().0;
         if world.baud == self.baud && world.answers {
             assert_eq!(sentence(body), bytes);
-            self.replies.push_back((Instant::now() + Duration::from_millis(20), body.into()));
+            if world.mute_of.is_none_or(|register| body != format!("VNRRG,{register:02}")) {
+                self.replies.push_back((Instant::now() + world.answers_after, body.into()));
+            }
         }
         Ok(())
     }

@@ -1,0 +1,94 @@
+//! A silence of a link that is open, and what must be known of a sensor that speaks again after one before it is measured on: it may be
+//! another one, or have lost its power and its settings.
+
+use tokio::time::Instant;
+use vn100_protocol::{Frame, Framer, Options, Reply};
+
+use super::LinkTask;
+use crate::{
+    connect::Connect,
+    set_again::{check_serial, still_set},
+    source::Input,
+    trouble::Trouble,
+};
+
+pub(super) struct Silence {
+    pub(super) since: Instant,
+    /// When it was last looked whether the sensor is there.
+    pub(super) looked: Instant,
+    framer: Framer,
+    unframed: Vec<u8>,
+}
+
+impl Silence {
+    /// Begins now.
+    pub(super) fn begin(options: Options) -> Self {
+        let now = Instant::now();
+        Self { since: now, looked: now, framer: Framer::new(options), unframed: Vec::new() }
+    }
+
+    /// Takes what comes meanwhile: whether the sensor speaks by itself in it. Answers are no sign of that, nor is what nobody understands.
+    pub(super) fn ends_with(&mut self, input: &Input) -> bool {
+        let Input::Chunk(chunk) = input else { return false };
+        self.unframed.extend_from_slice(&chunk.bytes);
+        let (mut at, mut ends) = (0, false);
+        loop {
+            let step = self.framer.next(&self.unframed[at..], false);
+            at += step.consumed;
+            match step.item {
+                Some(Frame::Sentence(sentence)) => ends |= Reply::parse(&sentence).is_err(),
+                Some(Frame::Packet(_)) => ends = true,
+                Some(Frame::Bad(_)) => {}
+                None => break,
+            }
+        }
+        self.unframed.drain(..at);
+        ends
+    }
+}
+
+impl<C: Connect> LinkTask<C> {
+    /// The sensor speaks again after a silence: all that came until it is known to be the same one, set as it was. What came of another
+    /// one, or of one with other settings, is no part of the measurement.
+    pub(super) async fn meet_again(
+        &mut self,
+        connection: &mut C::Connection,
+        first: Input,
+    ) -> Result<Vec<Input>, Trouble> {
+        let mut held = vec![first];
+        let met = match self.check_known(connection, &mut held).await {
+            Ok(()) => self.check_still_set(connection, &mut held).await,
+            Err(trouble) => Err(trouble),
+        };
+        if let Err(trouble) = met {
+            self.set_aside(held).await?;
+            return Err(trouble);
+        }
+        Ok(held)
+    }
+
+    /// Makes sure that it is the sensor of before, where that has told its serial number. What comes meanwhile is put behind `held`.
+    pub(super) async fn check_known(
+        &mut self,
+        connection: &mut C::Connection,
+        held: &mut Vec<Input>,
+    ) -> Result<(), Trouble> {
+        // it may have told another program on the line
+        let Some(known) = self.serial.clone().filter(|_| !self.listen_only) else { return Ok(()) };
+        let output = &mut self.output;
+        let check = check_serial(connection, &known, held, |line| output.note_sent(line));
+        self.stop.run_until_cancelled(check).await.ok_or(Trouble::Stopped)?
+    }
+
+    async fn check_still_set(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
+        if self.keep.is_empty() {
+            return Ok(());
+        }
+        let output = &mut self.output;
+        let check = still_set(connection, &self.keep, held, |line| output.note_sent(line));
+        match self.stop.run_until_cancelled(check).await.ok_or(Trouble::Stopped)?? {
+            true => Ok(()),
+            false => Err(Trouble::Returned),
+        }
+    }
+}
