@@ -5,7 +5,7 @@ use std::{collections::VecDeque, io, time::Duration};
 
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Chunk, Event, Input, ReadOptions, Source, read_samples};
-use vn100_pipeline::{Analysis, Settings, Snapshot};
+use vn100_pipeline::{Analysis, MissingFrom, Settings, Snapshot};
 use vn100_protocol::{Decoder, Item, Options, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
@@ -37,7 +37,17 @@ impl Source for Reads {
 }
 
 /// Twelve seconds of a sensor at this rate whose link suffers that; read at once, or every so often.
-fn measured(plan: &str, (rate_hz, baud): (u32, u32), every: Option<Duration>) -> Measured {
+fn measured(plan: &str, rate: (u32, u32), every: Option<Duration>) -> Measured {
+    measured_for(SECONDS, Settings::default(), plan, rate, every)
+}
+
+fn measured_for(
+    seconds: u64,
+    settings: Settings,
+    plan: &str,
+    (rate_hz, baud): (u32, u32),
+    every: Option<Duration>,
+) -> Measured {
     let speed = |baud: u32| baud.try_into().unwrap();
     let plan = plan.parse().unwrap();
     let mut wire = Wire::new(Device::new(DeviceConfig::default()), &plan, 1, None, speed(115_200));
@@ -48,7 +58,7 @@ fn measured(plan: &str, (rate_hz, baud): (u32, u32), every: Option<Duration>) ->
         _ = wire.poll(now + Duration::from_millis(100));
     }
     wire.set_host_baud(speed(baud));
-    let end = START + Duration::from_secs(SECONDS);
+    let end = START + Duration::from_secs(seconds);
     let (mut now, mut reads) = (START, VecDeque::new());
     let mut waiting = wire.open(now);
     loop {
@@ -64,7 +74,7 @@ fn measured(plan: &str, (rate_hz, baud): (u32, u32), every: Option<Duration>) ->
     }
     let bytes = reads.iter().map(|read| read.bytes.len() as u64).sum();
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
-    let mut analysis = Analysis::new(Settings::default());
+    let mut analysis = Analysis::new(settings);
     let mut rows = Vec::new();
     runtime.block_on(async {
         let mut events = read_samples(Reads(reads), ReadOptions::default(), CancellationToken::new());
@@ -131,6 +141,22 @@ fn a_flipped_bit_costs_its_line() {
 fn bits_flipped_by_chance_cost_their_lines() {
     for rate in RATES {
         assert_costs("flip@0.02%", rate, |lost| lost > 0);
+    }
+}
+
+#[test]
+fn lines_of_which_most_are_damaged_are_counted_where_the_rate_is_known() {
+    for (rate, seconds) in RATES.into_iter().flat_map(|rate| [2, 4, SECONDS].map(|seconds| (rate, seconds))) {
+        let known = Settings { rate_hz: Some(rate.0.into()), ..Settings::default() };
+        let sent = measured_for(seconds, known.clone(), "", rate, None).rows.len() as u64;
+        for plan in ["flip@0.75%", "flip@1%"] {
+            let timing = measured_for(seconds, known.clone(), plan, rate, None).snapshot.timing;
+            let case = format!("{plan} for {seconds} s at {rate:?}: {timing:?} of {sent}");
+            assert!(2 * timing.samples < sent, "{case}");
+            assert_eq!(timing.missing_from, MissingFrom::Arrival, "{case}");
+            // those before the first good line, and behind the last one, nobody counts
+            assert!((sent - 12..=sent).contains(&(timing.samples + timing.missing)), "{case}");
+        }
     }
 }
 

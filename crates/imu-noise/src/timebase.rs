@@ -22,8 +22,10 @@
 //!   rate is that of the lower edge, by the median step of the earliest of 32 lines: a backlog that drains bends a few
 //!   steps. But losses bend all, so it must be one of the sensor's within 1 %; else the rate is that of the fastest
 //!   stretch, or the mean, snapped within 5 %. A rate known beforehand is taken as soon as four intervals in a row, and a
-//!   second of them, are within 0.1 periods of it, and 1 % in the mean. Until then it is one more of the sensor's; where
-//!   neither tells one it is kept if it lies within 5 % of the lower edge or of the fastest stretch. Else it has until line
+//!   second of them, are within 0.1 periods of it, and 1 % in the mean. Or after 4 stretches, or at the end, when nine in
+//!   ten intervals are whole periods of it, one in twenty at least a single one, and the stretches are not even at another
+//!   rate: most lines may be lost. Until then it is one more of the sensor's; where neither tells one of these it is kept if
+//!   it lies within 5 % of the lower edge, or, where they tell none at all, of the fastest stretch. Else it has until line
 //!   1024.
 //! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
 //!   record, lost lines counted. The length of a loss is counted with it.
@@ -129,10 +131,10 @@ impl Timebase {
     }
 
     /// A time base for a sensor said to send at `known_hz`, one of its rates or not. Lines are held as by
-    /// [`new`](Self::new), or shorter where they come evenly, until the stamps agree: they are refused when the rate measured is not within 5 % of it, see
-    /// [`Refusal::OtherRate`], and is another of the sensor's, or still contradicts it after 1024 lines. Few lines agree
-    /// when bunching of 0.1 s explains the difference. A change of the rate later is told all the same. A rate that is
-    /// not finite and positive is ignored.
+    /// [`new`](Self::new), or shorter where they come evenly, until the stamps agree. They are refused when the rate
+    /// measured is not within 5 % of it, see [`Refusal::OtherRate`], and is another of the sensor's, or still contradicts
+    /// it after 1024 lines. Few lines agree when bunching of 0.1 s explains the difference, or lost lines do. A change of
+    /// the rate later is told all the same. A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
         Self::with_start(rates_hz, is_rate(known_hz).then_some(known_hz))

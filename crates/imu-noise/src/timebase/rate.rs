@@ -44,16 +44,26 @@ pub(super) fn steady(stamps_s: &[f64]) -> Option<f64> {
     is_steady.then(|| periods / span_s)
 }
 
-/// The lowest of these rates of which nine in ten intervals are whole periods: more than half of the lines may be lost, but
-/// those that come must come alone. By chance four in ten are.
+/// The lowest of these rates at which the lines that come are [`whole`](is_whole). By chance four in ten intervals are.
 pub(super) fn whole(stamps_s: &[f64], rates_hz: &[f64]) -> Option<f64> {
-    let intervals = stamps_s.len().checked_sub(1).filter(|intervals| *intervals >= LEAST_WHOLE)?;
-    let is_whole = |hz: f64| {
-        let periods = stamps_s.windows(2).map(|pair| (pair[1] - pair[0]) * hz);
-        let whole = periods.filter(|periods| *periods > 0.5 && (periods - periods.round()).abs() < WHOLE_TOLERANCE);
-        10 * whole.count() >= 9 * intervals
-    };
-    rates_hz.iter().copied().filter(|hz| is_whole(*hz)).min_by(f64::total_cmp)
+    let rates_hz = rates_hz.iter().copied().filter(|_| stamps_s.len() > LEAST_WHOLE);
+    rates_hz.filter(|hz| is_whole(stamps_s, *hz)).min_by(f64::total_cmp)
+}
+
+/// Whether nine in ten intervals are whole periods of this rate, and one in twenty at least a single one: more than half of the lines may be
+/// lost, but those that come must come alone.
+pub(super) fn is_whole(stamps_s: &[f64], hz: f64) -> bool {
+    let (mut intervals, mut whole, mut single) = (0, 0, 0);
+    for pair in stamps_s.windows(2) {
+        let periods = (pair[1] - pair[0]) * hz;
+        let near = periods.round();
+        intervals += 1;
+        if near >= 1.0 && (periods - near).abs() < WHOLE_TOLERANCE {
+            whole += 1;
+            single += usize::from(near == 1.0);
+        }
+    }
+    single > 0 && 20 * single >= intervals && 10 * whole >= 9 * intervals
 }
 
 /// The rate of stretches that follow each other without a loss: all their ends lie near one straight line, fitted by

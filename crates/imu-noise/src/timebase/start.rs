@@ -1,7 +1,7 @@
 //! The first lines: held until their rate is clear.
 
 use super::listed::{TOO_FAST, fastest, snap};
-use super::rate::{even, rounded, steady, whole};
+use super::rate::{even, is_whole, rounded, steady, whole};
 use super::stretches::{STRETCH_TOLERANCE, Stretch, Stretches};
 use super::{NominalRate, Refusal};
 
@@ -208,21 +208,29 @@ impl Start {
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
     }
 
-    /// How lines are placed whose rate is not clear, if `full` as they are nothing contradicts the known one.
+    /// How lines are placed whose rate is not clear, or clear only as measured, if nothing better contradicts the known one.
     fn unclear_at(&self, known_hz: f64, clear: Option<Placing>, full: bool) -> Option<Placing> {
+        let several = self.stretches.len() >= SEVERAL_STRETCHES;
+        // Lines read once in a while look like some of a faster stream, but come evenly.
+        let other_even = several && even(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
+        if (full || several) && !other_even && is_whole(&self.held_s, known_hz) {
+            return Some(Placing::Listed(known_hz));
+        }
         if !full {
             return None;
         }
         if self.stretches.is_empty() {
             return self.is_short_at(known_hz).then_some(Placing::Listed(known_hz));
         }
-        if clear.is_some() {
+        if matches!(clear, Some(Placing::Listed(_))) {
             return None;
         }
+        // A few losses spoil the stretches, and reads at a steady pace make intervals of their own: not so the edge.
         let whole_hz = whole(&self.held_s, &self.listed_hz);
-        let mut rates_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz).chain(self.fastest_stretch_hz());
-        let near_hz = rates_hz.find(|&hz| is_near(hz, known_hz));
-        let near_hz = near_hz.or_else(|| self.is_short_at(known_hz).then_some(known_hz))?;
+        let sound_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz);
+        let fastest_hz = self.fastest_stretch_hz().filter(|_| clear.is_none());
+        let near_hz = sound_hz.chain(fastest_hz).find(|&hz| is_near(hz, known_hz));
+        let near_hz = near_hz.or_else(|| (clear.is_none() && self.is_short_at(known_hz)).then_some(known_hz))?;
         Some(Placing::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
     }
 

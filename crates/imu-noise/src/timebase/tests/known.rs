@@ -129,3 +129,62 @@ fn lost_lines_do_not_contradict_a_known_rate() {
         assert_eq!(sequence[0], known(40.0), "{lost} lost");
     }
 }
+
+/// Without so many of a hundred, by no rule; the first and the last one are kept.
+fn mostly_lost(mut stamps_s: Vec<f64>, percent: u64) -> Vec<f64> {
+    let (last, mut line, mut random) = (stamps_s.len() - 1, 0, 1_u64);
+    stamps_s.retain(|_| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        line += 1;
+        line == 1 || line > last || (random >> 33) % 100 >= percent
+    });
+    stamps_s
+}
+
+#[test]
+fn a_known_rate_of_which_most_lines_are_lost_is_followed() {
+    for percent in [40, 60, 75] {
+        for rate_hz in RATES_HZ {
+            for sent in [60, 200, 800, 8000] {
+                let (sequence, summary) = place_known(rate_hz, &mostly_lost(steady(rate_hz, sent), percent));
+                assert_eq!(sequence[0], known(rate_hz), "{percent} % of {sent} at {rate_hz} Hz");
+                assert_eq!(summary.lines + summary.missing, u64::from(sent), "{percent} % at {rate_hz} Hz");
+            }
+            let kept = mostly_lost(steady(rate_hz, 8000), percent);
+            let first = first_placed(Timebase::with_known_rate(&RATES_HZ, rate_hz), &kept);
+            assert!(first.is_some_and(|line| line <= 128), "{percent} % at {rate_hz} Hz: {first:?}");
+        }
+    }
+}
+
+#[test]
+fn a_known_rate_that_is_a_multiple_of_that_of_the_lines_is_refused_whatever_is_lost() {
+    for percent in [0, 30, 60] {
+        for (rate_hz, known_hz) in [(20.0, 40.0), (1.0, 40.0), (40.0, 200.0), (25.0, 50.0), (37.0, 74.0)] {
+            for rates_hz in [&RATES_HZ[..], &[]] {
+                let kept = mostly_lost(steady(rate_hz, 3000), percent);
+                let (sequence, _) = polled(Timebase::with_known_rate(rates_hz, known_hz), &kept, &[1]);
+                let is_refused = matches!(sequence[0], Placed::Refused(Refusal::OtherRate { .. }));
+                assert!(is_refused, "{percent} % of {rate_hz} Hz for {known_hz} Hz: {sequence:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn reads_at_a_pace_of_their_own_make_no_loss_contradict_a_known_rate() {
+    // Three in four intervals of 50 Hz are then 16 ms, as of 62.5 Hz, and a loss bends the first stretch.
+    let mut stamps_s = steady(50.0, 3000);
+    stamps_s.drain(3..8);
+    let (sequence, summary) = place_known(50.0, &bunched(&stamps_s, 0.016));
+    assert_eq!((sequence[0], summary.missing), (known(50.0), 5));
+}
+
+#[test]
+fn reads_at_the_pace_of_a_known_rate_do_not_hide_another() {
+    for (rate_hz, known_hz) in [(40.0, 50.0), (20.0, 25.0)] {
+        let stamps_s = bunched(&steady(rate_hz, 3000), 1.0 / known_hz);
+        let (sequence, _) = place_known(known_hz, &stamps_s);
+        assert!(matches!(sequence[0], Placed::Refused(Refusal::OtherRate { .. })), "{rate_hz} Hz: {sequence:?}");
+    }
+}
