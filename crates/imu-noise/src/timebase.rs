@@ -20,8 +20,9 @@
 //!   after one stretch; of one of them after 4, if the other does not contradict; else by the stretches after 16. After
 //!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one the
 //!   rate is that of the lower edge, by the median step of the earliest of 32 lines: a backlog that drains bends a few
-//!   steps. But losses bend all, so it must be one of the sensor's within 1 %; else the rate is that of the fastest
-//!   stretch, or the mean, snapped within 5 %. A rate known beforehand is taken as soon as four intervals in a row, and a
+//!   steps. But losses bend all, and the stretches, too: it must be one of the sensor's within 1 %, and neither counts where
+//!   the intervals are whole periods, some of them single ones, of one that is 1.75 times as high. Then the rate is that
+//!   one, or that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is taken as soon as four intervals in a row, and a
 //!   second of them, are within 0.1 periods of it, and 1 % in the mean. Or after 4 stretches, or at the end, when nine in
 //!   ten intervals are whole periods of it, one in twenty at least a single one, and the stretches are not even at another
 //!   rate: most lines may be lost. Until then it is one more of the sensor's; where neither tells one of these it is kept if

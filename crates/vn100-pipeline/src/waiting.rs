@@ -28,6 +28,7 @@ pub(crate) struct Waiting {
     given_in_all: u64,
     first_ns: Option<i64>,
     last: Duration,
+    before_last: Duration,
 }
 
 /// What comes next of the stream.
@@ -54,6 +55,7 @@ impl Waiting {
             given_in_all: 0,
             first_ns: None,
             last: Duration::ZERO,
+            before_last: Duration::ZERO,
         }
     }
 
@@ -68,7 +70,8 @@ impl Waiting {
         let mut counters = batch.counters.iter().peekable();
         for row in 0..batch.rows().len() {
             if let Some(arrival) = arrivals.next_if(|arrival| arrival.from_row == row) {
-                self.last = self.since_origin(arrival.at_ns);
+                let at = self.since_origin(arrival.at_ns);
+                self.before_last = std::mem::replace(&mut self.last, at);
             }
             let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
             self.evidence.push(self.last, count);
@@ -121,9 +124,14 @@ impl Waiting {
         (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.lines)
     }
 
-    /// How long the lines have come that are all held, as their rate is not sure: by their stamps, zero once one was given out.
+    /// How long the lines have come that are all held, as their rate is not sure: by their stamps, zero once one was given out. The last
+    /// stamp counts for half of it at most: it alone may be wrong.
     pub(crate) fn all_held_for(&self) -> Duration {
-        if self.given_in_all == 0 { self.last.saturating_sub(FIRST) } else { Duration::ZERO }
+        if self.given_in_all > 0 {
+            return Duration::ZERO;
+        }
+        let [before_last, last] = [self.before_last, self.last].map(|at| at.saturating_sub(FIRST));
+        last.min(before_last.saturating_mul(2))
     }
 
     /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.

@@ -34,6 +34,10 @@ const EVEN_S: f64 = 1.0;
 /// Part of a period by which each of these intervals may be longer or shorter.
 const EVEN_TOLERANCE: f64 = 0.1;
 
+/// Reads at another pace make all intervals whole periods of it: 1.6 times as fast as the lines at most, 25 Hz read at 40, if some are to
+/// be single ones at one of the sensor's rates.
+const PACED: f64 = 1.75;
+
 /// Time by which bunching may bend a short record.
 const BUNCHING_S: f64 = 0.1;
 
@@ -176,7 +180,8 @@ impl Start {
 
     /// The rate by intervals or stretches, once one of them is clear; when `full` it need not be one of the sensor's.
     fn clear(&self, full: bool) -> Option<Placing> {
-        let (steady_hz, even_hz) = (steady(&self.held_s), even(&self.stretches));
+        let steady_hz = steady(&self.held_s);
+        let even_hz = even(&self.stretches).filter(|hz| steady_hz.is_some() || !self.is_bent_by_losses(*hz));
         let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
         let (steady_listed, even_listed) = (steady_hz.and_then(listed), even_hz.and_then(listed));
         if steady_listed.is_some() && steady_listed == even_listed {
@@ -196,16 +201,22 @@ impl Start {
     /// The likeliest rate where neither intervals nor stretches tell one.
     fn unclear(&self) -> Option<Placing> {
         let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
-        // Losses all the time bend the edge, and leave whole periods; the fastest stretch has the fewest of them.
-        let is_sound = |hz: &f64| self.known_hz.is_some() || snap(&self.listed_hz, *hz, LISTED_TOLERANCE).is_some();
-        let whole_hz = || whole(&self.held_s, &self.listed_hz);
+        let is_listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE).is_some();
+        // The fastest stretch has the fewest losses.
+        let is_sound = |hz: &f64| self.known_hz.is_some() || (is_listed(*hz) && !self.is_bent_by_losses(*hz));
         let hz = edge_hz
             .filter(is_sound)
-            .or_else(whole_hz)
+            .or_else(|| whole(&self.held_s, &self.listed_hz))
             .or_else(|| self.fastest_stretch_hz())
             .or_else(|| self.mean_hz())?;
         let near_hz = snap(&self.listed_hz, hz, STRETCH_TOLERANCE);
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
+    }
+
+    /// Whether losses all the time made this of a higher rate: they bend stretches and edge, even to another of the sensor's rates by chance,
+    /// but leave whole periods.
+    fn is_bent_by_losses(&self, hz: f64) -> bool {
+        whole(&self.held_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > PACED * hz)
     }
 
     /// How lines are placed whose rate is not clear, or clear only as measured, if nothing better contradicts the known one.

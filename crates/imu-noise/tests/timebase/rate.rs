@@ -57,7 +57,7 @@ fn a_rate_given_is_not_taken_for_one_of_the_list() {
 #[test]
 fn reads_at_another_rate_of_the_sensor_are_not_its_rate() {
     // Read every 20 ms a stream of 40 Hz looks like one of 50 Hz that loses each fifth line.
-    for (rate_hz, read_s) in [(40.0, 0.02), (20.0, 0.04), (40.0, 0.0202), (40.0, 0.019_935_85)] {
+    for (rate_hz, read_s) in [(40.0, 0.02), (25.0, 0.025), (20.0, 0.04), (40.0, 0.0202), (40.0, 0.019_935_85)] {
         let (events, summary) = place(Link { read_s, ..Link::steady(rate_hz) }.stamps(5000));
         assert_eq!((events, summary.nominal), (vec![], Some(NominalRate::Snapped(rate_hz))), "{read_s} s");
     }
@@ -97,5 +97,20 @@ fn losses_do_not_make_a_lower_rate_of_the_sensor() {
         let (kept, lost) = losing(Link { seed, ..Link::steady(40.0) }, 0.375, 1500);
         let (_, summary) = place(kept);
         assert_eq!((summary.nominal, summary.missing), (Some(NominalRate::Snapped(40.0)), lost), "seed {seed}");
+    }
+}
+
+#[test]
+fn most_lines_lost_leave_the_rate_where_some_neighbours_come() {
+    // Of 200 some stretches come, of 1500 the lower edge lies at another rate of the sensor: two lines in five of 100 Hz at 40.
+    for (lost_share, lines) in [(0.6, 200), (0.7, 200), (0.6, 1500)] {
+        for rate_hz in RATES_HZ {
+            for seed in 0..20 {
+                let (kept, lost) = losing(Link { seed, ..Link::steady(rate_hz) }, lost_share, lines);
+                let (_, summary) = place(kept);
+                let case = format!("{lost_share} of {lines} at {rate_hz} Hz, seed {seed}");
+                assert_eq!((summary.nominal, summary.missing), (Some(NominalRate::Snapped(rate_hz)), lost), "{case}");
+            }
+        }
     }
 }

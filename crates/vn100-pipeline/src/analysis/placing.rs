@@ -43,7 +43,7 @@ impl Analysis {
     /// Whether lines of which none has its place have come for as long as was asked for.
     pub(super) fn is_complete_by_lines_held(&self) -> bool {
         let held = self.waiting.as_ref().map_or(Duration::ZERO, Waiting::all_held_for);
-        let is_asked_for = |duration| self.data_time() + held >= duration;
+        let is_asked_for = |duration| self.data_time().saturating_add(held) >= duration;
         held >= LEAST_HELD && self.settings.duration.is_some_and(is_asked_for)
     }
 }

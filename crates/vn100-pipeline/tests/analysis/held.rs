@@ -22,6 +22,8 @@ fn steady(rate_hz: f64, lines: u32) -> Vec<f64> {
 fn the_time_asked_for_passes_for_lines_that_are_held() {
     let mut lossy = steady(1.0, 40);
     lossy.remove(2);
+    let mut ahead = steady(40.0, 300);
+    ahead[3] = 1000.0;
     for (case, stamps_s, duration_s, rate_hz, expected) in [
         // lines until it ends; samples, left out, missing, rate
         ("of unknown rate", steady(1.0, 40), 5.0, None, (Some(6), 5, 1, 0, 1.0)),
@@ -29,6 +31,7 @@ fn the_time_asked_for_passes_for_lines_that_are_held() {
         ("one lost", lossy, 5.0, None, (Some(5), 4, 1, 1, 1.0)),
         ("too few", steady(1.0, 4), 5.0, None, (None, 4, 0, 0, 1.0)),
         ("a second at least", steady(5.0, 100), 0.1, None, (Some(6), 1, 5, 0, 5.0)),
+        ("one stamp far ahead", ahead, 5.0, None, (Some(200), 200, 0, 0, 40.0)),
         ("enough for a rate", steady(40.0, 100), 0.5, None, (Some(33), 20, 13, 0, 40.0)),
     ] {
         let duration = Some(Duration::from_secs_f64(duration_s));
