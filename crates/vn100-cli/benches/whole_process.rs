@@ -1,16 +1,22 @@
 //! The program as its user runs it, from start to exit, beside `cat` and, where Python has them, pandas with allantools.
 //!
-//! Five hours at 40 Hz, 720 000 lines, 88 MB, warm cache. Commands take turns; CPU time is the kernel's account of each finished
-//! process, wall time the median of the runs. `cargo bench -p vn100-cli` prints the table.
+//! Five hours at 40 Hz, 720 000 lines, 88 MB, warm cache, as text and in every other form. Commands take turns; CPU time is the kernel's
+//! account of each finished process, wall time the median of the runs. `cargo bench -p vn100-cli` prints the tables; what they are of
+//! takes 0.5 GB in the target folder.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
 
 use std::{
     fs::{self, File},
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Stdio},
     time::Instant,
 };
+
+mod whole_process {
+    pub(super) mod forms;
+}
+use whole_process::forms;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_vn100");
 const ROUNDS: usize = 11;
@@ -37,8 +43,8 @@ struct Entry {
 }
 
 fn main() {
-    let capture = capture();
-    let file = capture.to_str().unwrap();
+    let record = forms::record(PROGRAM);
+    let file = record.text.as_str();
     let entry = |name, command: &[&str]| Entry {
         name,
         command: command.iter().map(ToString::to_string).collect(),
@@ -51,6 +57,10 @@ fn main() {
         entry("replay, one core", &["taskset", "-c", "0", PROGRAM, "replay", file]),
         entry("replay --estimator full", &[PROGRAM, "replay", "--estimator", "full", file]),
         entry("replay --json of four files", &[PROGRAM, "replay", "--json", file, file, file, file]),
+        entry("replay, raw bytes and times", &[PROGRAM, "replay", &record.raw]),
+        entry("replay, recording", &[PROGRAM, "replay", &record.recording]),
+        entry("replay, CSV with fields", &[PROGRAM, "replay", &record.csv]),
+        entry("replay, gzip", &[PROGRAM, "replay", &record.gzip]),
     ];
     let has_python = run(&["python3".into(), "-c".into(), "import pandas, allantools".into()]).is_some();
     if has_python {
@@ -74,21 +84,23 @@ fn main() {
             }
         }
     }
-    println!("{:<30}{:>9}{:>10}{:>12}", "720 000 lines, 88 MB", "CPU s", "wall s", "CPU / cat");
-    let cat_s = cpu_s(&entries[0]);
+    println!("{:<30}{:>9}{:>10}{:>12}{:>15}", "720 000 lines, 88 MB", "CPU s", "wall s", "CPU / cat", "CPU / replay");
+    let (cat_s, replay_s) = (cpu_s(&entries[0]), cpu_s(&entries[1]));
     for entry in entries.iter_mut().filter(|entry| !entry.wall_s.is_empty()) {
         entry.wall_s.sort_by(f64::total_cmp);
         let wall_s = entry.wall_s[entry.wall_s.len() / 2];
         let cpu_s = cpu_s(entry);
-        println!("{:<30}{cpu_s:>9.3}{wall_s:>10.3}{:>12.1}", entry.name, cpu_s / cat_s);
+        println!("{:<30}{cpu_s:>9.3}{wall_s:>10.3}{:>12.1}{:>15.2}", entry.name, cpu_s / cat_s, cpu_s / replay_s);
     }
     if !has_python {
         println!("pandas and allantools: skipped, python3 has them not");
     }
-    println!("\n{:<30}{:>9}{:>12}", "from a pipe", "MB", "peak KiB");
+    println!("\n{:<30}{:>9}{:>12}{:>20}", "from a pipe", "MB", "peak KiB", "CPU ns per line");
     for copies in [1, 5, 20] {
-        let (megabytes, peak_kib) = piped(&capture, copies);
-        println!("{:<30}{megabytes:>9}{peak_kib:>12}", format!("replay - of {copies} records"));
+        let before = children_cpu_s();
+        let (megabytes, peak_kib) = piped(Path::new(file), copies);
+        let ns_per_line = (children_cpu_s() - before) / (copies * forms::LINES) as f64 * 1e9;
+        println!("{:<30}{megabytes:>9}{peak_kib:>12}{ns_per_line:>20.0}", format!("replay - of {copies} records"));
     }
 }
 
@@ -135,14 +147,4 @@ fn children_cpu_s() -> f64 {
     let fields: Vec<_> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
     let ticks = |index: usize| fields[index].parse::<f64>().unwrap();
     (ticks(13) + ticks(14)) / TICKS_PER_S
-}
-
-/// The record, simulated once and kept with the build.
-fn capture() -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("five-hours.vnymr");
-    if !path.exists() {
-        let arguments = ["sim", "--profile", "lab3", "--duration", "5h", "--seed", "1", "-o"];
-        assert!(Command::new(PROGRAM).args(arguments).arg(&path).status().unwrap().success());
-    }
-    path
 }
