@@ -200,14 +200,12 @@ impl<C: Connect> LinkTask<C> {
                 input = connection.next_input() => Some(input?.ok_or(Trouble::Closed)?),
                 () = &mut timer => None,
             };
-            let mut consequences = Vec::new();
             if let Some(input) = input {
                 if watch.silence.as_mut().is_some_and(|silence| silence.ends_with(&input)) {
-                    for input in self.meet_again(connection, input).await? {
-                        self.hear(input, &mut watch, &mut consequences).await?;
-                    }
+                    let held = self.meet_again(connection, input).await?;
+                    self.hear_all(connection, held, &mut watch).await?;
                 } else {
-                    self.hear(input, &mut watch, &mut consequences).await?;
+                    self.hear(connection, input, &mut watch).await?;
                 }
             } else if Instant::now() >= silence {
                 if self.listen_only && watch.silence.is_some() {
@@ -220,35 +218,30 @@ impl<C: Connect> LinkTask<C> {
                 watch.silence.get_or_insert_with(|| Silence::begin(options)).looked = Instant::now();
                 self.state.send_replace(LinkState::Silent(watch.up.clone()));
             }
-            consequences.extend(self.conversation.handle_timeout(self.start.elapsed()));
-            for consequence in consequences {
-                match consequence {
-                    Consequence::Baud(baud) => self.change_baud(connection, &mut watch.up, baud)?,
-                    Consequence::Absent => match &watch.silence {
-                        Some(silence) if silence.since.elapsed() < STALL => self.conversation.ask_presence(),
-                        Some(_) => return Err(Trouble::Silent),
-                        None => {}
-                    },
-                    Consequence::Unasked(error) => self.tell(LinkEventKind::UnaskedError { error }).await?,
-                    Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
-                    Consequence::Restarted(error) => {
-                        self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
-                        watch.up.since_ns = self.connect.now_ns();
-                        watch.up.restarted = Some(error);
-                        self.greet(&watch.up).await?;
-                    }
-                }
-            }
+            let consequence = self.conversation.handle_timeout(self.start.elapsed());
+            self.follow_up(connection, consequence, &mut watch).await?;
         }
     }
 
-    /// Takes one input of a link that is up, and what the sensor answers in it.
-    async fn hear(
+    /// Takes inputs that were held. When the link is lost amid them, the others are no part of the measurement.
+    async fn hear_all(
         &mut self,
-        input: Input,
+        connection: &mut C::Connection,
+        held: Vec<Input>,
         watch: &mut Watch,
-        consequences: &mut Vec<Consequence>,
     ) -> Result<(), Trouble> {
+        let mut inputs = held.into_iter();
+        while let Some(input) = inputs.next() {
+            if let Err(trouble) = self.hear(connection, input, watch).await {
+                self.set_aside(inputs.collect()).await?;
+                return Err(trouble);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes one input of a link that is up, and what the sensor answers in it.
+    async fn hear(&mut self, connection: &mut C::Connection, input: Input, watch: &mut Watch) -> Result<(), Trouble> {
         let before = self.output.seen();
         self.take(input, &mut watch.health).await?;
         let replies = self.output.take_replies();
@@ -264,7 +257,35 @@ impl<C: Connect> LinkTask<C> {
         }
         for reply in replies {
             self.recognise(&reply)?;
-            consequences.extend(self.conversation.take_reply(&reply, self.start.elapsed()));
+            let consequences = self.conversation.take_reply(&reply, self.start.elapsed());
+            self.follow_up(connection, consequences, watch).await?;
+        }
+        Ok(())
+    }
+
+    async fn follow_up(
+        &mut self,
+        connection: &mut C::Connection,
+        consequences: impl IntoIterator<Item = Consequence>,
+        watch: &mut Watch,
+    ) -> Result<(), Trouble> {
+        for consequence in consequences {
+            match consequence {
+                Consequence::Baud(baud) => self.change_baud(connection, &mut watch.up, baud)?,
+                Consequence::Absent => match &watch.silence {
+                    Some(silence) if silence.since.elapsed() < STALL => self.conversation.ask_presence(),
+                    Some(_) => return Err(Trouble::Silent),
+                    None => {}
+                },
+                Consequence::Unasked(error) => self.tell(LinkEventKind::UnaskedError { error }).await?,
+                Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
+                Consequence::Restarted(error) => {
+                    self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
+                    watch.up.since_ns = self.connect.now_ns();
+                    watch.up.restarted = Some(error);
+                    self.greet(&watch.up).await?;
+                }
+            }
         }
         Ok(())
     }

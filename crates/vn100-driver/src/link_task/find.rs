@@ -36,7 +36,8 @@ impl<C: Connect> LinkTask<C> {
             && self.was_up
             && let Err(trouble) = self.resume(&mut connection, held).await
         {
-            found = Err(trouble);
+            let held = std::mem::take(held);
+            found = Err(self.set_aside(held).await.err().map_or(trouble, Trouble::from));
         }
         match found {
             Ok((baud, held)) => {

@@ -1,0 +1,76 @@
+//! A machine or an adapter that stands still for two seconds and then hands on all at once: a link loses nothing by it.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::time::Duration;
+
+use support::Sensor;
+use tokio::{sync::watch, task::JoinHandle, time::Instant};
+use vn100_driver::{
+    Change, LinkEventKind, LinkOptions, LinkState,
+    protocol::{Fields, Register},
+};
+
+const fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// What the link says of itself until it is closed.
+fn states(mut state: watch::Receiver<LinkState>) -> JoinHandle<Vec<&'static str>> {
+    tokio::spawn(async move {
+        let mut told = Vec::new();
+        while state.changed().await.is_ok() {
+            let name = match &*state.borrow_and_update() {
+                LinkState::Up(_) => "up",
+                LinkState::Silent(_) => "silent",
+                LinkState::Down { .. } => "down",
+                _ => "other",
+            };
+            if told.last() != Some(&name) {
+                told.push(name);
+            }
+        }
+        told
+    })
+}
+
+/// That the rate was set to this.
+fn set_to(rate_hz: u32) -> Vec<Change> {
+    let fields = |rate_hz: u32| Fields::new(rate_hz.to_string()).unwrap();
+    vec![Change { register: Register::ASYNC_RATE, before: fields(10), after: fields(rate_hz) }]
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stall_costs_a_link_nothing() {
+    for (rate_hz, baud) in [(40, 115_200), (200, 921_600)] {
+        for (answers, keep) in [(true, Vec::new()), (false, Vec::new()), (true, set_to(rate_hz))] {
+            let sensor = Sensor::new(baud, rate_hz);
+            sensor.world().registers.insert(3, "0100099887".into());
+            let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+            let states = states(link.handle.state());
+            link.until_up().await;
+            link.run(ms(6000)).await;
+            // one that does not answer for its number must not cost a line either
+            sensor.world().answers = answers;
+            let before = sensor.world().lines;
+            let stalled_until = Instant::now() + ms(2000);
+            sensor.world().stalled_until = Some(stalled_until);
+            link.run(ms(1995)).await;
+            assert_eq!((sensor.world().lines, link.told.rows), (before, before));
+            link.run(ms(10)).await;
+            let in_burst = sensor.world().lines - before;
+            assert!(in_burst >= 2 * u64::from(rate_hz) - 1, "{in_burst} lines at once");
+            link.run(ms(5000)).await;
+            let told = link.stop().await;
+            {
+                let world = sensor.world();
+                assert_eq!((told.rows, told.counts.bytes()), (world.lines, world.bytes), "answers: {answers}");
+            }
+            // nothing befell it after it was found
+            assert!(matches!(told.link.last(), Some((_, LinkEventKind::Up { .. }))), "{:?}", told.link);
+            assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
+            assert_eq!(states.await.unwrap(), ["other", "up", "silent", "up", "other"]);
+        }
+    }
+}
