@@ -28,12 +28,12 @@ pub(crate) fn replay_log(name: &str) -> PathBuf {
 
 /// The recordings of real sensors, or `None` with a word about it: they cannot be shipped.
 pub(crate) fn real_captures() -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("VN100_CAPTURES").map_or_else(|| workspace().join("../shared/captures"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
+    let folder = std::env::var_os("VN100_CAPTURES").map(PathBuf::from);
+    match &folder {
+        Some(folder) if folder.is_dir() => return Some(folder.clone()),
+        Some(folder) => eprintln!("skipped: VN100_CAPTURES names {}, which is no folder", folder.display()),
+        None => eprintln!("skipped: VN100_CAPTURES names no folder of real captures"),
     }
-    eprintln!("skipped: no captures in {} (VN100_CAPTURES names another folder)", folder.display());
     None
 }
 

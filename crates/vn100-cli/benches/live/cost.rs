@@ -24,9 +24,14 @@ pub(crate) fn measure() {
         "{:<28}{:>8}{:>14}{:>14}{:>16}{:>10}{:>9}",
         "vn100 attach", "CPU %", "of it reads %", "bare reads %", "switches per s", "peak MiB", "missing"
     );
-    for (ports, rate_hz, baud) in
-        [(1, 1, 115_200), (1, 40, 115_200), (1, 40, 921_600), (1, 200, 921_600), (PORTS, 200, 921_600)]
-    {
+    for (ports, rate_hz, baud) in [
+        (1, 1, 115_200),
+        (1, 40, 115_200),
+        (1, 40, 921_600),
+        (1, 200, 921_600),
+        (PORTS, 40, 921_600),
+        (PORTS, 200, 921_600),
+    ] {
         let sensors = &sensors[..ports];
         configure(sensors, rate_hz, baud);
         let Cost { cpu, reading_cpu, switches_hz, peak_mib, missing } = attach(sensors);

@@ -28,6 +28,12 @@ pub(crate) struct Record {
     pub(crate) csv: String,
     /// The text, compressed.
     pub(crate) gzip: String,
+    /// The text with a digit of every thousandth line changed.
+    pub(crate) damaged: String,
+    /// As many bytes of any kind.
+    pub(crate) random: String,
+    /// As many bytes that begin a line.
+    pub(crate) endless: String,
 }
 
 /// The record, with what of it is not there yet.
@@ -40,12 +46,16 @@ pub(crate) fn record(program: &str) -> Record {
         recording: path("mcap"),
         csv: path("csv"),
         gzip: path("vnymr.gz"),
+        damaged: path("damaged"),
+        random: path("random"),
+        endless: path("endless"),
     };
     for output in [&record.text, &record.recording].into_iter().filter(|output| !Path::new(output).exists()) {
         let arguments = ["sim", "--profile", "lab3", "--duration", "5h", "--seed", "1", "-o", output];
         assert!(Command::new(program).args(arguments).status().unwrap().success());
     }
-    let lacks = [&record.raw, &record.csv, &record.gzip].into_iter().any(|output| !Path::new(output).exists());
+    let others = [&record.raw, &record.csv, &record.gzip, &record.damaged, &record.random, &record.endless];
+    let lacks = others.into_iter().any(|output| !Path::new(output).exists());
     if lacks {
         write_other_forms(&record);
     }
@@ -73,4 +83,19 @@ fn write_other_forms(record: &Record) {
     gzip.finish().unwrap().flush().unwrap();
     times.flush().unwrap();
     csv.flush().unwrap();
+    let mut bytes = text.into_bytes();
+    let length = bytes.len();
+    let mut starts = (0..length).filter(|&at| bytes[at] == b'$').step_by(1000).collect::<Vec<_>>();
+    starts.iter_mut().for_each(|start| *start += "$VNYMR,+0".len());
+    starts.into_iter().for_each(|digit| bytes[digit] ^= 1);
+    fs::write(&record.damaged, &bytes).unwrap();
+    let mut state = 1_u64;
+    bytes.iter_mut().for_each(|byte| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *byte = (state >> 56) as u8;
+    });
+    fs::write(&record.random, &bytes).unwrap();
+    bytes.fill(b'7');
+    bytes[0] = b'$';
+    fs::write(&record.endless, &bytes).unwrap();
 }
