@@ -7,16 +7,17 @@ mod sensor;
 mod support;
 
 use std::{
-    io::Read,
+    io::{BufRead, BufReader, Read, Write},
     net::TcpListener,
     process::{Child, Command, Output, Stdio},
     thread,
+    time::Duration,
 };
 
 use rustix::process::{Pid, Signal, kill_process};
 use sensor::Sensor;
 use serde_json::Value;
-use support::{Lines, document, vn100};
+use support::{Lines, document, replay, run, vn100};
 
 const SIGNALS: [Signal; 2] = [Signal::INT, Signal::TERM];
 
@@ -57,6 +58,58 @@ fn an_interrupt_while_the_sensor_is_looked_for_is_an_end_without_samples_whateve
         assert_eq!((plain.0, &plain.1), (Some(3), &0.into()));
         assert_eq!(interrupted_while_looking(&["--set-rate", "20"], signal), plain);
     }
+}
+
+/// Pauses the output, as a program does that breaks off in the middle of its work.
+fn pause(sensor: &Sensor) {
+    let name = sensor.port().display().to_string();
+    let mut port = serialport::new(name, 115_200).timeout(Duration::from_secs(10)).open().unwrap();
+    let mut lines = BufReader::new(port.try_clone().unwrap()).split(b'\n').map(Result::unwrap);
+    // while it boots it hears nothing
+    assert!(lines.any(|line| line.starts_with(b"$VNYMR,")));
+    port.write_all(b"$VNASY,0*4F\r\n").unwrap();
+    assert!(lines.any(|line| line.starts_with(b"$VNASY,0*4F")));
+}
+
+/// A sensor whose output is paused says nothing to whoever only listens; it is told that this may be so.
+fn assert_paused(sensor: &Sensor) {
+    let heard = sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "1s", "--json"]);
+    let error = String::from_utf8(heard.stderr).unwrap();
+    assert_eq!(heard.status.code(), Some(3), "{error}");
+    assert!(error.contains("nothing came; its output may be paused"), "{error}");
+}
+
+#[test]
+fn an_output_that_was_found_paused_is_told_and_left_so() {
+    let sensor = Sensor::start(&[]);
+    let recording = sensor.file("resumed.mcap");
+    pause(&sensor);
+    let attached = run(sensor.command("attach", &["--duration", "1s", "--json", "--record"]).arg(&recording));
+    let error = String::from_utf8(attached.stderr.clone()).unwrap();
+    let measured = document(&attached);
+    assert_eq!((attached.status.code(), &measured["link"]["outputs_resumed"]), (Some(0), &1.into()), "{error}");
+    let port = sensor.port().display().to_string();
+    for told in ["the output of the sensor was paused, as by a", "its output is paused again, as it was found"] {
+        assert_eq!(error.matches(&format!("{port}: {told}")).count(), 1, "{error}");
+    }
+    let (recorded, _) = replay(&recording, &[]);
+    assert_eq!(recorded["link"], measured["link"]);
+    assert_paused(&sensor);
+}
+
+#[test]
+fn an_output_that_was_found_paused_and_set_is_left_so_by_attach_and_on_by_configure() {
+    let sensor = Sensor::start(&[]);
+    pause(&sensor);
+    let attached = sensor.run("attach", &["--set-rate", "20", "--duration", "1s", "--json"]);
+    let error = String::from_utf8(attached.stderr.clone()).unwrap();
+    assert_eq!((attached.status.code(), &document(&attached)["timing"]["rate_hz"]), (Some(0), &20.0.into()), "{error}");
+    assert!(error.contains("its output was paused, and is on now"), "{error}");
+    assert!(error.contains("put back as it was, with its output paused"), "{error}");
+    assert_eq!(document(&sensor.run("info", &["--json"]))["rate_hz"], 40);
+    assert_paused(&sensor);
+    assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
+    assert_eq!(document(&sensor.run("attach", &["--duration", "1s", "--json"]))["link"]["outputs_resumed"], 0);
 }
 
 #[test]

@@ -247,7 +247,12 @@ async fn measure_and_record(
     let mut told = Ok(());
     let Ended { outcome, left_out, ceased } = measure(opened, recording, &origin, job, stand, stop, &mut told).await?;
     if let Some(link) = &link {
-        closed(link).await;
+        let told = match closed(link).await {
+            Some(true) => Some("its output is paused again, as it was found"),
+            Some(false) => Some("its output was found paused, and could not be paused again: $VNASY,0*4F pauses it"),
+            None => None,
+        };
+        told.into_iter().for_each(|told| job.status.report(&format!("{}: {told}", origin.name)));
     }
     let reason = match &outcome.source_error {
         Some(error) => error.to_string(),

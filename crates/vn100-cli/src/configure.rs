@@ -70,5 +70,6 @@ pub(crate) fn describe(configured: &Configured) -> String {
     let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
     let verdict =
         if configured.rate_is_kept() { "" } else { ": NOT as set; look at the cable and the speed of the line" };
-    printable(&format!("{changed}; {measured_hz:.1} lines a second come, {rate_hz} are set{verdict}"))
+    let found = if configured.was_paused { "; its output was paused, and is on now" } else { "" };
+    printable(&format!("{changed}{found}; {measured_hz:.1} lines a second come, {rate_hz} are set{verdict}"))
 }

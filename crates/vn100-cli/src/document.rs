@@ -75,6 +75,8 @@ struct Link {
     overrun_bytes: u64,
     /// Errors that the sensor told unasked: how often which code.
     unasked_errors: BTreeMap<String, u64>,
+    /// How often its output was found paused, and was made to go on.
+    outputs_resumed: u64,
     reconnects: u64,
     /// Time in which the link was lost.
     down_s: Option<f64>,
@@ -265,6 +267,7 @@ fn link(snapshot: &Snapshot) -> Link {
             .iter()
             .map(|(error, count)| (format!("{:02X}", error.code()), count))
             .collect(),
+        outputs_resumed: link.outputs_resumed,
         reconnects: link.connects.saturating_sub(1),
         down_s: if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
         bad_frames: BadFrames {

@@ -37,10 +37,13 @@ pub(crate) struct LiveSource {
     _emulated: Option<EmulatedPort>,
 }
 
-/// Waits until a link whose events nobody takes any more has let go of its port.
-pub(crate) async fn closed(link: &LinkHandle) {
+/// Waits until a link whose events nobody takes any more has let go of its port: whether an output that was found paused is so again.
+pub(crate) async fn closed(link: &LinkHandle) -> Option<bool> {
     // a link that is gone has no state any more
-    let _ = link.state().wait_for(|state| matches!(state, LinkState::Closed)).await;
+    match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
+        Ok(LinkState::Closed { paused_again }) => *paused_again,
+        _ => None,
+    }
 }
 
 /// Waits until the state of a link changes; for ever where there is none.
@@ -131,11 +134,11 @@ impl LiveSource {
         });
         let mut state = link.state();
         let heard =
-            state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed));
+            state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. }));
         let is_up = stop
             .run_until_cancelled(heard)
             .await
-            .is_some_and(|heard| heard.is_ok_and(|state| !matches!(*state, LinkState::Closed)));
+            .is_some_and(|heard| heard.is_ok_and(|state| !matches!(*state, LinkState::Closed { .. })));
         let answer = match is_up {
             true => Some(work(link).await),
             false => None,

@@ -191,6 +191,8 @@ fn befell(kind: &LinkEventKind) -> String {
         LinkEventKind::UnaskedError { error } => {
             format!("the sensor refused a command that did not come from here: {error}")
         }
+        LinkEventKind::OutputResumed => "the output of the sensor was found paused, and was made to go on".into(),
+        LinkEventKind::OutputPaused => "the output of the sensor is paused again, as it was found".into(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, ConfigureError, LinkHandle, OutputSettings, configure};
+use vn100_driver::{Change, ConfigureError, LinkHandle, OutputSettings, configure, protocol::Command};
 
 use crate::{
     configure::{describe, restore_same, serial},
@@ -17,6 +17,8 @@ pub(crate) struct SetUp {
     changes: Vec<Change>,
     /// Of the sensor that was changed, where it has one.
     serial: Option<String>,
+    /// Whether its output was found paused.
+    was_paused: bool,
 }
 
 impl SetUp {
@@ -33,7 +35,7 @@ impl SetUp {
         match live.ask(stop, set).await {
             Ok((configured, serial)) => {
                 tell(&describe(&configured));
-                Ok(Self { changes: configured.changes, serial })
+                Ok(Self { changes: configured.changes, serial, was_paused: configured.was_paused })
             }
             Err(error) if error.is::<Interrupted>() => Ok(Self::default()),
             Err(error) => Self::interrupted(error.downcast()?, tell),
@@ -51,7 +53,7 @@ impl SetUp {
             }
             // once more, on a link of its own
             ConfigureError::Left { cause, changes } if matches!(*cause, ConfigureError::Interrupted { .. }) => {
-                Ok(Self { changes, serial: None })
+                Ok(Self { changes, ..Self::default() })
             }
             error => Err(error.into()),
         }
@@ -64,17 +66,25 @@ impl SetUp {
 
     /// Sets the sensor as it was before, and tells so: whether it is.
     pub(crate) async fn undo(self, live: &LiveSource, tell: impl Fn(&str)) -> bool {
-        let Self { changes, serial } = self;
-        if changes.is_empty() {
+        let Self { changes, serial, was_paused } = self;
+        if changes.is_empty() && !was_paused {
             return true;
         }
         // a second signal ends the program
-        let undo = async |link: LinkHandle| restore_same(&link, &changes, serial.as_deref()).await;
+        let undo = async |link: LinkHandle| {
+            restore_same(&link, &changes, serial.as_deref()).await?;
+            if was_paused {
+                link.request(Command::Async(false)).await?;
+            }
+            Ok(())
+        };
         let undone = live.ask(&CancellationToken::new(), undo).await;
         tell(&match &undone {
+            Ok(()) if was_paused => format!("{PUT_BACK}, with its output paused"),
             Ok(()) => PUT_BACK.into(),
             Err(error) => {
-                let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
+                let output = was_paused.then(|| "its output is on".into());
+                let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
                 format!("could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
             }
         });

@@ -129,6 +129,9 @@ fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if told_since != Some(*since_ns) => {
             Some(format!("the sensor restarted: {error}"))
         }
+        LinkState::Up(Up { output_resumed: true, .. }) if told.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
+            "the output of the sensor was paused, as by a program that broke off: it was made to go on, and is paused again at the end".into(),
+        ),
         LinkState::Up(Up { port, baud, .. }) => {
             let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
             Some(format!("connected to {port}{speed}"))
@@ -220,8 +223,31 @@ mod tests {
     }
 
     #[test]
+    fn an_output_that_was_found_paused_is_told_once() {
+        let silent = Up {
+            port: "/dev/imu".into(),
+            baud: None,
+            since_ns: 0,
+            latency_timer_ms: None,
+            restarted: None,
+            output_resumed: false,
+        };
+        let resumed = LinkState::Up(Up { output_resumed: true, ..silent.clone() });
+        let told = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
+        assert!(told.contains("paused again at the end"), "{told}");
+        assert!(event(Some(&resumed), &resumed).unwrap().starts_with("connected"), "as behind another silence");
+    }
+
+    #[test]
     fn a_restart_is_told_and_not_as_a_connection() {
-        let up = Up { port: "/dev/imu".into(), baud: None, since_ns: 0, latency_timer_ms: None, restarted: None };
+        let up = Up {
+            port: "/dev/imu".into(),
+            baud: None,
+            since_ns: 0,
+            latency_timer_ms: None,
+            restarted: None,
+            output_resumed: false,
+        };
         let again = Up { since_ns: 1, restarted: Some(vn100_driver::protocol::DeviceError::HardFault), ..up.clone() };
         let (up, again) = (LinkState::Up(up), LinkState::Up(again));
         assert!(is_news(Some(&up), &again));

@@ -3,12 +3,13 @@
 use std::time::Duration;
 
 use thiserror::Error;
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{Command, Fields, Register, RegisterContents, RequestFailure};
+use vn100_protocol::{AsyncRate, AsyncType, Command, Fields, Register, RegisterContents, RequestFailure};
 
 use crate::{
     command_error::CommandError,
-    link::LinkHandle,
+    link::{LinkHandle, LinkState},
     output_plan::{Change, OutputSettings, PlanError, plan},
 };
 
@@ -18,6 +19,10 @@ const DRAIN: Duration = Duration::from_millis(150);
 /// How long to leave the output to settle, and how long to count it.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
+
+/// How long to listen for a line: longer than the pause between two of the slowest output, 1 Hz, and as often is looked whether one came.
+const LISTEN: Duration = Duration::from_millis(1200);
+const LOOK: Duration = Duration::from_millis(50);
 
 /// What was changed.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +34,8 @@ pub struct Configured {
     pub measured_hz: f64,
     /// The rate the sensor is set to; 0 where it sends no lines.
     pub rate_hz: u32,
+    /// Whether its output was found paused, as a program leaves it that breaks off. It is on now.
+    pub was_paused: bool,
 }
 
 impl Configured {
@@ -84,8 +91,9 @@ fn list(changes: &[Change]) -> String {
 /// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output, writes, reads back, resumes it and
 /// counts what comes; where the link was lost meanwhile it reads them once more. Nothing is kept through switching off unless `settings` say so.
 ///
-/// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns. Only what the sensor was told to
-/// keep through switching off stays.
+/// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns, and an output that was found paused
+/// is paused again. Only what the sensor was told to keep through switching off stays. When all is well the output is on, however it was
+/// found: whoever sets it wants it.
 ///
 /// The events of the link must be taken meanwhile.
 ///
@@ -98,12 +106,16 @@ pub async fn configure(
 ) -> Result<Configured, ConfigureError> {
     let mut written = Written::default();
     let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
-    let Written { changes, kept } = written;
+    let Written { changes, kept, was_paused } = written;
     let cause = match set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) {
-        Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz }),
+        Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz, was_paused }),
         Err(cause) => cause,
     };
-    if !changes.is_empty() && (kept || restore(link, &changes).await.is_err()) {
+    if changes.is_empty() && !was_paused {
+        return Err(cause);
+    }
+    let is_back = !kept && write_back(link, &changes, was_paused).await.is_ok();
+    if !is_back && !changes.is_empty() {
         return Err(ConfigureError::Left { cause: Box::new(cause), changes });
     }
     Err(match cause {
@@ -118,6 +130,8 @@ struct Written {
     changes: Vec<Change>,
     /// Whether it was told to keep them: the flash may hold them then.
     kept: bool,
+    /// Whether its output was found paused.
+    was_paused: bool,
 }
 
 /// Lines a second that come, and those the sensor is set to.
@@ -128,11 +142,14 @@ async fn set(
 ) -> Result<(f64, u32), ConfigureError> {
     let current = read_current(link, settings).await?;
     let (planned, message, rate) = plan(&current, settings)?;
-    write_paused(link, planned, settings.save, written).await?;
+    written.was_paused = is_paused(link).await?;
+    if !planned.is_empty() || settings.save || written.was_paused {
+        write_paused(link, planned, settings.save, written, After::Sends).await?;
+    }
     let mut state = link.state();
     state.mark_unchanged();
     tokio::time::sleep(SETTLE).await;
-    let (before, began) = (link.lines(message), tokio::time::Instant::now());
+    let (before, began) = (link.lines(message), Instant::now());
     tokio::time::sleep(MEASURE).await;
     let measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
     // a link that went down or fell silent may have been without power, and what was written is gone then
@@ -144,17 +161,51 @@ async fn set(
     Ok((measured_hz, rate.hz()))
 }
 
-/// Puts back what [`configure`] changed, the last first.
+/// Puts back what [`configure`] changed, the last first. An output that is paused stays so.
 ///
 /// # Errors
 /// As [`configure`]; what could not be put back stays.
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
+    if changes.is_empty() {
+        return Ok(());
+    }
+    let was_paused = is_paused(link).await?;
+    write_back(link, changes, was_paused).await
+}
+
+async fn write_back(link: &LinkHandle, changes: &[Change], was_paused: bool) -> Result<(), ConfigureError> {
     let back = changes.iter().rev().map(|change| Change {
         register: change.register,
         before: change.after.clone(),
         after: change.before.clone(),
     });
-    write_paused(link, back.collect(), false, &mut Written::default()).await
+    let after = if was_paused { After::Paused } else { After::Sends };
+    write_paused(link, back.collect(), false, &mut Written::default(), after).await
+}
+
+/// Whether the output of the sensor is paused: it is set to send, and nothing comes.
+async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
+    let end = Instant::now() + LISTEN;
+    // lines that came before a silence say nothing of now
+    let is_silent = matches!(*link.state().borrow(), LinkState::Silent(_));
+    let before = if is_silent { link.lines_of_all() } else { 0 };
+    while link.lines_of_all() == before {
+        if Instant::now() >= end {
+            let message = link.read(Register::ASYNC_TYPE).await?.and_then(|contents| contents.value().ok());
+            let rate = link.read(Register::ASYNC_RATE).await?.and_then(|contents| contents.value().ok());
+            let sends = |message: AsyncType, rate: AsyncRate| message != AsyncType::OFF && rate.hz() > 0;
+            return Ok(message.zip(rate).is_some_and(|(message, rate)| sends(message, rate)));
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+    Ok(false)
+}
+
+/// How the output is left where all was written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum After {
+    Sends,
+    Paused,
 }
 
 async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
@@ -183,12 +234,10 @@ async fn write_paused(
     planned: Vec<Change>,
     save: bool,
     written: &mut Written,
+    after: After,
 ) -> Result<(), ConfigureError> {
-    if planned.is_empty() && !save {
-        return Ok(());
-    }
     // commands that come between lines of a busy port lose bytes
-    let mut resume = ResumeOnDrop(Some(link));
+    let mut resume = ResumeOnDrop((after == After::Sends && !written.was_paused).then_some(link));
     link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
     for change in planned {
@@ -206,7 +255,9 @@ async fn write_paused(
         written.kept = true;
         link.request(Command::WriteSettings).await?;
     }
-    link.request(Command::Async(true)).await?;
+    if after == After::Sends {
+        link.request(Command::Async(true)).await?;
+    }
     resume.0 = None;
     Ok(())
 }

@@ -7,7 +7,7 @@ use std::{
 
 use tokio::sync::oneshot;
 use vn100_protocol::{
-    Answer, BaudRate, Check, Command, DeviceError, Register, Reply, RequestFailure, RequestId, Session,
+    Answer, BaudRate, Check, Command, DeviceError, Handled, Register, Reply, RequestFailure, RequestId, Session,
 };
 
 use crate::command_error::CommandError;
@@ -49,6 +49,9 @@ const READING_BYTES: f64 = 128.0;
 /// like lost lines.
 const READ_EVERY: Duration = Duration::from_millis(200);
 
+/// A sensor that runs and is to send has sent a line by then: the slowest output sends each second, and a restart takes 1.25 s.
+const SURELY_PAUSED: Duration = Duration::from_secs(3);
+
 /// Where an answer goes.
 pub(crate) type Waiting = oneshot::Sender<Result<Answer, CommandError>>;
 
@@ -81,7 +84,21 @@ pub(crate) struct Conversation {
     read_at: Duration,
     /// Whether a caller has paused the output, and wants it so.
     paused: bool,
+    /// When the sensor last answered.
+    answered_at: Option<Duration>,
+    output: FoundOutput,
     temperature: Option<TemperaturePoll>,
+}
+
+/// How the output of the sensor was found, as far as anything was done about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FoundOutput {
+    /// Nothing was done.
+    Untouched,
+    /// A silent sensor was told to send; whether it was for want of that, the next lines tell.
+    ToldToSend,
+    /// It was paused, by somebody else, and sends because it was told to.
+    Resumed,
 }
 
 #[derive(Debug)]
@@ -115,6 +132,8 @@ impl Conversation {
             to_read: VecDeque::new(),
             read_at: Duration::ZERO,
             paused: false,
+            answered_at: None,
+            output: FoundOutput::Untouched,
             temperature,
         }
     }
@@ -144,11 +163,30 @@ impl Conversation {
         }
     }
 
-    /// Asks a sensor that says nothing whether it is there: unless it is silent on request, with the command that makes it speak again if an
-    /// exchange was broken off while its output was paused.
-    pub(crate) fn ask_presence(&mut self) {
-        let question = if self.paused { Command::ReadRegister(Register::MODEL) } else { Command::Async(true) };
+    /// Asks a sensor that says nothing since `silent_since` whether it is there. One that has answered since then, and yet sends nothing, is
+    /// asked by the command that makes it send, unless it is silent on request: its output may have been paused by a program that broke off.
+    pub(crate) fn ask_presence(&mut self, silent_since: Duration, now: Duration) {
+        let runs = self.answered_at.is_some_and(|at| at > silent_since);
+        let may_be_paused = !self.paused && runs && now >= silent_since + SURELY_PAUSED;
+        if self.output == FoundOutput::ToldToSend {
+            self.output = FoundOutput::Untouched;
+        }
+        let question = if may_be_paused { Command::Async(true) } else { Command::ReadRegister(Register::MODEL) };
         self.submit(question, Asker::Presence);
+    }
+
+    /// The sensor sends by itself: whether it does so because its output was paused and was resumed from here, the first time.
+    pub(crate) fn sends(&mut self) -> bool {
+        let is_resumed = self.output == FoundOutput::ToldToSend;
+        if is_resumed {
+            self.output = FoundOutput::Resumed;
+        }
+        is_resumed
+    }
+
+    /// Whether the output was found paused, and is on because of that alone: it is to be paused again.
+    pub(crate) fn owes_pause(&self) -> bool {
+        self.output == FoundOutput::Resumed && !self.paused
     }
 
     /// What is to be sent now, on a line of this speed.
@@ -182,13 +220,16 @@ impl Conversation {
 
     /// Takes an answer, or an error that the sensor told unasked.
     pub(crate) fn take_reply(&mut self, reply: &Reply, now: Duration) -> Vec<Consequence> {
-        self.session.handle_reply(reply, now);
+        if self.session.handle_reply(reply, now) == Handled::Mine {
+            self.answered_at = Some(now);
+        }
         let mut consequences = Vec::new();
         while let Some(error) = self.session.poll_notice() {
             match error {
                 DeviceError::HardFault | DeviceError::WatchdogReset => {
-                    // a sensor that restarts sends again
+                    // a sensor that restarts sends again, by itself
                     self.paused = false;
+                    self.output = FoundOutput::Untouched;
                     consequences.push(Consequence::Restarted(error));
                 }
                 _ if error.is_unasked() => {}
@@ -236,7 +277,14 @@ impl Conversation {
                 {
                     consequence = written.value().ok().map(Consequence::Baud);
                 }
-                (Command::Async(on), Ok(_)) => self.paused = !on,
+                (Command::Async(on), Ok(_)) => {
+                    self.paused = !on;
+                    self.output = match asker {
+                        Asker::Presence => FoundOutput::ToldToSend,
+                        // whoever asks for the output has it
+                        _ => FoundOutput::Untouched,
+                    };
+                }
                 _ => {}
             }
             let silent = matches!(result, Err(RequestFailure::Timeout { .. }));

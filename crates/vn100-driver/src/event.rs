@@ -127,6 +127,8 @@ pub struct LinkCounts {
     pub echoes: u64,
     /// Errors that the sensor told without having been asked anything they answer.
     pub unasked_errors: UnaskedErrors,
+    /// How often its output was found paused by somebody else, and was made to go on.
+    pub outputs_resumed: u64,
     /// How often the link came up; 0 for a capture that has no link.
     pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.

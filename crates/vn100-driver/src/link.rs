@@ -75,7 +75,11 @@ pub enum LinkState {
         retry_in: Duration,
     },
     /// It is over; the last event says why.
-    Closed,
+    Closed {
+        /// Whether an output that was found paused by somebody else, and was made to go on, is paused again; `None` where there was none
+        /// such.
+        paused_again: Option<bool>,
+    },
 }
 
 /// What is known of a link that is up.
@@ -91,6 +95,9 @@ pub struct Up {
     pub latency_timer_ms: Option<u32>,
     /// The error with which the sensor has restarted by itself while the link was up, where that is why it is up anew.
     pub restarted: Option<DeviceError>,
+    /// Whether the output of the sensor was found paused by somebody else, and was made to go on. It is paused again when the link is
+    /// stopped, unless a request has asked for it.
+    pub output_resumed: bool,
 }
 
 /// A link, as long as it lasts.
@@ -138,6 +145,11 @@ impl LinkHandle {
     #[must_use]
     pub fn lines(&self, message: AsyncType) -> u64 {
         self.counters.lines(message)
+    }
+
+    /// Good lines that the sensor has sent by itself so far.
+    pub(crate) fn lines_of_all(&self) -> u64 {
+        self.counters.lines_of_all()
     }
 
     /// What the link is doing, now and whenever that changes.

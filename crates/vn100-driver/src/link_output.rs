@@ -40,6 +40,11 @@ impl Counters {
         self.all_lines().get(&message.0).copied().unwrap_or_default()
     }
 
+    /// Good lines so far, whatever their message.
+    pub(crate) fn lines_of_all(&self) -> u64 {
+        self.all_lines().values().sum()
+    }
+
     fn all_lines(&self) -> MutexGuard<'_, BTreeMap<u8, u64>> {
         // counts are whole whoever panicked over them
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)

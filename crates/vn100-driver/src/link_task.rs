@@ -1,6 +1,7 @@
 //! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
 
 mod find;
+mod resumed;
 mod silence;
 
 use std::{convert::Infallible, io, pin::pin, time::Duration};
@@ -58,6 +59,8 @@ pub(crate) struct LinkTask<C> {
     back_off: BackOff,
     requests: mpsc::Receiver<Request>,
     conversation: Conversation,
+    /// Whether an output that was found paused is so again.
+    is_paused_again: bool,
     /// Origin of the conversation's times.
     start: Instant,
 }
@@ -87,18 +90,19 @@ impl<C: Connect> LinkTask<C> {
             back_off: BackOff::new(),
             requests,
             conversation: Conversation::new(options.listen_only, options.poll_temperature),
+            is_paused_again: false,
             start: Instant::now(),
         }
     }
 
     pub(crate) async fn run(mut self) {
         let error = match self.follow().await {
-            Trouble::Stopped => None,
-            Trouble::NobodyListens => return,
+            Trouble::Stopped | Trouble::NobodyListens => None,
             trouble => Some(io::Error::other(trouble.to_string())),
         };
         self.output.finish(error).await;
-        self.state.send_replace(LinkState::Closed);
+        let paused_again = self.conversation.owes_pause().then_some(self.is_paused_again);
+        self.state.send_replace(LinkState::Closed { paused_again });
     }
 
     /// Keeps the link until there is no point in it any more: why.
@@ -150,9 +154,11 @@ impl<C: Connect> LinkTask<C> {
         };
         self.conversation.link_down();
         // whoever stops has not lost the link
-        if !matches!(trouble, Trouble::Stopped | Trouble::NobodyListens)
-            && self.tell(LinkEventKind::Down { cause: trouble.to_string() }).await.is_err()
-        {
+        if matches!(trouble, Trouble::Stopped | Trouble::NobodyListens) {
+            if self.conversation.owes_pause() {
+                self.pause_again(connection).await;
+            }
+        } else if self.tell(LinkEventKind::Down { cause: trouble.to_string() }).await.is_err() {
             return Trouble::NobodyListens;
         }
         trouble
@@ -212,7 +218,7 @@ impl<C: Connect> LinkTask<C> {
                     return Err(Trouble::Silent);
                 }
                 if !self.listen_only {
-                    self.conversation.ask_presence();
+                    self.ask_presence(&watch);
                 }
                 let options = Options { accept_unchecked: self.accept_unchecked };
                 watch.silence.get_or_insert_with(|| Silence::begin(options)).looked = Instant::now();
@@ -260,7 +266,14 @@ impl<C: Connect> LinkTask<C> {
             let consequences = self.conversation.take_reply(&reply, self.start.elapsed());
             self.follow_up(connection, consequences, watch).await?;
         }
+        if seen.unasked > before.unasked && self.conversation.sends() {
+            self.tell_resumed(&mut watch.up).await?;
+        }
         Ok(())
+    }
+
+    fn ask_presence(&mut self, watch: &Watch) {
+        self.conversation.ask_presence(watch.heard - self.start, self.start.elapsed());
     }
 
     async fn follow_up(
@@ -273,7 +286,7 @@ impl<C: Connect> LinkTask<C> {
             match consequence {
                 Consequence::Baud(baud) => self.change_baud(connection, &mut watch.up, baud)?,
                 Consequence::Absent => match &watch.silence {
-                    Some(silence) if silence.since.elapsed() < STALL => self.conversation.ask_presence(),
+                    Some(silence) if silence.since.elapsed() < STALL => self.ask_presence(watch),
                     Some(_) => return Err(Trouble::Silent),
                     None => {}
                 },

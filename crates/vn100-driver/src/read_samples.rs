@@ -172,6 +172,8 @@ impl Parser {
             LinkEventKind::Probed { bytes } => link.probed_bytes += bytes,
             LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
             LinkEventKind::UnaskedError { error } => link.unasked_errors.count(*error),
+            LinkEventKind::OutputResumed => link.outputs_resumed += 1,
+            LinkEventKind::OutputPaused => {}
         }
     }
 

@@ -77,8 +77,12 @@ pub(crate) async fn still_set(
     Ok(changes.iter().zip(&results).all(holds))
 }
 
-/// Says all `commands` one after the other: what became of each, in their order.
-async fn exchange(
+/// Says all `commands` one after the other: what became of each, in their order. All that comes meanwhile is put behind `aside`; each line
+/// written is told to `sent`.
+///
+/// # Errors
+/// When the link goes down.
+pub(crate) async fn exchange(
     connection: &mut impl Connection,
     commands: impl IntoIterator<Item = Command>,
     aside: &mut Vec<Input>,

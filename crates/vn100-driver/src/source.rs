@@ -86,6 +86,10 @@ pub enum LinkEventKind {
         /// What it said.
         error: DeviceError,
     },
+    /// The output of the sensor had been paused by somebody else, and was made to go on from here.
+    OutputResumed,
+    /// It was paused again when the link was stopped, as it had been found.
+    OutputPaused,
 }
 
 /// Anything that delivers bytes: a capture, a port, an emulated sensor, a script in a test.

@@ -18,8 +18,8 @@ pub(crate) enum Trouble {
     Refused(#[from] ConnectError),
     #[error("{}", lost(.0))]
     Lost(#[from] io::Error),
-    #[error("no sensor is heard on {port}{}: {}; {}", at_speeds(tried), heard_instead(*bytes, *echoes), advice(tried, *echoes))]
-    Unheard { port: String, tried: Vec<u32>, bytes: u64, echoes: u64 },
+    #[error("no sensor is heard on {port}{}: {}; {}", at_speeds(tried), heard_instead(*bytes, *echoes), advice(tried, *echoes, *bytes == 0 && !asked))]
+    Unheard { port: String, tried: Vec<u32>, bytes: u64, echoes: u64, asked: bool },
     #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
     Garbled { bytes: u64, ms: u128 },
     #[error("the other end closed the connection, as a server that stops, or that has the port for another program")]
@@ -84,8 +84,13 @@ fn heard_instead(bytes: u64, echoes: u64) -> String {
     }
 }
 
-fn advice(tried: &[u32], echoes: u64) -> &'static str {
+/// `may_be_paused` where nothing came and nothing was asked.
+fn advice(tried: &[u32], echoes: u64, may_be_paused: bool) -> &'static str {
     match (echoes, tried) {
+        _ if may_be_paused => {
+            "its output may be paused, which cannot be told without asking it: leave --listen-only out, or check the cable and the power \
+             of the sensor"
+        }
         (1.., _) => "take a loopback plug off; on RS-485 check the wires and the power of the sensor",
         // the server at the other end has set the speed
         (0, []) => "check the cable and the power of the sensor, and the speed that the server is set to",
@@ -110,9 +115,13 @@ mod tests {
 
     #[test]
     fn advice_names_no_option_that_does_not_fit() {
-        let told =
-            |tried: &[u32]| Trouble::Unheard { port: "x".into(), tried: tried.into(), bytes: 0, echoes: 0 }.to_string();
-        assert!(told(&[9600]).contains("--baud"));
-        assert!(!told(&[]).contains("--baud"));
+        let told = |tried: &[u32], bytes, asked| {
+            Trouble::Unheard { port: "x".into(), tried: tried.into(), bytes, echoes: 0, asked }.to_string()
+        };
+        assert!(told(&[9600], 0, true).contains("--baud"));
+        assert!(!told(&[], 0, true).contains("--baud"));
+        let paused = [(0, true), (1, false), (0, false)]
+            .map(|(bytes, asked)| told(&[9600], bytes, asked).contains("may be paused"));
+        assert_eq!(paused, [false, false, true], "only where silence is all that is known");
     }
 }

@@ -69,7 +69,7 @@ async fn a_sensor_whose_output_is_paused_is_asked_and_made_to_go_on() {
     assert!(sensor.world().streams);
     assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
     link.stop().await;
-    state.wait_for(|state| *state == LinkState::Closed).await.unwrap();
+    state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]

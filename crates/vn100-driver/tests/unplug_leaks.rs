@@ -182,7 +182,7 @@ impl Port {
         let Self { mut state, stop, recorder, ups, .. } = self;
         stop.cancel();
         // a link that is gone has no state any more
-        let _ = state.wait_for(|state| *state == LinkState::Closed).await;
+        let _ = state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await;
         let ended = recorder.finish("stopped").await;
         assert!(ended.error.is_none(), "{ended:?}");
         ups.await.unwrap()

@@ -48,6 +48,7 @@ impl<C: Connect> LinkTask<C> {
                     since_ns: self.connect.now_ns(),
                     latency_timer_ms: connection.latency_timer().map(|timer| timer.ms),
                     restarted: None,
+                    output_resumed: false,
                 };
                 Ok((connection, up, held))
             }
@@ -133,7 +134,7 @@ impl<C: Connect> LinkTask<C> {
                 }
             }
         }
-        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes, echoes })
+        Err(Trouble::Unheard { port: self.connect.name(), tried, bytes, echoes, asked: !self.listen_only })
     }
 
     /// Takes what is no part of the measurement: how many bytes.

@@ -13,6 +13,8 @@ pub(super) fn to_json(kind: &LinkEventKind) -> Vec<u8> {
         LinkEventKind::Probed { bytes } => json!({ "event": "probed", "bytes": bytes }),
         LinkEventKind::Overrun { bytes } => json!({ "event": "overrun", "bytes": bytes }),
         LinkEventKind::UnaskedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
+        LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
+        LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
     };
     object.to_string().into_bytes()
 }
@@ -37,6 +39,8 @@ pub(super) fn from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
             let code = object.get("code")?.as_u64()?.try_into().ok()?;
             LinkEventKind::UnaskedError { error: DeviceError::from_code(code) }
         }
+        "output-resumed" => LinkEventKind::OutputResumed,
+        "output-paused" => LinkEventKind::OutputPaused,
         _ => return None,
     };
     Some(LinkEvent { at_ns, kind })
@@ -61,6 +65,8 @@ mod tests {
                 LinkEventKind::UnaskedError { error: DeviceError::InvalidCommand },
                 r#"{"code":4,"event":"unasked-error"}"#,
             ),
+            (LinkEventKind::OutputResumed, r#"{"event":"output-resumed"}"#),
+            (LinkEventKind::OutputPaused, r#"{"event":"output-paused"}"#),
         ];
         for (kind, object) in objects {
             assert_eq!(to_json(&kind), object.as_bytes());

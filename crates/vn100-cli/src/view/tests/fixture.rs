@@ -34,7 +34,14 @@ pub(super) fn nothing() -> Source {
 /// A link at 115200 baud.
 pub(super) fn up() -> LinkState {
     let port = "/dev/ttyUSB0".to_owned();
-    LinkState::Up(Up { port, baud: Some(115_200), since_ns: 0, latency_timer_ms: Some(1), restarted: None })
+    LinkState::Up(Up {
+        port,
+        baud: Some(115_200),
+        since_ns: 0,
+        latency_timer_ms: Some(1),
+        restarted: None,
+        output_resumed: false,
+    })
 }
 
 /// Five hundred seconds of white noise from a sensor without its filter, recorded.

@@ -1,0 +1,198 @@
+//! A sensor whose output somebody else has paused: made to go on, told, and left as it was found.
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod support;
+
+use std::time::Duration;
+
+use support::{Link, Sensor, Told};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    ConfigureError, Configured, LinkEventKind, LinkOptions, LinkState, OutputSettings, configure, protocol::Command,
+    restore,
+};
+
+const fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// A sensor at this rate whose output is paused.
+fn paused(rate_hz: u32) -> Sensor {
+    let sensor = Sensor::new(115_200, rate_hz);
+    sensor.world().streams = false;
+    sensor.world().registers.insert(30, "0,0,0,0,1,0,1".into());
+    sensor
+}
+
+/// A link to it that is up.
+async fn up(sensor: &Sensor) -> Link {
+    let mut link = sensor.link(LinkOptions::default());
+    link.until_up().await;
+    link
+}
+
+/// Stops a link: what it told, and what became of an output that was found paused.
+async fn stop(link: Link) -> (Told, Option<bool>) {
+    let mut state = link.handle.state();
+    let told = link.stop().await;
+    let closed = state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await.unwrap().clone();
+    let LinkState::Closed { paused_again } = closed else { panic!("{closed:?}") };
+    (told, paused_again)
+}
+
+fn count(told: &Told, wanted: LinkEventKind) -> usize {
+    told.link.iter().filter(|(_, kind)| *kind == wanted).count()
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_was_found_paused_is_told_and_paused_again() {
+    for rate_hz in [1, 40] {
+        let sensor = paused(rate_hz);
+        let mut link = up(&sensor).await;
+        link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+        assert!(matches!(&*link.handle.state().borrow(), LinkState::Up(up) if up.output_resumed));
+        link.run(ms(20_000)).await;
+        assert!(sensor.world().streams);
+        let (told, paused_again) = stop(link).await;
+        assert!(!sensor.world().streams);
+        assert_eq!((told.counts.outputs_resumed, paused_again), (1, Some(true)));
+        assert_eq!([LinkEventKind::OutputResumed, LinkEventKind::OutputPaused].map(|kind| count(&told, kind)), [1, 1]);
+        assert!(told.rows >= 19 * u64::from(rate_hz));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_is_paused_again_where_nobody_takes_the_events_any_more() {
+    let sensor = paused(40);
+    let mut link = up(&sensor).await;
+    link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+    let mut state = link.handle.state();
+    drop(link.events);
+    state.wait_for(|state| *state == LinkState::Closed { paused_again: Some(true) }).await.unwrap();
+    assert!(!sensor.world().streams);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_is_paused_in_the_middle_of_a_measurement_is_found_so_too() {
+    let sensor = paused(40);
+    sensor.world().streams = true;
+    let mut link = up(&sensor).await;
+    link.run(ms(8000)).await;
+    sensor.world().streams = false;
+    link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+    let (told, paused_again) = stop(link).await;
+    assert_eq!((told.counts.outputs_resumed, told.counts.connects, paused_again), (1, 1, Some(true)));
+    assert!(!sensor.world().streams);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_cannot_be_paused_again_is_told() {
+    let sensor = paused(40);
+    let mut link = up(&sensor).await;
+    link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+    sensor.world().answers = false;
+    let (told, paused_again) = stop(link).await;
+    assert_eq!((count(&told, LinkEventKind::OutputPaused), paused_again), (0, Some(false)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_is_silent_for_another_reason_was_not_paused() {
+    // it has no output; it is without power for a while, and boots; it sends late
+    for (case, away) in [(0, 0), (1, 1000), (2, 4000)] {
+        let sensor = paused(40);
+        sensor.world().streams = case > 0;
+        if case == 0 {
+            sensor.world().period = ms(3_600_000);
+            sensor.world().registers.insert(6, "0".into());
+        }
+        let mut link = up(&sensor).await;
+        link.run(ms(7000)).await;
+        (sensor.world().streams, sensor.world().answers) = (case == 0, case == 0);
+        link.run(ms(away)).await;
+        (sensor.world().streams, sensor.world().answers) = (true, true);
+        link.run(ms(30_000)).await;
+        let (told, paused_again) = stop(link).await;
+        assert_eq!((count(&told, LinkEventKind::OutputResumed), paused_again), (0, None), "case {case}");
+        assert!(sensor.world().streams, "case {case}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn whoever_asks_for_the_output_keeps_it() {
+    let sensor = paused(40);
+    let mut link = up(&sensor).await;
+    link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
+    let handle = link.handle.clone();
+    let asked = tokio::spawn(async move { handle.request(Command::Async(true)).await });
+    link.run(ms(500)).await;
+    asked.await.unwrap().unwrap();
+    assert_eq!(stop(link).await.1, None);
+    assert!(sensor.world().streams);
+}
+
+/// Sets the rate; the link is stopped behind it.
+async fn set(
+    sensor: &Sensor,
+    rate_hz: u32,
+    stop: &CancellationToken,
+    after: Duration,
+) -> Result<Configured, ConfigureError> {
+    let mut link = up(sensor).await;
+    let (handle, stopping) = (link.handle.clone(), stop.clone());
+    let settings = OutputSettings { rate_hz: Some(rate_hz), ..OutputSettings::default() };
+    let work = tokio::spawn(async move { configure(&handle, &settings, &stopping).await });
+    link.run(after).await;
+    stop.cancel();
+    link.run(ms(10_000)).await;
+    link.stop().await;
+    work.await.unwrap()
+}
+
+#[tokio::test(start_paused = true)]
+async fn whoever_sets_the_output_has_it_and_is_told_that_it_was_paused() {
+    for rate_hz in [40, 20] {
+        let sensor = paused(40);
+        let configured = set(&sensor, rate_hz, &CancellationToken::new(), ms(10_000)).await.unwrap();
+        assert!(configured.was_paused && configured.rate_is_kept(), "{configured:?}");
+        assert!(sensor.world().streams);
+        // put back by somebody who finds it so
+        let mut link = up(&sensor).await;
+        let handle = link.handle.clone();
+        let work = tokio::spawn(async move { restore(&handle, &configured.changes).await });
+        link.run(ms(5000)).await;
+        work.await.unwrap().unwrap();
+        link.stop().await;
+        let world = sensor.world();
+        assert_eq!((world.registers[&7].as_str(), world.streams), ("40", true));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn told_to_stop_at_any_time_it_leaves_the_output_paused() {
+    for after in (0..5000).step_by(61).map(Duration::from_millis) {
+        for rate_hz in [40, 20] {
+            let sensor = paused(40);
+            let told = set(&sensor, rate_hz, &CancellationToken::new(), after).await;
+            let (rate, streams) = if told.is_ok() { (rate_hz, true) } else { (40, false) };
+            let world = sensor.world();
+            assert_eq!((&world.registers[&7], world.streams), (&rate.to_string(), streams), "{after:?}: {told:?}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
+    let sensor = paused(40);
+    sensor.world().streams = true;
+    let configured = set(&sensor, 20, &CancellationToken::new(), ms(10_000)).await.unwrap();
+    assert!(!configured.was_paused);
+    sensor.world().streams = false;
+    let mut link = up(&sensor).await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move { restore(&handle, &configured.changes).await });
+    link.run(ms(5000)).await;
+    work.await.unwrap().unwrap();
+    link.stop().await;
+    let world = sensor.world();
+    assert_eq!((world.registers[&7].as_str(), world.streams), ("40", false));
+}
