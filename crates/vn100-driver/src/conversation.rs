@@ -1,5 +1,9 @@
 //! What is said to the sensor over a link: the callers' requests, and what the link itself wants to know.
 
+#[cfg(test)]
+mod junk_tests;
+mod temperature;
+
 use std::{
     collections::{BTreeMap, VecDeque},
     time::Duration,
@@ -10,7 +14,8 @@ use vn100_protocol::{
     Answer, BaudRate, Check, Command, DeviceError, Handled, Register, Reply, RequestFailure, RequestId, Session,
 };
 
-use crate::command_error::CommandError;
+use self::temperature::TemperaturePoll;
+use crate::{autobaud::BAUD_RATES, command_error::CommandError};
 
 /// What a measurement is to be read with: the output, then the filters, the sensor and its calibration. First comes what the first numbers
 /// rest on, as all of them take five seconds; before all but one, by what a sensor that is lost early is known again.
@@ -40,9 +45,6 @@ const IDENTITY: [Register; 24] = [
     Register::DELTA_SETTINGS,
     Register::REFERENCE_MODEL,
 ];
-
-/// Bytes that a reading of the temperature (register 54) takes from the line.
-const READING_BYTES: f64 = 128.0;
 
 /// From one question of the link's own to the next. On a line that is nearly full, as with `$VNIMU` at 100 Hz and 115 200 baud, an answer
 /// puts all lines behind it off until the idle time of the line has made up for it; answers without a pause would add up to what looks
@@ -87,6 +89,8 @@ pub(crate) struct Conversation {
     /// When the sensor last answered.
     answered_at: Option<Duration>,
     output: FoundOutput,
+    /// How many refusals may still answer junk.
+    junk_answers: usize,
     temperature: Option<TemperaturePoll>,
 }
 
@@ -99,14 +103,6 @@ enum FoundOutput {
     ToldToSend,
     /// It was paused, by somebody else, and sends because it was told to.
     Resumed,
-}
-
-#[derive(Debug)]
-struct TemperaturePoll {
-    every: Duration,
-    last: Duration,
-    /// Bytes that came since then.
-    bytes: u64,
 }
 
 /// What follows from an answer for the link.
@@ -124,7 +120,6 @@ pub(crate) enum Consequence {
 
 impl Conversation {
     pub(crate) fn new(listen_only: bool, poll_temperature: Option<Duration>) -> Self {
-        let temperature = poll_temperature.map(|every| TemperaturePoll { every, last: Duration::ZERO, bytes: 0 });
         Self {
             listen_only,
             session: Session::new(Check::Xor8),
@@ -134,7 +129,8 @@ impl Conversation {
             paused: false,
             answered_at: None,
             output: FoundOutput::Untouched,
-            temperature,
+            junk_answers: 0,
+            temperature: poll_temperature.map(TemperaturePoll::new),
         }
     }
 
@@ -145,8 +141,14 @@ impl Conversation {
         }
         self.to_read = IDENTITY.into();
         if let Some(poll) = &mut self.temperature {
-            (poll.last, poll.bytes) = (now, 0);
+            poll.begin(now);
         }
+    }
+
+    /// The sensor was asked while its speed was looked for: at all speeds but its own that was junk to it. Until the first good answer it may
+    /// refuse that, once for each speed, or what it took with the rest of it.
+    pub(crate) fn expect_junk_answers(&mut self) {
+        self.junk_answers = BAUD_RATES.len();
     }
 
     /// Reads a register before all others that the link wants to know.
@@ -206,7 +208,7 @@ impl Conversation {
 
     /// When something is due without an answer.
     pub(crate) fn wake_at(&self) -> Option<Duration> {
-        let poll = self.temperature.as_ref().filter(|_| !self.listen_only).map(|poll| poll.last + poll.every);
+        let poll = self.temperature.as_ref().filter(|_| !self.listen_only).map(TemperaturePoll::due_at);
         let read = (self.asked.is_empty() && !self.to_read.is_empty()).then_some(self.read_at);
         [self.session.poll_timeout(), poll, read].into_iter().flatten().min()
     }
@@ -214,7 +216,7 @@ impl Conversation {
     /// Takes the number of bytes that a read brought.
     pub(crate) fn read(&mut self, bytes: usize) {
         if let Some(poll) = &mut self.temperature {
-            poll.bytes += bytes as u64;
+            poll.read(bytes);
         }
     }
 
@@ -233,6 +235,7 @@ impl Conversation {
                     consequences.push(Consequence::Restarted(error));
                 }
                 _ if error.is_unasked() => {}
+                _ if self.junk_answers > 0 => self.junk_answers -= 1,
                 _ => consequences.push(Consequence::Unasked(error)),
             }
         }
@@ -287,6 +290,15 @@ impl Conversation {
                 }
                 _ => {}
             }
+            let is_refused = matches!(result, Err(RequestFailure::Device { .. }));
+            if is_refused && self.junk_answers > 0 && matches!(command, Command::ReadRegister(_)) {
+                self.junk_answers -= 1;
+                self.submit(command, asker);
+                continue;
+            }
+            if result.is_ok() {
+                self.junk_answers = 0;
+            }
             let silent = matches!(result, Err(RequestFailure::Timeout { .. }));
             match asker {
                 Asker::Caller(waiting) => answer(waiting, result.map_err(CommandError::from)),
@@ -297,20 +309,6 @@ impl Conversation {
             }
         }
         consequence
-    }
-}
-
-impl TemperaturePoll {
-    /// Whether a reading is due and fits between the lines.
-    fn is_due(&mut self, now: Duration, baud: Option<u32>) -> bool {
-        let passed = now.saturating_sub(self.last);
-        if passed < self.every {
-            return false;
-        }
-        let bytes_per_s = self.bytes as f64 / passed.as_secs_f64();
-        (self.last, self.bytes) = (now, 0);
-        // ten bits a byte; the reading must be through within a second
-        baud.is_none_or(|baud| bytes_per_s + READING_BYTES <= f64::from(baud) / 10.0)
     }
 }
 

@@ -120,8 +120,12 @@ impl<C: Connect> LinkTask<C> {
             self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
             let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
             loop {
-                let output = &mut self.output;
-                let heard = self.stop.run_until_cancelled(trial.run(connection, |line| output.note_sent(line))).await;
+                let (output, conversation) = (&mut self.output, &mut self.conversation);
+                let sent = |line: &[u8]| {
+                    output.note_sent(line);
+                    conversation.expect_junk_answers();
+                };
+                let heard = self.stop.run_until_cancelled(trial.run(connection, sent)).await;
                 let heard = heard.ok_or(Trouble::Stopped)??;
                 let came = self.set_aside(heard.before).await?;
                 (bytes, echoes) = (bytes + came, echoes + heard.echoes);
