@@ -194,7 +194,9 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
             let message = link.read(Register::ASYNC_TYPE).await?.and_then(|contents| contents.value().ok());
             let rate = link.read(Register::ASYNC_RATE).await?.and_then(|contents| contents.value().ok());
             let sends = |message: AsyncType, rate: AsyncRate| message != AsyncType::OFF && rate.hz() > 0;
-            return Ok(message.zip(rate).is_some_and(|(message, rate)| sends(message, rate)));
+            // behind a stall of this machine lines come before the answers
+            let is_silent = link.lines_of_all() == before;
+            return Ok(is_silent && message.zip(rate).is_some_and(|(message, rate)| sends(message, rate)));
         }
         tokio::time::sleep(LOOK).await;
     }
