@@ -9,7 +9,8 @@ use vn100_protocol::{AsyncRate, AsyncType, Command, Fields, Register, RegisterCo
 
 use crate::{
     command_error::CommandError,
-    link::{LinkHandle, LinkState},
+    link::LinkHandle,
+    link_state::LinkState,
     output_plan::{Change, OutputSettings, PlanError, plan},
 };
 

@@ -66,7 +66,9 @@ mod event;
 mod gunzip;
 mod health;
 mod link;
+mod link_options;
 mod link_output;
+mod link_state;
 mod link_task;
 mod lossy_sender;
 mod low_latency;
@@ -98,7 +100,9 @@ pub use diagnostic::Diagnostic;
 pub use event::{
     Arrival, Batch, CsvReport, End, Event, LinkCounts, Mark, MarkKind, MessageName, OddRows, RegisterValue, RowCounter,
 };
-pub use link::{LinkHandle, LinkOptions, LinkState, Up, open_link};
+pub use link::{LinkHandle, open_link};
+pub use link_options::LinkOptions;
+pub use link_state::{LinkState, Up};
 pub use low_latency::{LatencyTimer, shorten_latency};
 pub use output_plan::{Change, OutputSettings, PlanError};
 pub use ports::{PortEntry, UsbAdapter, list_ports};

@@ -1,9 +1,6 @@
 //! A live link to a sensor, for whoever uses it: what to ask for, what to watch, what comes.
 
-use std::{
-    sync::{Arc, atomic::Ordering},
-    time::Duration,
-};
+use std::sync::{Arc, atomic::Ordering};
 
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
@@ -14,91 +11,15 @@ use crate::{
     connect::Connect,
     conversation::Request,
     event::Event,
+    link_options::LinkOptions,
     link_output::{Counters, LinkOutput},
+    link_state::LinkState,
     link_task::LinkTask,
-    output_plan::Change,
-    read_samples::{ReadOptions, WAITING_BATCHES},
-    source::Input,
+    read_samples::WAITING_BATCHES,
 };
-
-/// How a link is opened and read.
-#[derive(Debug, Default)]
-pub struct LinkOptions {
-    /// Speed of the line in baud; `None` to try all that the sensor has.
-    pub baud: Option<u32>,
-    /// Send nothing, as on a line that others listen to. Finding the speed then takes up to 12 s.
-    pub listen_only: bool,
-    /// How the bytes are read.
-    pub read: ReadOptions,
-    /// Where a copy of everything that comes is sent, in order. What it does not take at once is dropped and told in it as
-    /// [`Overrun`](crate::LinkEventKind::Overrun): recording never delays measuring.
-    pub recording: Option<mpsc::Sender<Input>>,
-    /// Read the temperature and the uncompensated measurements (register 54) this often between the lines, where the line has room for it.
-    /// The answers are among the [`registers`](crate::Batch::registers) of the batches.
-    pub poll_temperature: Option<Duration>,
-    /// What [`configure`](crate::configure()) has changed, to be written again when the sensor comes back: it may have lost its power, and
-    /// with it all that was not saved. Until it is so the link does not count as up. The speed of the line is not set again: the sensor is
-    /// heard at the one it has. Nothing where the link listens only.
-    pub keep: Vec<Change>,
-}
 
 /// Requests that may wait to be taken by the link; whoever asks then waits.
 const WAITING_REQUESTS: usize = 16;
-
-/// What a link is doing.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum LinkState {
-    /// The port is being opened.
-    Opening,
-    /// A sensor is listened for.
-    Probing {
-        /// The port by its name.
-        port: String,
-        /// The speed that is tried; `None` where the link has none.
-        baud: Option<u32>,
-    },
-    /// The sensor is heard.
-    Up(Up),
-    /// The port is open and nothing has come on it for several lines' time.
-    Silent(Up),
-    /// There is no link, and it will be opened again.
-    Down {
-        /// Whether a sensor was heard before: else it is not lost, but was never there.
-        was_up: bool,
-        /// What happened, in words.
-        cause: String,
-        /// Whether somebody must do something before it can come back: the port is taken or not allowed to this user, or the sensor
-        /// cannot be set as it was.
-        needs_help: bool,
-        /// The wait before the next attempt.
-        retry_in: Duration,
-    },
-    /// It is over; the last event says why.
-    Closed {
-        /// Whether an output that was found paused by somebody else, and was made to go on, is paused again; `None` where there was none
-        /// such.
-        paused_again: Option<bool>,
-    },
-}
-
-/// What is known of a link that is up.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Up {
-    /// The port by its name, such as `/dev/ttyUSB0`.
-    pub port: String,
-    /// Speed of the line in baud; `None` where the link has none.
-    pub baud: Option<u32>,
-    /// Since when, in nanoseconds from the origin of the arrival times.
-    pub since_ns: i64,
-    /// The latency timer of the adapter in milliseconds, where it has one.
-    pub latency_timer_ms: Option<u32>,
-    /// The error with which the sensor has restarted by itself while the link was up, where that is why it is up anew.
-    pub restarted: Option<DeviceError>,
-    /// Whether the output of the sensor was found paused by somebody else, and was made to go on. It is paused again when the link is
-    /// stopped, unless a request has asked for it.
-    pub output_resumed: bool,
-}
 
 /// A link, as long as it lasts.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 mod find;
 mod resumed;
 mod silence;
+mod watched;
 
 use std::{convert::Infallible, io, pin::pin, time::Duration};
 
@@ -14,14 +15,15 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_protocol::{BaudRate, Options, Register, RegisterContents, Reply};
 
-use self::silence::Silence;
+use self::{silence::Silence, watched::Watch};
 use crate::{
     back_off::BackOff,
     connect::{Connect, Connection},
     conversation::{Consequence, Conversation, Request},
     health::{Health, Reading},
-    link::{LinkOptions, LinkState, Up},
+    link_options::LinkOptions,
     link_output::{LinkOutput, NobodyListens},
+    link_state::{LinkState, Up},
     output_plan::Change,
     source::{Input, LinkEvent, LinkEventKind, Source},
     trouble::Trouble,
@@ -29,9 +31,6 @@ use crate::{
 
 /// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
 const FIRST_SWEEPS: u32 = 2;
-
-/// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
-const SILENCE: Duration = Duration::from_secs(10);
 
 /// How long a silence lasts, at least, before a sensor that does not answer is taken for gone: a machine or an adapter that stands still
 /// for two seconds hands on all that came meanwhile, and the answer with it.
@@ -383,25 +382,6 @@ impl<C: Connect> LinkTask<C> {
                 }
                 () = sleep_until(end) => return Ok(()),
             }
-        }
-    }
-}
-
-/// A link that is up, as it is watched.
-struct Watch {
-    up: Up,
-    health: Health,
-    /// When the sensor last spoke by itself.
-    heard: Instant,
-    silence: Option<Silence>,
-}
-
-impl Watch {
-    /// When the link counts as silent, or is looked at again if it is.
-    fn next_look(&self) -> Instant {
-        match &self.silence {
-            Some(silence) => silence.looked + SILENCE,
-            None => self.heard + self.health.silent_after(),
         }
     }
 }

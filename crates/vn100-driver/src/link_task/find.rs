@@ -9,8 +9,8 @@ use super::LinkTask;
 use crate::{
     autobaud::{BAUD_RATES, QUESTION, Trial, drain},
     connect::{Connect, Connection},
-    link::{LinkState, Up},
     link_output::NobodyListens,
+    link_state::{LinkState, Up},
     set_again::set_again,
     source::{Input, LinkEventKind},
     trouble::Trouble,

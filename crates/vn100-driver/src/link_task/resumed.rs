@@ -5,8 +5,8 @@ use vn100_protocol::Command;
 use super::LinkTask;
 use crate::{
     connect::Connect,
-    link::{LinkState, Up},
     link_output::NobodyListens,
+    link_state::{LinkState, Up},
     set_again::exchange,
     source::LinkEventKind,
 };
