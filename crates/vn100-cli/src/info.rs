@@ -61,7 +61,11 @@ struct Info {
     firmware: Option<String>,
     /// Speed of the line in baud; null where the link has none.
     baud: Option<u32>,
+    /// Null where it sends none, or one that is not known here; `registers` has its number.
     message: Option<&'static str>,
+    /// The message in words.
+    #[serde(skip)]
+    sends: String,
     rate_hz: Option<u32>,
     /// Refreshes averaged for a sample of magnetometer, accelerometer, gyroscope.
     window: Option<[u16; 3]>,
@@ -133,6 +137,15 @@ impl Info {
             firmware: text(4),
             baud,
             message: message.and_then(AsyncType::header),
+            sends: match (message, rate) {
+                (Some(AsyncType::OFF), _) => "no message; --set-message VNYMR makes it send one".into(),
+                (Some(message), Some(rate)) => {
+                    let name =
+                        message.header().map_or_else(|| format!("message {message}, not known here,"), Into::into);
+                    format!("{name} at {rate} Hz")
+                }
+                _ => "not told".into(),
+            },
             rate_hz: rate.map(AsyncRate::hz),
             window: filter.map(|filter| [filter.window.mag, filter.window.accel, filter.window.gyro]),
             checksum_bits: control.as_ref().and_then(|control| match control.check()? {
@@ -163,14 +176,9 @@ impl Info {
             known(&self.firmware),
             known(&self.hardware_revision)
         )?;
-        let sends = match (self.message, self.rate_hz) {
-            (Some(message), Some(rate_hz)) => format!("{message} at {rate_hz} Hz"),
-            (None, Some(_)) => "no message; --set-message VNYMR makes it send one".into(),
-            _ => "not told".into(),
-        };
         let check = self.checksum_bits.map_or(String::new(), |bits| format!(", {bits}-bit checksum"));
         let count = if self.count == Some(true) { ", counted" } else { "" };
-        writeln!(out, "  sends      {sends}{check}{count}")?;
+        writeln!(out, "  sends      {}{check}{count}", self.sends)?;
         if let Some(line) = &self.line {
             let speed = self.baud.map_or("serial server".into(), |baud| format!("{baud} baud"));
             let share = 100.0 * line.bytes_per_s / f64::from(line.bytes_per_s_at_most);
@@ -185,6 +193,9 @@ impl Info {
                 })
                 .collect();
             writeln!(out, "  at most    {} at this speed", highest.join(", "))?;
+        }
+        if self.line.is_none() && self.rate_hz.is_some() {
+            writeln!(out, "  line       how much of it is in use is not known")?;
         }
         if let Some([mag, accel, gyro]) = self.window {
             writeln!(out, "  averages   {gyro} gyroscope, {accel} accelerometer, {mag} magnetometer refreshes")?;
@@ -238,6 +249,23 @@ mod tests {
              at most    VNIMU 100 Hz, VNYMR 50 Hz at this speed\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
              of 800 a second: noise is folded in at 40 Hz; --window 20 averages all\n"
         );
+    }
+
+    #[test]
+    fn a_message_that_is_not_known_is_not_called_none() {
+        for (register, sends) in [
+            (Some("252"), "message 252, not known here, at 40 Hz"),
+            (Some("0"), "no message; --set-message VNYMR makes it send one"),
+            (Some("x"), "not told"),
+            (None, "not told"),
+        ] {
+            let mut registers = as_sold();
+            registers.remove(&6);
+            registers.extend(register.map(|text| (6, text.to_owned())));
+            let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
+            assert!(text.contains(&format!("  sends      {sends}, 8-bit checksum\n")), "{text}");
+            assert_eq!(text.contains("in use is not known"), register != Some("0"), "{text}");
+        }
     }
 
     #[test]

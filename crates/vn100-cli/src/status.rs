@@ -47,7 +47,14 @@ impl Status {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
             bar.set_style(style);
         }
-        StatusLine { bar, view: self.view.clone(), name: printable(name), told: None, failure_told: false }
+        StatusLine {
+            bar,
+            view: self.view.clone(),
+            name: printable(name),
+            told: None,
+            failure_told: false,
+            hint_told: false,
+        }
     }
 
     /// Takes the lines away while `print` writes to the terminal.
@@ -64,6 +71,8 @@ pub(crate) struct StatusLine {
     /// What of the link was last told for good.
     told: Option<LinkState>,
     failure_told: bool,
+    /// How to shorten the latency of the adapter.
+    hint_told: bool,
 }
 
 impl StatusLine {
@@ -94,6 +103,10 @@ impl StatusLine {
     pub(crate) fn tell(&mut self, state: &LinkState) {
         if let Some(event) = event(self.told.as_ref(), state).filter(|_| is_news(self.told.as_ref(), state)) {
             self.report(&about(&self.name, &event));
+            if let Some(hint) = latency_hint(state).filter(|_| !self.hint_told) {
+                self.hint_told = true;
+                self.report(&about(&self.name, hint));
+            }
             self.told = Some(state.clone());
         }
     }
@@ -143,6 +156,11 @@ fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
     }
 }
 
+/// How to shorten the latency of the adapter, where somebody must.
+fn latency_hint(state: &LinkState) -> Option<&str> {
+    up(state)?.latency_timer.as_ref()?.advice.as_deref()
+}
+
 fn up(state: &LinkState) -> Option<&Up> {
     match state {
         LinkState::Up(up) | LinkState::Silent(up) => Some(up),
@@ -184,7 +202,7 @@ fn counts(snapshot: &Snapshot) -> String {
 
 #[cfg(test)]
 mod tests {
-    use vn100_driver::{Arrival, Batch, protocol::VNYMR};
+    use vn100_driver::{Arrival, Batch, LatencyTimer, protocol::VNYMR};
     use vn100_pipeline::{Analysis, Settings};
 
     use super::*;
@@ -228,7 +246,7 @@ mod tests {
             port: "/dev/imu".into(),
             baud: None,
             since_ns: 0,
-            latency_timer_ms: None,
+            latency_timer: None,
             restarted: None,
             output_resumed: false,
         };
@@ -239,12 +257,33 @@ mod tests {
     }
 
     #[test]
+    fn how_to_shorten_the_latency_is_told_once_where_the_program_may_not() {
+        let notices = Notices::default();
+        let mut line = Status::new(Some(notices.clone()), false).line("/dev/imu");
+        let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
+        let up = Up {
+            port: "/dev/imu".into(),
+            baud: None,
+            since_ns: 0,
+            latency_timer: Some(timer),
+            restarted: None,
+            output_resumed: false,
+        };
+        let again = Up { since_ns: 1, ..up.clone() };
+        line.tell(&LinkState::Up(up));
+        line.tell(&down("the port is gone", false));
+        line.tell(&LinkState::Up(again));
+        let told = notices.take();
+        assert_eq!(told.iter().filter(|told| told.contains("up to 16 ms")).count(), 1, "{told:?}");
+    }
+
+    #[test]
     fn a_restart_is_told_and_not_as_a_connection() {
         let up = Up {
             port: "/dev/imu".into(),
             baud: None,
             since_ns: 0,
-            latency_timer_ms: None,
+            latency_timer: None,
             restarted: None,
             output_resumed: false,
         };

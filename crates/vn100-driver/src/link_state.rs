@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use vn100_protocol::DeviceError;
 
+use crate::low_latency::LatencyTimer;
+
 /// What a link is doing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
@@ -50,8 +52,8 @@ pub struct Up {
     pub baud: Option<u32>,
     /// Since when, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter in milliseconds, where it has one.
-    pub latency_timer_ms: Option<u32>,
+    /// The latency timer of the adapter, where it has one, and how to shorten it where the link was not allowed to.
+    pub latency_timer: Option<LatencyTimer>,
     /// The error with which the sensor has restarted by itself while the link was up, where that is why it is up anew.
     pub restarted: Option<DeviceError>,
     /// Whether the output of the sensor was found paused by somebody else, and was made to go on. It is paused again when the link is

@@ -242,7 +242,7 @@ impl Advice {
                 WarningKind::BunchedArrival,
                 format!(
                     "{:.0} % of the lines arrive together with the one before, {:.1} at a time: the latency timer of a USB serial adapter, \
-                     16 ms unless it is set to 1, holds them back. It spoils no deviation, for arrival times never enter one; losses are \
+                     16 ms unless it is set to 1, holds them back; `vn100 attach` sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
                      placed less finely",
                     100.0 * arrivals.share_together,
                     arrivals.lines_together

@@ -46,7 +46,7 @@ impl<C: Connect> LinkTask<C> {
                     port: connection.name().to_owned(),
                     baud,
                     since_ns: self.connect.now_ns(),
-                    latency_timer_ms: connection.latency_timer().map(|timer| timer.ms),
+                    latency_timer: connection.latency_timer().cloned(),
                     restarted: None,
                     output_resumed: false,
                 };

@@ -38,7 +38,7 @@ pub(super) fn up() -> LinkState {
         port,
         baud: Some(115_200),
         since_ns: 0,
-        latency_timer_ms: Some(1),
+        latency_timer: None,
         restarted: None,
         output_resumed: false,
     })
