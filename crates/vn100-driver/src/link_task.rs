@@ -32,6 +32,9 @@ use crate::{
 /// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
 const FIRST_SWEEPS: u32 = 2;
 
+/// The same where bytes come at every speed and make no line: the receiver of the host may flip bits until it is opened anew.
+const FIRST_SWEEPS_OF_JUNK: u32 = 5;
+
 /// How long a silence lasts, at least, before a sensor that does not answer is taken for gone: a machine or an adapter that stands still
 /// for two seconds hands on all that came meanwhile, and the answer with it.
 const STALL: Duration = Duration::from_millis(2500);
@@ -122,6 +125,9 @@ impl<C: Connect> LinkTask<C> {
             let again = match &trouble {
                 Trouble::Stopped | Trouble::NobodyListens | Trouble::Another { .. } => false,
                 Trouble::Refused(error) => was_up && error.is_passing(),
+                Trouble::Unheard { tried, bytes, echoes: 0, .. } if tried.len() > 1 && *bytes > 0 => {
+                    was_up || sweeps < FIRST_SWEEPS_OF_JUNK
+                }
                 Trouble::Unheard { .. } => was_up || sweeps < FIRST_SWEEPS,
                 Trouble::Lost(_)
                 | Trouble::Garbled { .. }

@@ -319,6 +319,27 @@ async fn a_link_that_never_was_up_ends_with_the_reason() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_port_that_is_garbled_when_it_is_opened_first_is_opened_again() {
+    // answers would stay readable
+    let listening = || LinkOptions { listen_only: true, ..LinkOptions::default() };
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        sensor.world().garbled = true;
+        sensor.world().bad_openings = 3;
+        let mut link = sensor.link(listening());
+        link.until_up().await;
+        assert_eq!(link.stop().await.counts.connects, 1);
+        assert_eq!(sensor.world().opened.len(), 5);
+    }
+    let sensor = Sensor::new(115_200, 40);
+    sensor.world().garbled = true;
+    sensor.world().bad_openings = 100;
+    let told = sensor.link(listening()).end().await;
+    assert!(told.error.unwrap().contains("none of them made a good line"));
+    assert_eq!(sensor.world().opened.len(), 5, "it may be no sensor at all");
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_recording_holds_what_came_and_never_delays() {
     let sensor = Sensor::new(115_200, 40);
     let (recording, mut recorded) = mpsc::channel(10);

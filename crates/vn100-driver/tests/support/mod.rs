@@ -40,6 +40,8 @@ pub(crate) struct World {
     pub(crate) plugged: bool,
     /// Whether bit 6 of every byte is flipped, until the port is opened again.
     pub(crate) garbled: bool,
+    /// How many more openings are garbled.
+    pub(crate) bad_openings: u32,
     /// Cut the next line after so many bytes and hang up behind it.
     pub(crate) cut_at: Option<usize>,
     /// What was written, with the speed of the port then.
@@ -128,6 +130,7 @@ impl Sensor {
             streams: true,
             plugged: true,
             garbled: false,
+            bad_openings: 0,
             cut_at: None,
             written: Vec::new(),
             registers: [(1, "VN-100S-CR".into()), (5, baud.to_string()), (6, "14".into()), (7, rate_hz.to_string())]
@@ -285,7 +288,9 @@ impl Connection for Port {
 
     async fn close(self) {
         // the next session of the receiver is another one
-        self.sensor.world().garbled = false;
+        let mut world = self.sensor.world();
+        world.garbled = world.bad_openings > 0;
+        world.bad_openings = world.bad_openings.saturating_sub(1);
     }
 }
 
