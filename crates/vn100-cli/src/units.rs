@@ -12,6 +12,7 @@ pub(crate) struct ChannelValues {
     pub(crate) name: String,
     pub(crate) quantity: Quantity,
     pub(crate) unit: String,
+    /// That resolve one count in the unit.
     pub(crate) decimals: usize,
     pub(crate) count: u64,
     pub(crate) mean: Option<f64>,
@@ -102,6 +103,7 @@ pub(crate) struct NormValues {
     pub(crate) name: &'static str,
     pub(crate) quantity: Quantity,
     pub(crate) unit: String,
+    /// That resolve one count in the unit.
     pub(crate) decimals: usize,
     /// Of the mean vector.
     pub(crate) of_mean: Option<f64>,
@@ -126,7 +128,7 @@ pub(crate) fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
             },
             quantity: norm.quantity,
             unit: norm.unit.clone(),
-            decimals: usize::from(norm.decimals),
+            decimals: converted_decimals(norm.decimals, norm.scale),
             of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
             count: moments.count(),
             mean: moments.mean_counts().map(value),
@@ -136,6 +138,21 @@ pub(crate) fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
         }
     };
     snapshot.norms.iter().map(norm).collect()
+}
+
+/// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times more.
+fn converted_decimals(decimals: u8, scale: f64) -> usize {
+    // of a power of ten, no more for what its logarithm was rounded by
+    (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
+}
+
+/// A value with so many decimals. Where these are wider than `width`, with fewer as long as three digits stay, or with a power of ten.
+pub(crate) fn fitted(value: f64, decimals: usize, width: usize) -> String {
+    let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
+    let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
+    let fixed = fixed.map(|places| format!("{value:.places$}"));
+    let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
+    fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))
 }
 
 fn values(
@@ -151,7 +168,7 @@ fn values(
         name: channel.name.to_string(),
         quantity: channel.quantity,
         unit: channel.unit.to_string(),
-        decimals: usize::from(channel.decimals),
+        decimals: converted_decimals(channel.decimals, channel.scale),
         count: moments.count(),
         mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
         std: moments.std_counts().map(value),
@@ -250,5 +267,43 @@ pub(crate) fn sensor_group(quantity: Quantity) -> &'static str {
         Quantity::AngularRate => "gyro",
         Quantity::Temperature => "temperature",
         Quantity::Pressure => "pressure",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_count_shows_in_the_unit_it_was_converted_to() {
+        let degree = 1_f64.to_radians();
+        for (decimals, scale, shown) in [
+            (4, 1.0, 4),
+            (0, 1.0, 0),
+            (3, degree, 5),
+            (1, degree / 3600.0, 7),
+            (3, 9.806_65, 3),
+            (2, 0.01, 4),
+            (1, 1e4, 0),
+        ] {
+            assert_eq!(converted_decimals(decimals, scale), shown, "{decimals} {scale}");
+        }
+    }
+
+    #[test]
+    fn a_number_never_is_wider_than_its_column_nor_without_digits() {
+        for (value, decimals, width, text) in [
+            (-9.8066, 4, 9, "-9.8066"),
+            (0.0, 4, 9, "0.0000"),
+            (0.0, 12, 9, "0.0000000"),
+            (4.848e-5, 6, 9, "0.000048"),
+            (4.8481e-5, 9, 9, "0.0000485"),
+            (-4.8481e-6, 12, 14, "-0.00000484810"),
+            (-4.8481e-6, 12, 9, "-4.848e-6"),
+            (9.9996, 4, 5, "10.00"),
+            (-1.5e12, 3, 9, "-1.500e12"),
+        ] {
+            assert_eq!(fitted(value, decimals, width), text);
+        }
     }
 }

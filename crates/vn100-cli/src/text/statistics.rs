@@ -7,7 +7,7 @@ use vn100_pipeline::Snapshot;
 use vn100_protocol::Quantity;
 
 use super::layout::fill;
-use crate::units::{ChannelValues, norm_values};
+use crate::units::{ChannelValues, fitted, norm_values};
 
 /// The Earth's turning, in rad/s (IERS Conventions, 2010).
 pub(crate) const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
@@ -58,5 +58,6 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
 }
 
 fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+    // a column, and a blank before it
+    value.map_or("-".into(), |value| fitted(value, decimals, 14))
 }

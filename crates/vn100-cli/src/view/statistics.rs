@@ -13,6 +13,7 @@ use super::{
     source::Source,
     state::Panel,
 };
+use crate::units::fitted;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, regions: &mut Regions) {
     let block = framed(scene, Panel::Statistics, "Statistics".into());
@@ -37,19 +38,19 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
     regions.channels = placed.iter().enumerate().map(|(row, (place, _))| (inner.y + 1 + row as u16, *place)).collect();
     let rows = placed.into_iter().map(|(place, axis)| {
         let channel = &source.values[place];
-        let number = |value: Option<f64>, decimals: usize| {
-            let text = value.map_or("-".into(), |value| format!("{value:.decimals$}"));
+        let number = |value: Option<f64>, decimals: usize, column: usize| {
+            let text = value.map_or("-".into(), |value| fitted(value, decimals, widths[column].into()));
             Line::raw(text).right_aligned()
         };
         // averages resolve more than one sample
-        let finer = (channel.decimals + 2).min(8);
+        let finer = channel.decimals + 2;
         let row = Row::new(vec![
             Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
             Line::raw(channel.unit.clone()),
-            number(channel.mean, finer),
-            number(channel.std, finer),
-            number(channel.min, channel.decimals),
-            number(channel.max, channel.decimals),
+            number(channel.mean, finer, 2),
+            number(channel.std, finer, 3),
+            number(channel.min, channel.decimals, 4),
+            number(channel.max, channel.decimals, 5),
             Line::from(Span::styled(source.sparkline(place, usize::from(bars)), scene.theme.axis(axis))),
         ]);
         if Some(place) == chosen { row.style(scene.theme.chosen()) } else { row }
