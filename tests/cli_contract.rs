@@ -35,6 +35,11 @@ fn a_wrong_command_line_is_usage() {
         &["attach", "sim", "--estimator", "full", "--duration", "1s"],
         &["replay", "x", "--json", "--ndjson"],
         &["replay", "x", "--skip", "5 parsecs"],
+        &["replay", "x", "--duration", "0s"],
+        &["attach", "sim", "--duration", "0s"],
+        &["record", "sim", "-o", "x.mcap", "--duration", "0ms"],
+        &["report", "x", "-o", "x.html", "--duration", "0s"],
+        &["compare", "x", "y", "--duration", "0s"],
         &["fly"],
     ] {
         let output = vn100().args(arguments).output().unwrap();

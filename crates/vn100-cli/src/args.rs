@@ -12,7 +12,7 @@ use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
 use vn100_sim::CaptureMessage;
 
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
-use measure::{Estimator, confidence};
+use measure::{Estimator, confidence, length};
 pub(crate) use measure::{MeasureArgs, Telling};
 
 use crate::pace::Speed;
@@ -114,7 +114,7 @@ pub(crate) struct RecordArgs {
     pub(crate) output: PathBuf,
 
     /// Stop after this much data time, for example 5h
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    #[arg(long, value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
     /// Read temperature, pressure and uncompensated measurements every ten seconds between the lines

@@ -70,6 +70,7 @@ impl Measured {
                 let bytes = snapshot.link.bytes();
                 match snapshot.timing.left_out {
                     0 => format!("{}: no valid sample in {bytes} bytes", origin.name),
+                    1 => format!("{}: its one sample lies in the time to be skipped", origin.name),
                     left_out => format!("{}: all {left_out} samples lie in the time to be skipped", origin.name),
                 }
             });

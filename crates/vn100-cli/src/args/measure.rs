@@ -26,7 +26,7 @@ pub(crate) struct MeasureArgs {
     pub(crate) skip: Duration,
 
     /// Stop after this much data time, counted from the first sample, for example 1h
-    #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
+    #[arg(long, value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
     /// Stop when a figure is known so well, as in "gyro N ±5%": a group (gyro, accel, mag) or a channel, N, B or K, and half the width
@@ -161,6 +161,15 @@ impl From<Deviation> for imu_noise::Deviation {
 pub(crate) enum Detrend {
     /// The regression line over the record
     Linear,
+}
+
+/// A time that something can be measured in.
+pub(super) fn length(text: &str) -> Result<Duration, String> {
+    match humantime::parse_duration(text) {
+        Ok(Duration::ZERO) => Err("no sample comes in no time: give a time such as 10min".into()),
+        Ok(length) => Ok(length),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 pub(super) fn confidence(text: &str) -> Result<f64, String> {
