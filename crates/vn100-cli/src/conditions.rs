@@ -6,6 +6,8 @@ use anyhow::{Context, Result, bail};
 use toml::Value;
 use vn100_pipeline::{Goal, Settings};
 
+use crate::toml_file;
+
 /// Under this name a recording keeps the data time that its measurement was to last. A replay of it ends there too, and so equals it:
 /// a line more may have come by the time the measurement was over.
 const MEASURED_DURATION: &str = "measured.duration";
@@ -54,7 +56,7 @@ fn is_ours(name: &str) -> bool {
 }
 
 fn parse(text: &str) -> Result<BTreeMap<String, String>> {
-    let table: toml::Table = toml::from_str(text)?;
+    let table: toml::Table = toml_file::parse(text)?;
     let entry = |(name, value): (String, Value)| {
         let text = match value {
             Value::String(text) => text,

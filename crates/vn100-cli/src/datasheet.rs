@@ -11,6 +11,8 @@ use serde::{
 use toml::Spanned;
 use vn100_pipeline::{Datasheet, DatasheetFigure, SheetOnboard};
 
+use crate::toml_file::{self, line};
+
 const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
 
 /// The VN-100's.
@@ -31,27 +33,23 @@ pub(crate) fn open(path: &Path) -> Result<Datasheet> {
 }
 
 fn parse(text: &str) -> Result<Datasheet> {
-    let sheet: Sheet = toml::from_str(text)?;
+    let sheet: Sheet = toml_file::parse(text)?;
     if sheet.figure.is_empty() {
         bail!("holds no [[figure]]");
     }
     if let Some(onboard) = &sheet.onboard
         && !(onboard.get_ref().refresh_hz > 0.0 && onboard.get_ref().refresh_hz.is_finite())
     {
-        bail!("line {}: refresh_hz is not above 0", line(text, &onboard.span()));
+        bail!("line {}: refresh_hz is not above 0", line(text, onboard.span().start));
     }
     let figure = |printed: Spanned<PrintedFigure>| {
-        let line = line(text, &printed.span());
+        let line = line(text, printed.span().start);
         figure(printed.into_inner(), text).with_context(|| format!("the figure in line {line}"))
     };
     let figures = sheet.figure.into_iter().map(figure).collect::<Result<_>>()?;
     let onboard = sheet.onboard.map(Spanned::into_inner);
     let onboard = onboard.map(|Onboard { refresh_hz, window }| SheetOnboard { refresh_hz, window });
     Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures })
-}
-
-fn line(text: &str, span: &Range<usize>) -> usize {
-    text.bytes().take(span.start).filter(|byte| *byte == b'\n').count() + 1
 }
 
 fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure> {

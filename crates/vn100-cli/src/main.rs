@@ -37,6 +37,7 @@ mod source_document;
 mod status;
 mod teller;
 mod text;
+mod toml_file;
 mod units;
 mod verdict_document;
 mod view;
