@@ -33,6 +33,11 @@ pub enum Known {
 /// A text is no want, or one that no record meets.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WantError {
+    /// There is no sign between a figure and what follows.
+    #[error(
+        "{0:?} is no want: a figure and how well it shall be known, as in \"gyro N ±5%\", or how small it shall be seen, as in \"gyro K >= 2e-7\""
+    )]
+    Form(String),
     /// The figure is none.
     #[error(transparent)]
     Figure(#[from] FigureError),
@@ -76,7 +81,10 @@ impl FromStr for Want {
         } else {
             (text, Asked::Seen)
         };
-        let figure: Figure = figure.parse()?;
+        let figure: Figure = figure.parse().map_err(|error| match begins_with_figure(figure) {
+            true => WantError::Form(text.into()),
+            false => WantError::Figure(error),
+        })?;
         let sensor = sensor(&figure).ok_or_else(|| FigureError::Channel(figure.to_string()))?;
         let name = || figure.to_string();
         let known = match (figure.term, known) {
@@ -96,6 +104,13 @@ enum Asked<'a> {
     Seen,
     Within(f64),
     AtLeast(&'a str),
+}
+
+/// Whether more follows a figure.
+fn begins_with_figure(text: &str) -> bool {
+    let mut words = text.split_whitespace();
+    let figure = words.by_ref().take(2).collect::<Vec<_>>().join(" ");
+    words.next().is_some() && figure.parse::<Figure>().is_ok()
 }
 
 fn sensor(figure: &Figure) -> Option<Sensor> {
@@ -176,6 +191,10 @@ mod tests {
             ("gyro K", "gyro K >= 2e-7"),
             ("gyro K ±5%", "gyro K >= 2e-7"),
             ("gyro R", "N, B or K"),
+            ("gyro N 2%", "\"gyro N 2%\" is no want: a figure and how well it shall be known, as in \"gyro N ±5%\""),
+            ("gyro N 2 %", "\"gyro N ±5%\""),
+            ("gyro K 2e-7", "\"gyro K >= 2e-7\""),
+            ("gyro R 2%", "N, B or K"),
             ("gyro B ±0%", "percentage above 0"),
             ("gyro K >= -1", "number above 0"),
             ("gyro K >= 1 deg/h", "deg/h^1.5"),
