@@ -7,7 +7,7 @@ mod filter_models;
 mod layout;
 pub(crate) mod names;
 mod noise;
-mod numbers;
+pub(crate) mod numbers;
 mod plan;
 pub(crate) mod statistics;
 mod verdict;
@@ -25,7 +25,7 @@ use filter_models::write_filter_models;
 use layout::{WIDTH, fill};
 use names::bad_lines;
 use noise::write_noise;
-use numbers::{counted, short};
+use numbers::{counted, ppm, short};
 use statistics::write_statistics;
 use verdict::write_verdicts;
 
@@ -128,8 +128,8 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     if snapshot.outages.times > 0 {
         writeln!(out, "  link       {}: what was sent then is not among the missing", snapshot.outages)?;
     }
-    if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(ppm), .. }) = snapshot.arrivals {
-        writeln!(out, "  rate       {hz:.4} Hz measured, {ppm:+.0} ppm from nominal")?;
+    if let Some(TimebaseSummary { measured_hz: Some(hz), offset_ppm: Some(offset_ppm), .. }) = snapshot.arrivals {
+        writeln!(out, "  rate       {hz:.4} Hz measured, {} from nominal", ppm(offset_ppm))?;
     }
     if let Some(Arrivals { p50_us, p99_us, max_us, .. }) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
         writeln!(out, "  intervals  {p50_us} us median, {p99_us} us 99th percentile, {max_us} us longest")?;

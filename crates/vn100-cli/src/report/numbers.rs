@@ -57,11 +57,11 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// With at most so many decimals, and no zeros behind.
+/// With at most so many decimals, no zeros behind, and no sign before nothing.
 pub(crate) fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    text.replace('-', "−")
+    if text == "-0" { "0".into() } else { text.replace('-', "−") }
 }
 
 /// A whole number in groups of three.
@@ -96,6 +96,10 @@ mod tests {
         assert_eq!(with_interval(1.2634e-4, 1.2461e-4, 1.2812e-4), "1.263 (1.246 to 1.281)·10⁻⁴");
         assert_eq!(with_interval(0.4397, 0.4351, 0.4443), "0.4397 (0.4351 to 0.4443)");
         assert_eq!(with_interval(5.0, 1.0, 30.0), "5.0 (1.0 to 30.0)");
+        assert_eq!(
+            [(-0.04, 1), (-0.4, 0), (-0.06, 1), (0.0, 2)].map(|(value, decimals)| trimmed(value, decimals)),
+            ["0", "0", "−0.1", "0"]
+        );
         assert_eq!(
             [0.05, 59.96, 600.0, 18_000.0, 200_000.0].map(duration),
             ["0.05 s", "60 s", "10 min", "5 h", "2.31 days"]

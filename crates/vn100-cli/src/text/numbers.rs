@@ -18,6 +18,12 @@ pub(super) fn four_digits(value: f64) -> String {
     }
 }
 
+/// `+12 ppm`; what rounds to nothing is `+0 ppm`.
+pub(crate) fn ppm(value: f64) -> String {
+    // the sum of a negative and a positive nought is positive
+    format!("{:+} ppm", value.round() + 0.0)
+}
+
 /// `1 gap`, `2 gaps`.
 pub(super) fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
@@ -26,6 +32,15 @@ pub(super) fn counted(count: u64, noun: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_has_no_sign_of_its_own() {
+        for (value, text) in
+            [(-0.4, "+0 ppm"), (0.4, "+0 ppm"), (-0.6, "-1 ppm"), (12.4, "+12 ppm"), (-2500.0, "-2500 ppm")]
+        {
+            assert_eq!(ppm(value), text);
+        }
+    }
 
     #[test]
     fn times_are_short() {

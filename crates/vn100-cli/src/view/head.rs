@@ -19,7 +19,11 @@ use super::{
     theme::Theme,
     warnings::shortened,
 };
-use crate::{exit::printable, pace::Speed, text::names::bad_lines};
+use crate::{
+    exit::printable,
+    pace::Speed,
+    text::{names::bad_lines, numbers::ppm},
+};
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
@@ -150,13 +154,13 @@ fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
         parts.add(format!("now {} Hz", digits_trimmed(change.to_hz, 6)), theme.warning());
     }
     let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz.zip(arrivals.offset_ppm));
-    if let Some((hz, ppm)) = measured {
+    if let Some((hz, offset_ppm)) = measured {
         match detail {
-            Detail::All => parts.add(format!("measured {hz:.3} Hz ({ppm:+.0} ppm)"), Style::new()),
+            Detail::All => parts.add(format!("measured {hz:.3} Hz ({})", ppm(offset_ppm)), Style::new()),
             Detail::Some => parts.add(format!("measured {hz:.3} Hz"), Style::new()),
             // the rate that came before
             Detail::Least if snapshot.rate_change.is_some() => {}
-            Detail::Least => parts.add(format!("clock {ppm:+.0} ppm"), Style::new()),
+            Detail::Least => parts.add(format!("clock {}", ppm(offset_ppm)), Style::new()),
         }
     }
     if let Some(arrivals) = snapshot.arrivals.and_then(|arrivals| arrivals.arrivals) {
