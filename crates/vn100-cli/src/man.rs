@@ -20,19 +20,37 @@ pub(crate) fn man(args: &ManArgs) -> Result<Exit> {
             write_page(folder, &vn100)?;
             vn100.get_subcommands().try_for_each(|command| write_page(folder, command))?;
         }
-        None => print(&String::from_utf8(page(&vn100)?)?)?,
+        None => print(&page(&vn100)?)?,
     }
     Ok(Exit::Good)
 }
 
-fn page(command: &Command) -> Result<Vec<u8>> {
+fn page(command: &Command) -> Result<String> {
     let mut page = Vec::new();
     Man::new(command.clone()).source(concat!("vn100 ", env!("CARGO_PKG_VERSION"))).render(&mut page)?;
-    Ok(page)
+    // what follows the help of the program
+    Ok(String::from_utf8(page)?.replace(".SH EXTRA\n", ".SH \"EXIT STATUS\"\n"))
 }
 
 fn write_page(folder: &Path, command: &Command) -> Result<()> {
     let path = folder.join(Man::new(command.clone()).get_filename());
-    let write = || -> Result<()> { Ok(File::create_new(&path)?.write_all(&page(command)?)?) };
+    let write = || -> Result<()> { Ok(File::create_new(&path)?.write_all(page(command)?.as_bytes())?) };
     write().with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_have_the_usual_heads_and_no_default_that_is_nothing() {
+        let mut vn100 = Args::command();
+        vn100.build();
+        let first = page(&vn100).unwrap();
+        assert!(first.contains(".SH \"EXIT STATUS\"\nExit codes: 0 good"), "{first}");
+        for command in vn100.get_subcommands() {
+            let page = page(command).unwrap();
+            assert!(!page.contains("default: ]") && !page.contains("EXTRA"), "{page}");
+        }
+    }
 }

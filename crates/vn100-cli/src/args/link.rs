@@ -107,7 +107,7 @@ pub(crate) struct SimSensorArgs {
     pub(crate) seed: u64,
 
     /// What befalls the emulated sensor's link, as in "flip@1% unplug@20s+3s"; times count from its power-up
-    #[arg(long, value_name = "PLAN", default_value_t)]
+    #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
 }
 
