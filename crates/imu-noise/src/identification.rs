@@ -142,13 +142,6 @@ impl NoiseType {
         let from_slope = || self.slope_alpha.map(|alpha| PowerLaw::nearest(alpha.round().clamp(-100.0, 100.0) as i8));
         self.lag_one.map(|lag_one| lag_one.law()).or_else(from_slope)
     }
-
-    /// Whether block sums and slope agree within one; `None` unless both are known.
-    #[must_use]
-    pub fn agree(&self) -> Option<bool> {
-        let (lag_one, slope) = (self.lag_one?, self.slope_alpha?);
-        Some((lag_one.alpha.min(1.0) - slope.min(1.0)).abs() <= 1.0)
-    }
 }
 
 /// The kind of noise of each of `octaves`, with their `variances` in any unit; `lag_one` reads out block sums of a

@@ -162,7 +162,6 @@ fn messages_are_known_by_code_and_by_header() {
     }
     assert_eq!(AsyncType::from_header(b"VNMAR"), Some(AsyncType::MAR));
     assert_eq!(AsyncType::from_header(b"VNRRG"), None);
-    assert_eq!(AsyncType::YMR.polled_register(), Some(Register(27)));
     assert_eq!(AsyncType::OFF.header(), None);
 }
 

@@ -18,56 +18,30 @@ struct Message {
     code: AsyncType,
     header: &'static str,
     description: &'static str,
-    register: Option<Register>,
     usual_length: Option<u32>,
 }
 
 /// The lengths are those of the recorded print widths; that of the IMU message takes the wider of the two pressures reported.
 const MESSAGES: [Message; 14] = [
-    message(AsyncType::YPR, "VNYPR", "attitude", Some(Register::YPR), Some(38)),
-    message(AsyncType::QTN, "VNQTN", "attitude as a quaternion", Some(Register::QUATERNION), Some(51)),
-    message(
-        AsyncType::QMR,
-        "VNQMR",
-        "quaternion, magnetic field, acceleration, angular rate",
-        Some(Register::QMR),
-        Some(135),
-    ),
-    message(AsyncType::DCM, "VNDCM", "attitude as a rotation matrix", None, None),
-    message(AsyncType::MAG, "VNMAG", "magnetic field", Some(Register::MAG), Some(38)),
-    message(AsyncType::ACC, "VNACC", "acceleration", Some(Register::ACCEL), Some(35)),
-    message(AsyncType::GYR, "VNGYR", "angular rate", Some(Register::GYRO), Some(44)),
-    message(AsyncType::MAR, "VNMAR", "magnetic field, acceleration, angular rate", Some(Register::MAR), Some(95)),
-    message(
-        AsyncType::YMR,
-        "VNYMR",
-        "attitude, magnetic field, acceleration, angular rate",
-        Some(Register::YMR),
-        Some(122),
-    ),
-    message(
-        AsyncType::YBA,
-        "VNYBA",
-        "attitude, linear acceleration along the body's axes, angular rate",
-        Some(Register::YBA),
-        Some(95),
-    ),
-    message(
-        AsyncType::YIA,
-        "VNYIA",
-        "attitude, linear acceleration along north, east, down, angular rate",
-        Some(Register::YIA),
-        Some(95),
-    ),
+    message(AsyncType::YPR, "VNYPR", "attitude", Some(38)),
+    message(AsyncType::QTN, "VNQTN", "attitude as a quaternion", Some(51)),
+    message(AsyncType::QMR, "VNQMR", "quaternion, magnetic field, acceleration, angular rate", Some(135)),
+    message(AsyncType::DCM, "VNDCM", "attitude as a rotation matrix", None),
+    message(AsyncType::MAG, "VNMAG", "magnetic field", Some(38)),
+    message(AsyncType::ACC, "VNACC", "acceleration", Some(35)),
+    message(AsyncType::GYR, "VNGYR", "angular rate", Some(44)),
+    message(AsyncType::MAR, "VNMAR", "magnetic field, acceleration, angular rate", Some(95)),
+    message(AsyncType::YMR, "VNYMR", "attitude, magnetic field, acceleration, angular rate", Some(122)),
+    message(AsyncType::YBA, "VNYBA", "attitude, linear acceleration along the body's axes, angular rate", Some(95)),
+    message(AsyncType::YIA, "VNYIA", "attitude, linear acceleration along north, east, down, angular rate", Some(95)),
     message(
         AsyncType::IMU,
         "VNIMU",
         "uncompensated magnetic field, acceleration, angular rate, temperature, pressure",
-        Some(Register::IMU),
         Some(112),
     ),
-    message(AsyncType::DTV, "VNDTV", "change of angle and of velocity, with its time", Some(Register::DELTA), Some(75)),
-    message(AsyncType::HVE, "VNHVE", "vertical motion", Some(Register::HEAVE), None),
+    message(AsyncType::DTV, "VNDTV", "change of angle and of velocity, with its time", Some(75)),
+    message(AsyncType::HVE, "VNHVE", "vertical motion", None),
 ];
 
 impl AsyncType {
@@ -120,12 +94,6 @@ impl AsyncType {
         self.message().map(|message| message.description)
     }
 
-    /// The register that answers a read with the same numbers; `None` where there is none.
-    #[must_use]
-    pub fn polled_register(self) -> Option<Register> {
-        self.message()?.register
-    }
-
     /// The usual length of a line in bytes with an 8-bit checksum, CR and LF, without suffix; 0 for [`OFF`](Self::OFF), `None` where it is
     /// not known. A value beyond its usual width makes a line longer.
     #[must_use]
@@ -142,10 +110,9 @@ const fn message(
     code: AsyncType,
     header: &'static str,
     description: &'static str,
-    register: Option<Register>,
     usual_length: Option<u32>,
 ) -> Message {
-    Message { code, header, description, register, usual_length }
+    Message { code, header, description, usual_length }
 }
 
 impl RegisterValue for AsyncType {
