@@ -40,6 +40,8 @@ fn a_wrong_command_line_is_usage() {
         &["record", "sim", "-o", "x.mcap", "--duration", "0ms"],
         &["report", "x", "-o", "x.html", "--duration", "0s"],
         &["compare", "x", "y", "--duration", "0s"],
+        &["report", "x", "-o", "x.html", "--json"],
+        &["report", "x", "-o", "x.html", "--ndjson"],
         &["fly"],
     ] {
         let output = vn100().args(arguments).output().unwrap();

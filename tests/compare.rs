@@ -279,8 +279,8 @@ fn one_capture_and_options_of_one_capture_are_no_comparison() {
         vn100().arg("compare").args(files).args(arguments).output().unwrap().status.code()
     };
     assert_eq!(exit(&[], &files[..1]), Some(2));
-    assert_eq!(exit(&["--ndjson"], &files), Some(1));
-    assert_eq!(exit(&["--filter-models"], &files), Some(1));
+    assert_eq!(exit(&["--ndjson"], &files), Some(2));
+    assert_eq!(exit(&["--filter-models"], &files), Some(2));
 }
 
 fn plan(options: &[&str]) -> Value {

@@ -254,7 +254,6 @@ fn existing_files_stay_unless_told_otherwise() {
     assert_eq!(fs::read_to_string(&page).unwrap(), "mine");
     refused(&["-o", text(&folder.path().join("none/r.html"))], "no folder");
     refused(&["-o", text(&folder.path().join("stem"))], "does not end in .html");
-    refused(&["-o", text(&capture), "--export", "json", "--json"], "--export json");
     let own = folder.path().join("a.html");
     fs::rename(&capture, &own).unwrap();
     let output = vn100(&["report", text(&own), "-o", text(&own), "--force"]);

@@ -1,21 +1,20 @@
 //! The command line.
 
+mod files;
 mod link;
 mod measure;
 
 use std::{path::PathBuf, time::Duration};
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum, error::ErrorKind};
-use vn100_driver::ColumnMap;
 use vn100_pipeline::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
 use vn100_sim::CaptureMessage;
 
+pub(crate) use files::{CompareArgs, ExportForm, FileArgs, ReplayArgs, ReportArgs};
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use measure::{Estimator, confidence, length};
-pub(crate) use measure::{MeasureArgs, Telling};
-
-use crate::pace::Speed;
+pub(crate) use measure::{MeasureArgs, ResultArgs, Telling};
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]
@@ -101,6 +100,9 @@ pub(crate) struct AttachArgs {
 
     #[command(flatten)]
     pub(crate) measure: MeasureArgs,
+
+    #[command(flatten)]
+    pub(crate) result: ResultArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -141,6 +143,7 @@ impl From<RecordArgs> for AttachArgs {
             record: vec![args.output],
             recording: args.recording,
             measure: MeasureArgs { duration: args.duration, ..MeasureArgs::default() },
+            result: ResultArgs::default(),
         }
     }
 }
@@ -198,42 +201,6 @@ pub(crate) struct LogArgs {
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct FileArgs {
-    /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is standard input
-    #[arg(required = true, value_name = "FILE")]
-    pub(crate) files: Vec<PathBuf>,
-
-    #[command(flatten)]
-    pub(crate) measure: MeasureArgs,
-
-    /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
-    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
-    #[arg(long, value_name = "MAP")]
-    pub(crate) columns: Option<ColumnMap>,
-
-    #[command(flatten)]
-    pub(crate) log: LogArgs,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct ReplayArgs {
-    #[command(flatten)]
-    pub(crate) files: FileArgs,
-
-    /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or "max" for as fast as the machine can
-    #[arg(long, value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
-    pub(crate) speed: Option<Speed>,
-}
-
-/// At least two files; one alone is a wrong command line.
-#[derive(Debug, clap::Args)]
-#[command(mut_arg("files", |files| files.num_args(2..)))]
-pub(crate) struct CompareArgs {
-    #[command(flatten)]
-    pub(crate) files: FileArgs,
-}
-
-#[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
     /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >= 0.02 mg"; a table of the usual wants
     /// unless given
@@ -259,41 +226,6 @@ pub(crate) struct PlanArgs {
     /// Print a JSON document
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct ReportArgs {
-    #[command(flatten)]
-    pub(crate) files: FileArgs,
-
-    /// The page to write, ending in .html; another name begins the names of what is exported, and no page is written
-    #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
-
-    /// Write the numbers for other programs beside it: once for each form, or with commas between them
-    #[arg(long, value_name = "FORM", value_enum, value_delimiter = ',')]
-    pub(crate) export: Vec<ExportForm>,
-
-    /// Replace existing files
-    #[arg(long)]
-    pub(crate) force: bool,
-}
-
-/// What a report is exported as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ExportForm {
-    /// Curves, statistics, parameters, spectrum, segments and histograms as tables
-    Csv,
-    /// The document of `vn100 replay --json`
-    Json,
-    /// imu.yaml for Kalibr; refused where the random walk is not estimated, unless --filter-models gives a bound
-    Kalibr,
-    /// Each figure as SVG, in a folder
-    Svg,
-    /// Each figure as PNG, in a folder
-    Png,
-    /// The samples as ROS 2 messages, Imu and MagneticField
-    Mcap,
 }
 
 #[derive(Debug, clap::Args)]

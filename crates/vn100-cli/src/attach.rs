@@ -10,7 +10,7 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, LinkState, RecordError, Recorder, RecordingState};
+use vn100_driver::{Change, LinkState, ReadOptions, RecordError, Recorder, RecordingState};
 use vn100_pipeline::{Assessments, Outcome, Settings, start};
 
 use crate::{
@@ -35,7 +35,7 @@ use crate::{
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(args: AttachArgs) -> Result<Exit> {
-    let telling = args.measure.telling();
+    let telling = args.result.telling();
     run(args, telling)
 }
 
@@ -68,7 +68,7 @@ async fn attach_all(
     metadata: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Exit> {
-    let judging = Arc::new(Judging::new(&args.measure)?);
+    let judging = Arc::new(Judging::new(&args.measure)?.with_filter_models(args.result.filter_models));
     let is_told_over = takes_terminal(&args.link.log);
     let notices = (telling == Telling::Text && view::is_there() && !is_told_over).then(Notices::default);
     let hang_up = if notices.is_some() { HangUp::IsSeenTo } else { HangUp::Stops };
@@ -238,6 +238,8 @@ async fn measure_and_record(
 ) -> Result<Measured> {
     let inputs = recorder.as_ref().map(Recorder::inputs);
     let read = job.args.measure.read_options();
+    // a result that is told between two reads must be the same however the bytes were read
+    let read = ReadOptions { line_by_line: read.line_by_line || job.telling == Telling::Ndjson, ..read };
     let opened = match live.open(read, job.args.temperature, changes.to_vec(), inputs, stop.clone()) {
         Ok(opened) => opened,
         Err(error) => return Ok(unopened(origin, &error, recorder, job).await),

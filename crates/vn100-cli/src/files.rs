@@ -43,12 +43,13 @@ pub(crate) enum EachSecond {
 /// Measures each file and hands the results to `take`, in the order given.
 pub(crate) fn measure_files(
     args: &FileArgs,
+    judging: Judging,
     each_second: EachSecond,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let result = runtime.block_on(measure_all(args, each_second, log.entries(), take));
+    let result = runtime.block_on(measure_all(args, judging, each_second, log.entries(), take));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     result
@@ -56,6 +57,7 @@ pub(crate) fn measure_files(
 
 async fn measure_all(
     args: &FileArgs,
+    judging: Judging,
     each_second: EachSecond,
     log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
@@ -66,7 +68,7 @@ async fn measure_all(
         settings: args.measure.settings(),
         columns: args.columns.clone(),
         ndjson: printed,
-        judging: Arc::new(Judging::new(&args.measure)?),
+        judging: Arc::new(judging),
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
         log,
         // documents of several files must not mingle line by line
@@ -107,7 +109,7 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         Ok(opened) => opened,
         Err(error) => return Ok(unreadable(&path, error, &job.settings)),
     };
-    let line_by_line = job.read.line_by_line || settings.duration.is_some() || !settings.until.is_empty();
+    let line_by_line = job.read.line_by_line || job.ndjson || settings.duration.is_some() || !settings.until.is_empty();
     let read = ReadOptions { line_by_line, ..job.read };
 
     let outcome = measure(capture, read, settings.clone(), &origin, &job).await?;

@@ -27,11 +27,16 @@ impl Judging {
     /// When the data sheet cannot be read.
     pub(crate) fn new(args: &MeasureArgs) -> Result<Self> {
         Ok(Self {
-            filter_models: args.filter_models,
+            filter_models: false,
             datasheet: args.datasheet.as_deref().map(datasheet::open).transpose()?,
             vn100: datasheet::vn100()?,
             fail_on: args.fail_on.clone(),
         })
+    }
+
+    /// With models for filters, if these are asked for.
+    pub(crate) fn with_filter_models(self, filter_models: bool) -> Self {
+        Self { filter_models, ..self }
     }
 
     /// Adds what was asked for, and fails the command where a figure that must pass does not.

@@ -59,7 +59,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::info(args),
         Command::Configure(args) => configure::configure(args),
         Command::Replay(args) => replay::replay(&args),
-        Command::Compare(args) => compare::compare(&args.files),
+        Command::Compare(args) => compare::compare(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Report(args) => report::report(&args),
         Command::Sim(args) => sim::sim(&args),

@@ -8,16 +8,18 @@ use crate::{
     args::ReplayArgs,
     exit::Exit,
     files::{EachSecond, measure_files},
+    judging::Judging,
     teller::Teller,
 };
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
     let files = &args.files;
     if let Some(speed) = args.speed {
-        return shown::replay_shown(files, speed);
+        return shown::replay_shown(args, speed);
     }
-    let each_second = if files.measure.ndjson { EachSecond::Printed } else { EachSecond::Unseen };
-    let mut teller = Teller::new(files.measure.telling());
-    measure_files(files, each_second, |measured| teller.tell(&measured))?;
+    let judging = Judging::new(&files.measure)?.with_filter_models(args.result.filter_models);
+    let each_second = if args.result.ndjson { EachSecond::Printed } else { EachSecond::Unseen };
+    let mut teller = Teller::new(args.result.telling());
+    measure_files(files, judging, each_second, |measured| teller.tell(&measured))?;
     teller.finish()
 }

@@ -14,9 +14,10 @@ mod words;
 use anyhow::{Result, bail};
 
 use crate::{
-    args::{ReportArgs, Telling},
+    args::ReportArgs,
     exit::{Exit, report as complain},
     files::{EachSecond, measure_files},
+    judging::Judging,
     measured::Measured,
 };
 use capture_file::CaptureFile;
@@ -27,9 +28,6 @@ use record::Record;
 
 pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
     let files = &args.files;
-    if files.measure.telling() != Telling::Text {
-        bail!("the report is a page: --export json writes the JSON document beside it");
-    }
     let output = Output::new(&args.output, args.force);
     match output.page() {
         Some(page) => output.check(page, &files.files)?,
@@ -43,7 +41,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
     }
     let exports = Exports::new(args, &output)?;
     let mut all: Vec<Measured> = Vec::new();
-    measure_files(files, EachSecond::Unseen, |measured| {
+    let judging = Judging::new(&files.measure)?.with_filter_models(args.filter_models);
+    measure_files(files, judging, EachSecond::Unseen, |measured| {
         if let Some(error) = &measured.origin.error {
             complain(error);
         }
@@ -61,7 +60,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
         .collect::<Result<Vec<_>>>()?;
     let together = if records.len() > 1 { Figures::together(&records, &names)? } else { Figures::default() };
     if let Some(path) = output.page() {
-        output.write(path, page::page(&records, &figures, &together, &files.measure)?.as_bytes())?;
+        output.write(path, page::page(&records, &figures, &together, args)?.as_bytes())?;
     }
     exports.write(&records, &figures, &together)?;
     Ok(all.iter().map(|measured| measured.exit).max().unwrap_or(Exit::Good))

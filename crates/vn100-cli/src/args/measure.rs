@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use vn100_driver::ReadOptions;
 use vn100_pipeline::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
 
-/// What is measured and how it is told, the same for every command that measures.
+/// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
     /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
@@ -54,21 +54,9 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "P", value_parser = confidence)]
     pub(crate) confidence: Option<f64>,
 
-    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random walk that lie above the whole curve
-    #[arg(long)]
-    pub(crate) filter_models: bool,
-
     /// Take lines that carry no checksum
     #[arg(long)]
     pub(crate) accept_unchecked: bool,
-
-    /// Print one JSON document at the end, and nothing else, on standard output
-    #[arg(long, conflicts_with = "ndjson")]
-    pub(crate) json: bool,
-
-    /// Print one JSON document per line, for every second of data time and at the end
-    #[arg(long)]
-    pub(crate) ndjson: bool,
 }
 
 impl MeasureArgs {
@@ -87,18 +75,36 @@ impl MeasureArgs {
         }
     }
 
+    /// A result that ends between two reads must be the same however the bytes were read.
+    pub(crate) fn read_options(&self) -> ReadOptions {
+        let line_by_line = self.duration.is_some() || !self.until.is_empty();
+        ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line, ..ReadOptions::default() }
+    }
+}
+
+/// What is told of one source, and how.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct ResultArgs {
+    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random walk that lie above the whole curve
+    #[arg(long)]
+    pub(crate) filter_models: bool,
+
+    /// Print one JSON document at the end, and nothing else, on standard output
+    #[arg(long, conflicts_with = "ndjson")]
+    pub(crate) json: bool,
+
+    /// Print one JSON document per line, for every second of data time and at the end
+    #[arg(long)]
+    pub(crate) ndjson: bool,
+}
+
+impl ResultArgs {
     pub(crate) fn telling(&self) -> Telling {
         match (self.json, self.ndjson) {
             (true, _) => Telling::Json,
             (_, true) => Telling::Ndjson,
             _ => Telling::Text,
         }
-    }
-
-    /// A result that ends, or is told, between two reads must be the same however the bytes were read.
-    pub(crate) fn read_options(&self) -> ReadOptions {
-        let line_by_line = self.ndjson || self.duration.is_some() || !self.until.is_empty();
-        ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line, ..ReadOptions::default() }
     }
 }
 

@@ -18,7 +18,7 @@ use vn100_driver::{Capture, ColumnMap, Event, ReadOptions};
 use vn100_pipeline::{DEFAULT_RATE_HZ, Outcome, Settings, start};
 
 use crate::{
-    args::FileArgs,
+    args::ReplayArgs,
     exit::Exit,
     files::{Opened, name, open, open_capture, unreadable},
     interrupt::{HangUp, stop_on_interrupt},
@@ -38,16 +38,16 @@ const WAITING_WISHES: usize = 8;
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Replays in the view until somebody quits it, and tells the results as any replay does.
-pub(super) fn replay_shown(args: &FileArgs, speed: Speed) -> Result<Exit> {
+pub(super) fn replay_shown(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
     if !view::is_there() {
         bail!(
             "--speed is for the view, which needs a terminal before and behind it; without --speed the result is printed at once"
         );
     }
-    if takes_terminal(&args.log) {
+    if takes_terminal(&args.files.log) {
         bail!("-v would be written over the view: --log FILE keeps the diagnostics beside it");
     }
-    let log = Log::open(&args.log)?;
+    let log = Log::open(&args.files.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let exit = runtime.block_on(replay_all(args, speed, log.entries()));
     // a thread may hang in a read of standard input that nobody waits for any more
@@ -55,16 +55,17 @@ pub(super) fn replay_shown(args: &FileArgs, speed: Speed) -> Result<Exit> {
     exit
 }
 
-async fn replay_all(args: &FileArgs, speed: Speed, log: Entries) -> Result<Exit> {
+async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exit> {
+    let files = &args.files;
     let stop = stop_on_interrupt(HangUp::IsSeenTo).context("cannot listen to Ctrl-C")?;
     let notices = Notices::default();
-    let settings = Settings { recent: true, ..args.measure.settings() };
+    let settings = Settings { recent: true, ..files.measure.settings() };
     let confidence = settings.confidence;
     let job = Arc::new(Job {
-        read: log.asked(ReadOptions { line_by_line: true, ..args.measure.read_options() }),
+        read: log.asked(ReadOptions { line_by_line: true, ..files.measure.read_options() }),
         settings,
-        columns: args.columns.clone(),
-        judging: Arc::new(Judging::new(&args.measure)?),
+        columns: files.columns.clone(),
+        judging: Arc::new(Judging::new(&files.measure)?.with_filter_models(args.result.filter_models)),
         speed,
         notices: notices.clone(),
         stop: stop.clone(),
@@ -72,7 +73,7 @@ async fn replay_all(args: &FileArgs, speed: Speed, log: Entries) -> Result<Exit>
     });
     let judging = Arc::clone(&job.judging);
     let mut feeds = Vec::new();
-    let files: Vec<JoinHandle<Result<Measured>>> = (args.files.iter())
+    let files: Vec<JoinHandle<Result<Measured>>> = (files.files.iter())
         .map(|file| {
             let (stand, feed) = feed(&name(file), None);
             feeds.push(feed);
@@ -82,7 +83,7 @@ async fn replay_all(args: &FileArgs, speed: Speed, log: Entries) -> Result<Exit>
     let all_stop = stop.clone();
     let view = View::show(feeds, confidence, notices, judging, stop)?;
     let all = view.until(all_of(files), || all_stop.cancel()).await?;
-    let mut teller = Teller::new(args.measure.telling());
+    let mut teller = Teller::new(args.result.telling());
     all.iter().try_for_each(|measured| teller.tell(measured))?;
     teller.finish()
 }

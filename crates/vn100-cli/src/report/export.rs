@@ -98,7 +98,7 @@ impl<'a> Exports<'a> {
                 self.output.write(&path(JSON), json_line(&document).as_bytes())
             }
             ExportForm::Kalibr => {
-                let yaml = kalibr::yaml(record, self.args.files.measure.filter_models);
+                let yaml = kalibr::yaml(record, self.args.filter_models);
                 yaml.complete()?;
                 self.output.write(&path(KALIBR), yaml.text().as_bytes())
             }

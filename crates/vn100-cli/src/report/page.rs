@@ -24,7 +24,7 @@ use super::{
     record::Record,
     words::conclusions,
 };
-use crate::{args::MeasureArgs, exit::steers};
+use crate::{args::ReportArgs, exit::steers};
 
 pub(super) use several::letter;
 
@@ -36,7 +36,7 @@ pub(crate) fn page(
     records: &[Record<'_>],
     figures: &[Figures],
     together: &Figures,
-    options: &MeasureArgs,
+    options: &ReportArgs,
 ) -> Result<String> {
     let title = match records {
         [record] => format!("Noise report: {}", record.origin().name),
@@ -81,7 +81,7 @@ pub(crate) fn page(
 }
 
 /// Everything of one record. `prefix` makes its anchors unique.
-fn one(record: &Record<'_>, figures: &Figures, options: &MeasureArgs, prefix: &str) -> Markup {
+fn one(record: &Record<'_>, figures: &Figures, options: &ReportArgs, prefix: &str) -> Markup {
     let findings = Findings::of(record);
     let sections = [
         ("conclusions", "Conclusions"),

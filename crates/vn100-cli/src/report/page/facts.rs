@@ -16,7 +16,7 @@ use super::{
     fact_table::{NOT_RECORDED, Row, or_not_recorded, row, table},
     method,
 };
-use crate::{args::MeasureArgs, recorded::RecordedDocument, text::echoes};
+use crate::{args::ReportArgs, recorded::RecordedDocument, text::echoes};
 
 /// What a user can write down in a file of conditions, by the names there.
 const CONDITIONS: [(&str, &str); 8] = [
@@ -44,7 +44,7 @@ const REGISTERS: [Register; 10] = [
     Register::IMU_FILTER,
 ];
 
-pub(super) fn facts(record: &Record<'_>, options: &MeasureArgs) -> Markup {
+pub(super) fn facts(record: &Record<'_>, options: &ReportArgs) -> Markup {
     html! {
         h3 { "Capture" } (table(&capture(record)))
         h3 { "Sensor" } (table(&sensor(record)))

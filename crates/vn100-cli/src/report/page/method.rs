@@ -8,9 +8,9 @@ use super::{
     super::{numbers::trimmed, record::Record},
     fact_table::{Row, row},
 };
-use crate::args::MeasureArgs;
+use crate::args::ReportArgs;
 
-pub(super) fn method(record: &Record<'_>, options: &MeasureArgs) -> Vec<Row> {
+pub(super) fn method(record: &Record<'_>, options: &ReportArgs) -> Vec<Row> {
     let snapshot = record.snapshot();
     vec![
         row(
@@ -51,7 +51,8 @@ pub(super) fn method(record: &Record<'_>, options: &MeasureArgs) -> Vec<Row> {
 }
 
 /// As somebody would give them again.
-fn options_in_words(options: &MeasureArgs) -> String {
+fn options_in_words(options: &ReportArgs) -> String {
+    let measure = &options.files.measure;
     let mut words: Vec<String> = Vec::new();
     let mut option = |name: &str, value: Option<String>| {
         words.extend(
@@ -60,24 +61,24 @@ fn options_in_words(options: &MeasureArgs) -> String {
     };
     let flag = |set: bool| set.then(String::new);
     let length = |length: Duration| humantime::format_duration(length).to_string();
-    option("rate", options.rate.map(|hz| hz.to_string()));
-    option("estimator", Some(format!("{:?}", options.estimator).to_lowercase()));
-    option("deviation", Some(format!("{:?}", options.deviation).to_lowercase()));
-    option("skip", Some(length(options.skip)).filter(|_| !options.skip.is_zero()));
-    option("duration", options.duration.map(length));
-    for goal in &options.until {
+    option("rate", measure.rate.map(|hz| hz.to_string()));
+    option("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
+    option("deviation", Some(format!("{:?}", measure.deviation).to_lowercase()));
+    option("skip", Some(length(measure.skip)).filter(|_| !measure.skip.is_zero()));
+    option("duration", measure.duration.map(length));
+    for goal in &measure.until {
         option("until", Some(format!("\"{goal}\"")));
     }
-    option("detrend", options.detrend.map(|_| "linear".into()));
-    option("quantization", flag(options.quantization));
-    option("confidence", options.confidence.map(|level| level.to_string()));
-    for figure in &options.fail_on {
+    option("detrend", measure.detrend.map(|_| "linear".into()));
+    option("quantization", flag(measure.quantization));
+    option("confidence", measure.confidence.map(|level| level.to_string()));
+    for figure in &measure.fail_on {
         option("fail-on", Some(format!("\"{figure}\"")));
     }
     // without its folder: the page says the same wherever the files lie
-    let sheet = options.datasheet.as_deref().and_then(Path::file_name);
+    let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
     option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
     option("filter-models", flag(options.filter_models));
-    option("accept-unchecked", flag(options.accept_unchecked));
+    option("accept-unchecked", flag(measure.accept_unchecked));
     words.join(" ")
 }

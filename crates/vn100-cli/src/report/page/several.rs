@@ -12,9 +12,9 @@ use super::{
     },
     figures::grid,
 };
-use crate::{args::MeasureArgs, units::tests_by_channel};
+use crate::{args::ReportArgs, units::tests_by_channel};
 
-pub(super) fn several(records: &[Record<'_>], together: &Figures, options: &MeasureArgs) -> Markup {
+pub(super) fn several(records: &[Record<'_>], together: &Figures, options: &ReportArgs) -> Markup {
     let compared: Vec<vn100_pipeline::Record<'_>> = (records.iter())
         .map(|record| vn100_pipeline::Record {
             name: &record.origin().name,
@@ -22,7 +22,8 @@ pub(super) fn several(records: &[Record<'_>], together: &Figures, options: &Meas
             assessment: record.assessment(),
         })
         .collect();
-    let comparison = Comparison::of(&compared, options.confidence.unwrap_or(vn100_pipeline::DEFAULT_CONFIDENCE));
+    let comparison =
+        Comparison::of(&compared, options.files.measure.confidence.unwrap_or(vn100_pipeline::DEFAULT_CONFIDENCE));
     html! {
         section id="comparison" {
             h2 { "Comparison" }
