@@ -1,21 +1,30 @@
-//! Statistics of inertial sensor channels, streaming and exact: Allan and Hadamard deviation over octaves of averaging
-//! time, moments, histogram, and angles made continuous.
+//! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and Hadamard deviation over
+//! octaves of averaging time with their confidence intervals, a noise model with N, B and K in intervals of their own,
+//! verdicts against a data sheet, and the time base that arrivals of lines tell. Beside them moments, histogram, spectrum,
+//! and angles made continuous.
 //!
 //! ```
-//! use imu_noise::{ChannelAccumulator, Deviation, Estimator, counts_to_unit};
+//! use imu_noise::{ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms, counts_to_unit};
 //!
-//! let interval_s = 0.025;
-//! let mut gyro = ChannelAccumulator::new(Estimator::Strided, Deviation::Allan);
-//! gyro.push(&[1063, 1249, 1251]); // rad/s with six decimals
-//! gyro.gap(Some(2)); // two samples lost
-//! gyro.push(&[856, 1563]);
+//! // a gyroscope at 40 Hz, in rad/s with six decimals: numbers between 0 and 999 stand for its white noise
+//! let next = |state: &u32| Some(state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+//! let samples: Vec<i32> = std::iter::successors(Some(1), next).map(|state| (state >> 16) as i32 % 1000).take(16_384).collect();
 //!
-//! assert_eq!(gyro.moments().mean_counts(), Some(1196.4));
-//! for octave in gyro.octaves().sums() {
-//!     let tau_s = octave.m as f64 * interval_s;
-//!     let deviation_rad_s = octave.deviation_counts().map(|counts| counts_to_unit(counts, 6));
-//!     println!("{tau_s} s: {deviation_rad_s:?} rad/s from {} windows", octave.terms);
-//! }
+//! let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
+//! let mut gyro = ChannelAccumulator::new(estimator, deviation);
+//! gyro.push(&samples); // and gyro.gap(Some(2)) where two were lost
+//! let sums = gyro.octaves().sums();
+//! let (octaves, variances): (Vec<_>, Vec<f64>) =
+//!     sums.filter_map(|sum| Some((sum.octave(), counts_to_unit(sum.variance_counts2()?, 12)))).unzip();
+//! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
+//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, None, 0.95);
+//!
+//! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
+//! let white = fit.parameter(Term::White).ok_or("not in the model")?;
+//! let (Some(n), Some(lower), Some(upper)) = (white.value, white.lower, white.upper) else { return Err("no estimate") };
+//! println!("{n:.3e} rad/s/sqrt(Hz), between {lower:.3e} and {upper:.3e} with 95 %");
+//! assert!(lower < 4.564e-5 && 4.564e-5 < upper && upper - lower < 0.05 * n);
+//! # Ok::<(), &str>(())
 //! ```
 //!
 //! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer: results do not
@@ -23,7 +32,7 @@
 //! result is read out, with a relative error below 1e-13 for deviations and 1e-12 for moments. Without enough samples a
 //! result is `None` or absent, never zero or NaN.
 //!
-//! Beside them, [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
+//! [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
 //! disturbances, warm-up and steps of the level, values that are not normally distributed.
 //!
 //! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the averaging time is
