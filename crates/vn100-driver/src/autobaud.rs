@@ -2,7 +2,7 @@
 
 use std::{io, time::Duration};
 
-use tokio::time::{Instant, timeout, timeout_at};
+use tokio::time::{Instant, timeout_at};
 use vn100_protocol::{Frame, Framer, Options};
 
 use crate::{
@@ -73,10 +73,11 @@ impl Trial {
     }
 }
 
-/// Takes what has come at the speed before, so that it is not taken for something of the next.
-pub(crate) async fn drain(connection: &mut impl Connection) -> io::Result<Vec<Input>> {
+/// Takes what has come at the speed before, and what comes of it for so long yet, so that it is not taken for something of the next.
+pub(crate) async fn drain(connection: &mut impl Connection, time: Duration) -> io::Result<Vec<Input>> {
+    let end = Instant::now() + time;
     let mut inputs = Vec::new();
-    while let Ok(input) = timeout(Duration::ZERO, connection.next_input()).await {
+    while let Ok(input) = timeout_at(end, connection.next_input()).await {
         inputs.push(input?.ok_or(io::ErrorKind::UnexpectedEof)?);
     }
     Ok(inputs)

@@ -1,4 +1,5 @@
-//! A machine or an adapter that stands still for two seconds and then hands on all at once: a link loses nothing by it.
+//! A machine or an adapter that stands still for a while and then hands on all at once: in two seconds a link loses nothing by it, and in
+//! longer ones it is lost, and found at the speed it had.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
@@ -71,6 +72,33 @@ async fn a_stall_costs_a_link_nothing() {
             assert!(matches!(told.link.last(), Some((_, LinkEventKind::Up { .. }))), "{:?}", told.link);
             assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
             assert_eq!(states.await.unwrap(), ["other", "up", "silent", "up", "other"]);
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_held_back_for_long_is_found_again_at_its_speed() {
+    for (rate_hz, baud) in [(40, 115_200), (200, 921_600)] {
+        for listen_only in [false, true] {
+            // a look at one of the other speeds takes 0.2 to 0.5 s, or 1.2 s without asking
+            for stall_ms in (5000..=8000).step_by(500) {
+                let sensor = Sensor::new(baud, rate_hz);
+                let mut link = sensor.link(LinkOptions { listen_only, ..LinkOptions::default() });
+                link.until_up().await;
+                link.run(ms(6000)).await;
+                // where nothing is asked, it is given up after ten seconds
+                let stall = ms(stall_ms + if listen_only { 15_000 } else { 0 });
+                sensor.world().stalled_until = Some(Instant::now() + stall);
+                link.run(stall + ms(5000)).await;
+                let told = link.stop().await;
+                let case = format!("{rate_hz} Hz, {stall:?}, listen only: {listen_only}: {:?}", told.link);
+                let downs = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Down { .. })).count();
+                assert_eq!((downs, told.counts.connects, told.counts.tally.bad.total()), (1, 2, 0), "{case}");
+                let up = LinkEventKind::Up { port: "/dev/imu".into(), baud: Some(baud) };
+                assert_eq!(told.link.last().unwrap().1, up, "{case}");
+                assert!(told.link.last().unwrap().0 <= (6000 + stall.as_millis() as i64 + 2000), "{case}");
+                assert_eq!(told.counts.bytes(), sensor.world().bytes, "{case}");
+            }
         }
     }
 }

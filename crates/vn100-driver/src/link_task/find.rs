@@ -1,6 +1,6 @@
 //! Opens the link and looks for the sensor on it, at the speed it had and at all others.
 
-use std::time::Duration;
+use std::{collections::VecDeque, time::Duration};
 
 use tokio::time::Instant;
 use vn100_protocol::Register;
@@ -19,8 +19,21 @@ use crate::{
 /// How long a sensor that says nothing is waited for at the first speed: longer than it boots, which takes 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
+/// How long what comes is put aside before a speed is looked at again: longer than an adapter holds bytes of the speed before, 16 ms
+/// unless it is set otherwise.
+const SETTLE: Duration = Duration::from_millis(100);
+
 /// Makes the sensor send again.
 const RESUME: &[u8] = b"$VNASY,1*4E\r\n";
+
+/// One speed to try.
+#[derive(Clone, Copy)]
+struct Look {
+    /// `None` where the link has none.
+    baud: Option<u32>,
+    /// For how long what comes first is put aside.
+    settle: Duration,
+}
 
 impl<C: Connect> LinkTask<C> {
     /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on. A sensor that comes
@@ -98,6 +111,9 @@ impl<C: Connect> LinkTask<C> {
     }
 
     /// Tries the speeds one after the other. At the first one a sensor that is silent is waited for: one that was just switched on boots.
+    ///
+    /// Where it was silent at the speed it had, an adapter may have held back what came at that speed, answers too, and hand it on while
+    /// another is tried. So what is good there sends the search back to the speed it had, once; only then it is believed.
     async fn sweep(
         &mut self,
         connection: &mut C::Connection,
@@ -106,17 +122,19 @@ impl<C: Connect> LinkTask<C> {
         let mut tried = Vec::new();
         let (mut bytes, mut echoes) = (0, 0);
         let begin = Instant::now();
-        for (index, &baud) in rates.iter().enumerate() {
-            if index > 0
-                && let Some(baud) = baud
-            {
+        let mut looks = VecDeque::from_iter(rates.iter().map(|&baud| Look { baud, settle: Duration::ZERO }));
+        let mut is_first = true;
+        let mut may_be_held = false;
+        while let Some(look) = looks.pop_front() {
+            let baud = look.baud;
+            if !is_first && let Some(baud) = baud {
                 // a speed that this port does not have is not the one it is used at
                 if connection.set_baud(baud).is_err() {
                     continue;
                 }
-                bytes += self.set_aside(drain(connection).await?).await?;
+                bytes += self.set_aside(drain(connection, look.settle).await?).await?;
             }
-            tried.extend(baud);
+            tried.extend(baud.filter(|baud| !tried.contains(baud)));
             self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
             let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
             loop {
@@ -130,13 +148,22 @@ impl<C: Connect> LinkTask<C> {
                 let came = self.set_aside(heard.before).await?;
                 (bytes, echoes) = (bytes + came, echoes + heard.echoes);
                 if let Some(inputs) = heard.sensor {
-                    return Ok((baud, inputs));
+                    if is_first || !may_be_held {
+                        return Ok((baud, inputs));
+                    }
+                    bytes += self.set_aside(inputs).await?;
+                    may_be_held = false;
+                    looks.push_front(look);
+                    looks.push_front(Look { baud: self.last_baud, settle: SETTLE });
+                    break;
                 }
                 let is_silent = came == heard.echoes * QUESTION.len() as u64;
-                if index > 0 || !is_silent || begin.elapsed() >= BOOT {
+                if !is_first || !is_silent || begin.elapsed() >= BOOT {
+                    may_be_held |= is_first && is_silent && self.last_baud.is_some();
                     break;
                 }
             }
+            is_first = false;
         }
         Err(Trouble::Unheard { port: self.connect.name(), tried, bytes, echoes, asked: !self.listen_only })
     }

@@ -176,7 +176,7 @@ impl Connect for Sensor {
         }
         Ok(Port {
             sensor: self.clone(),
-            baud,
+            bauds: vec![(Instant::now(), baud)],
             next_line: Instant::now() + world.period / 2,
             echoes: VecDeque::new(),
             replies: VecDeque::new(),
@@ -195,13 +195,19 @@ impl Connect for Sensor {
 /// The open port.
 pub(crate) struct Port {
     sensor: Sensor,
-    baud: u32,
+    /// The speeds it has had, and since when: a receiver reads a byte at the speed of the moment at which it comes, whenever it is handed on.
+    bauds: Vec<(Instant, u32)>,
     next_line: Instant,
     echoes: VecDeque<Vec<u8>>,
     replies: VecDeque<(Instant, String)>,
 }
 
 impl Port {
+    /// The speed of the moment.
+    fn baud(&self) -> u32 {
+        self.bauds.last().unwrap().1
+    }
+
     /// What is due now.
     fn due(&mut self) -> Option<io::Result<Vec<u8>>> {
         let now = Instant::now();
@@ -221,6 +227,7 @@ impl Port {
         if self.next_line > now {
             return None;
         }
+        let at = self.next_line;
         self.next_line += world.period;
         if !world.streams {
             return None;
@@ -229,9 +236,10 @@ impl Port {
             world.plugged = false;
             return Some(Ok(world.line.as_bytes()[..cut_at].to_vec()));
         }
-        if world.baud != self.baud {
+        let baud = self.bauds.iter().rfind(|(since, _)| *since <= at).unwrap_or(&self.bauds[0]).1;
+        if world.baud != baud {
             // as many as fit into the time of a line, none of them what was sent
-            let length = LINE.len() * self.baud as usize / world.baud as usize;
+            let length = LINE.len() * baud as usize / world.baud as usize;
             return Some(Ok(vec![0xf8; length.clamp(1, 512)]));
         }
         let flip = if world.garbled { 0x40 } else { 0 };
@@ -265,19 +273,20 @@ impl Connection for Port {
     }
 
     fn set_baud(&mut self, baud: u32) -> io::Result<()> {
-        self.baud = baud;
+        self.bauds.push((Instant::now(), baud));
         Ok(())
     }
 
     async fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut world = self.sensor.world();
-        world.written.push((self.baud, bytes.to_vec()));
+        let baud = self.baud();
+        world.written.push((baud, bytes.to_vec()));
         if world.echoes {
             self.echoes.push_back(bytes.to_vec());
         }
         let text = String::from_utf8(bytes.to_vec()).unwrap();
         let body = text.strip_prefix('$').and_then(|text| text.split_once('*')).unwrap().0;
-        if world.baud == self.baud && world.answers {
+        if world.baud == baud && world.answers {
             assert_eq!(sentence(body), bytes);
             if world.mute_of.is_none_or(|register| body != format!("VNRRG,{register:02}")) {
                 self.replies.push_back((Instant::now() + world.answers_after, body.into()));
