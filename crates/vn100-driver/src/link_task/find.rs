@@ -112,8 +112,9 @@ impl<C: Connect> LinkTask<C> {
 
     /// Tries the speeds one after the other. At the first one a sensor that is silent is waited for: one that was just switched on boots.
     ///
-    /// Where it was silent at the speed it had, an adapter may have held back what came at that speed, answers too, and hand it on while
-    /// another is tried. So what is good there sends the search back to the speed it had, once; only then it is believed.
+    /// Where it was silent at the speed it had, an adapter may have held back what came at that speed, answers too: it hands that on all
+    /// at once, perhaps while another speed is tried. So what is good then is put aside, and only what comes behind it is believed, looked
+    /// for at the speed it had before all.
     async fn sweep(
         &mut self,
         connection: &mut C::Connection,
@@ -148,18 +149,20 @@ impl<C: Connect> LinkTask<C> {
                 let came = self.set_aside(heard.before).await?;
                 (bytes, echoes) = (bytes + came, echoes + heard.echoes);
                 if let Some(inputs) = heard.sensor {
-                    if is_first || !may_be_held {
+                    if !may_be_held {
                         return Ok((baud, inputs));
                     }
                     bytes += self.set_aside(inputs).await?;
                     may_be_held = false;
-                    looks.push_front(look);
+                    if !is_first {
+                        looks.push_front(look);
+                    }
                     looks.push_front(Look { baud: self.last_baud, settle: SETTLE });
                     break;
                 }
                 let is_silent = came == heard.echoes * QUESTION.len() as u64;
+                may_be_held |= is_first && is_silent && self.last_baud.is_some();
                 if !is_first || !is_silent || begin.elapsed() >= BOOT {
-                    may_be_held |= is_first && is_silent && self.last_baud.is_some();
                     break;
                 }
             }
