@@ -57,43 +57,47 @@ async fn listen_only_writes_nothing_and_waits_for_slow_lines() {
 
 #[tokio::test(start_paused = true)]
 async fn a_sensor_whose_output_is_paused_is_asked_and_made_to_go_on() {
-    let sensor = Sensor::new(57_600, 40);
-    sensor.world().streams = false;
-    let mut link = sensor.link(LinkOptions::default());
-    let mut state = link.handle.state();
-    link.until_up().await;
-    link.run(ms(2900)).await;
-    assert!(!sensor.world().streams);
-    state.wait_for(|state| matches!(state, LinkState::Silent(up) if up.baud == Some(57_600))).await.unwrap();
-    link.run(ms(200)).await;
-    assert!(sensor.world().streams);
-    assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
-    link.stop().await;
-    state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await.unwrap();
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        sensor.world().streams = false;
+        let mut link = sensor.link(LinkOptions::default());
+        let mut state = link.handle.state();
+        link.until_up().await;
+        link.run(ms(2900)).await;
+        assert!(!sensor.world().streams);
+        state.wait_for(|state| matches!(state, LinkState::Silent(up) if up.baud == Some(baud))).await.unwrap();
+        link.run(ms(200)).await;
+        assert!(sensor.world().streams);
+        assert!(matches!(&*state.borrow_and_update(), LinkState::Up(_)));
+        link.stop().await;
+        state.wait_for(|state| matches!(state, LinkState::Closed { .. })).await.unwrap();
+    }
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_sensor_without_output_is_kept_and_one_that_is_gone_is_not() {
-    let sensor = Sensor::new(115_200, 40);
-    let mut link = sensor.link(LinkOptions::default());
-    link.until_up().await;
-    link.run(ms(1000)).await;
-    // no message is chosen: it answers, and sends nothing
-    sensor.world().period = ms(3_600_000);
-    link.run(ms(60_000)).await;
-    assert!(matches!(&*link.handle.state().borrow(), LinkState::Silent(_)));
-    assert_eq!(link.told.counts.connects, 1);
-    let written = sensor.world().written.len();
-    assert!(written < 40, "{written} commands: asked every ten seconds, not identified again and again");
-    // switched off behind its adapter
-    sensor.world().answers = false;
-    link.until_down().await;
-    let cause = "the sensor says nothing and does not answer".into();
-    assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
-    link.run(ms(5000)).await;
-    sensor.world().answers = true;
-    sensor.world().period = ms(25);
-    link.until_up().await;
+    for (rate_hz, baud) in RATES {
+        let sensor = Sensor::new(baud, rate_hz);
+        let mut link = sensor.link(LinkOptions::default());
+        link.until_up().await;
+        link.run(ms(1000)).await;
+        // no message is chosen: it answers, and sends nothing
+        sensor.world().period = ms(3_600_000);
+        link.run(ms(60_000)).await;
+        assert!(matches!(&*link.handle.state().borrow(), LinkState::Silent(_)));
+        assert_eq!(link.told.counts.connects, 1);
+        let written = sensor.world().written.len();
+        assert!(written < 40, "{written} commands: asked every ten seconds, not identified again and again");
+        // switched off behind its adapter
+        sensor.world().answers = false;
+        link.until_down().await;
+        let cause = "the sensor says nothing and does not answer".into();
+        assert_eq!(link.told.link.last().unwrap().1, LinkEventKind::Down { cause });
+        link.run(ms(5000)).await;
+        sensor.world().answers = true;
+        sensor.world().period = ms(1000 / u64::from(rate_hz));
+        link.until_up().await;
+    }
 }
 
 #[tokio::test(start_paused = true)]

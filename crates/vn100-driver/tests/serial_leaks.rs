@@ -14,7 +14,7 @@ fn count(folder: &str) -> usize {
 }
 
 #[test]
-fn nothing_is_left_behind() {
+fn a_thousand_openings_leave_nothing_behind() {
     // one thread that opens ports, and it stays
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     let runtime = runtime.enable_all().max_blocking_threads(1).thread_keep_alive(Duration::from_secs(3600));
