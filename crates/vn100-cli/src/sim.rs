@@ -13,7 +13,7 @@ use vn100_driver::{Chunk, RecordingWriter};
 use vn100_sim::{
     CaptureMessage, Generator,
     device::{Device, DeviceConfig},
-    pty::{PtyOptions, serve},
+    pty::{PtyOptions, PtyStats, serve},
     write_capture,
 };
 
@@ -50,12 +50,19 @@ fn emulate(args: &SimArgs) -> Result<Exit> {
             None => stop.cancelled().await,
         }
         let stats = task::spawn_blocking(|| sensor.stop()).await.context("the emulator stopped by a fault")??;
-        report(&format!(
-            "opened {} times, {} bytes sent, {} bytes dropped because nobody read them",
-            stats.openings, stats.bytes_sent, stats.bytes_dropped
-        ));
+        report(&summary(&stats));
         Ok(Exit::Good)
     })
+}
+
+/// What passed, in words.
+fn summary(stats: &PtyStats) -> String {
+    let PtyStats { openings, bytes_sent, bytes_dropped, bytes_unread } = *stats;
+    let opened = if openings == 1 { "once".to_owned() } else { format!("{openings} times") };
+    format!(
+        "opened {opened}, {bytes_sent} bytes sent; dropped: {bytes_dropped} because the terminal was full, {bytes_unread} because \
+         nobody read them"
+    )
 }
 
 /// The emulated sensor that the options describe.
@@ -132,4 +139,18 @@ fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, arg
         recording.write(&Chunk { bytes: line.into(), at_ns }.into())?;
     }
     recording.finish(Some("the record has its length"))?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_dropped_is_told_with_its_cause() {
+        let stats = PtyStats { openings: 1, bytes_sent: 5124, bytes_dropped: 7, bytes_unread: 3 };
+        assert_eq!(
+            summary(&stats),
+            "opened once, 5124 bytes sent; dropped: 7 because the terminal was full, 3 because nobody read them"
+        );
+    }
 }

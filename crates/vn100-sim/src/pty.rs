@@ -6,19 +6,21 @@
 //! let sensor = serve(Device::new(DeviceConfig::default()), PtyOptions::default())?;
 //! println!("open {}", sensor.path().display());
 //! let stats = sensor.stop()?;
-//! println!("{} bytes read by nobody", stats.bytes_dropped);
+//! println!("{} bytes too many for a host that did not read", stats.bytes_dropped);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only, where the machine tells when a host
 //! opens and closes the port.
 //!
-//! A host that reads at another rate than the sensor sends reads junk, and one that does not read at all loses bytes: the sensor never
-//! waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no old bytes and no exclusive
+//! A host that reads at another rate than the sensor sends reads junk, and one that does not read loses bytes once its terminal is full and
+//! 64 KiB wait behind it: the sensor never waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no old bytes and no exclusive
 //! access are left behind; only a link ([`PtyOptions::link`]) stays the same.
 
 #[cfg(target_os = "linux")]
 mod link;
+#[cfg(target_os = "linux")]
+mod outbox;
 #[cfg(target_os = "linux")]
 mod port;
 #[cfg(target_os = "linux")]
@@ -56,8 +58,10 @@ pub struct PtyStats {
     pub openings: u64,
     /// Bytes handed to a host.
     pub bytes_sent: u64,
-    /// Bytes that found the buffer of the port full.
+    /// Bytes that found the terminal full, and the 64 KiB too that wait for room in it.
     pub bytes_dropped: u64,
+    /// Bytes that waited for room when the port was closed, or the sensor taken away.
+    pub bytes_unread: u64,
 }
 
 /// The sensor cannot be connected, or no longer.

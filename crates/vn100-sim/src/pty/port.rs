@@ -64,9 +64,10 @@ impl Port {
         &self.path
     }
 
-    /// Sleeps until a host does something, `waker` is readable, or the time is over.
-    pub(super) fn wait(&self, waker: &OwnedFd, timeout: &Timespec) -> io::Result<()> {
-        let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, PollFlags::IN)];
+    /// Sleeps until a host does something, there is room if that is `for_room`, `waker` is readable, or the time is over.
+    pub(super) fn wait(&self, waker: &OwnedFd, for_room: bool, timeout: &Timespec) -> io::Result<()> {
+        let events = if for_room { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+        let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, events)];
         fds.extend(self.watch.as_ref().map(|watch| PollFd::new(watch, PollFlags::IN)));
         match poll(&mut fds, Some(timeout)) {
             Ok(_) | Err(Errno::INTR) => Ok(()),

@@ -20,6 +20,7 @@ use rustix::{
 use super::{
     PtyError, PtyOptions, PtyStats,
     link::{Link, with_suffix},
+    outbox::Outbox,
     port::{HostChange, Port},
 };
 use crate::{
@@ -72,6 +73,7 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
     let mut server = Server {
         wire: Wire::new(device, &options.faults, options.seed, options.usb_latency, baud),
         port: None,
+        outbox: Outbox::default(),
         link: None,
         link_path: options.link,
         switched_on: Instant::now(),
@@ -128,6 +130,7 @@ struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
     port: Option<Port>,
+    outbox: Outbox,
     link: Option<Link>,
     link_path: Option<PathBuf>,
     switched_on: Instant,
@@ -157,7 +160,7 @@ impl Server {
         while let Some(event) = self.wire.poll_plug(now) {
             match event {
                 PlugEvent::Unplugged => {
-                    self.wire.close(now);
+                    self.hang_up(now);
                     self.link = None;
                     self.port = None;
                 }
@@ -173,11 +176,11 @@ impl Server {
             None => {}
             Some(HostChange::Opened) => self.open(now)?,
             Some(HostChange::Reopened) => {
-                self.wire.close(now);
+                self.hang_up(now);
                 self.open(now)?;
             }
             Some(HostChange::Left) => {
-                self.wire.close(now);
+                self.hang_up(now);
                 self.replace_port(now)?;
             }
         }
@@ -205,17 +208,21 @@ impl Server {
         self.give(&bytes)
     }
 
-    /// Hands bytes to the host; those for which there is no room are lost.
-    fn give(&self, bytes: &[u8]) -> Result<(), PtyError> {
+    /// Hands bytes to the host, behind those that wait for room; what finds none there either is lost.
+    fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
         let Some(port) = &self.port else { return Ok(()) };
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        let sent = port.write(bytes).map_err(PtyError::Open)?;
+        let dropped = self.outbox.push(bytes);
+        let sent = self.outbox.hand_on(port).map_err(PtyError::Open)?;
         let mut state = self.shared.state();
         state.stats.bytes_sent += sent as u64;
-        state.stats.bytes_dropped += (bytes.len() - sent) as u64;
+        state.stats.bytes_dropped += dropped as u64;
         Ok(())
+    }
+
+    /// Nobody has the port open any more: what waits for room is for nobody.
+    fn hang_up(&mut self, now: Duration) {
+        self.wire.close(now);
+        self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
     }
 
     fn plug_in(&mut self, other_name: bool) -> Result<(), PtyError> {
@@ -259,7 +266,7 @@ impl Server {
     fn sleep(&self, time: Duration) -> Result<(), PtyError> {
         let timeout = Timespec::try_from(time).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 });
         match &self.port {
-            Some(port) => port.wait(&self.shared.waker, &timeout).map_err(PtyError::Open),
+            Some(port) => port.wait(&self.shared.waker, !self.outbox.is_empty(), &timeout).map_err(PtyError::Open),
             None => match poll(&mut [PollFd::new(&self.shared.waker, PollFlags::IN)], Some(&timeout)) {
                 Ok(_) | Err(Errno::INTR) => Ok(()),
                 Err(error) => Err(open_error(error)),
@@ -272,9 +279,12 @@ impl Server {
         let since = Instant::now();
         // the machine hands bytes over in steps: nothing must be left twice
         let mut empty = 0;
-        while let Some(port) = &mut self.port {
+        loop {
+            self.give(&[])?;
+            let Some(port) = &mut self.port else { break };
             let left = port.host_change().map_err(PtyError::Open)? == Some(HostChange::Left);
-            empty = if port.unread().map_err(PtyError::Open)? == 0 { empty + 1 } else { 0 };
+            let all_read = self.outbox.is_empty() && port.unread().map_err(PtyError::Open)? == 0;
+            empty = if all_read { empty + 1 } else { 0 };
             if left || empty > 1 || since.elapsed() > LINGER {
                 break;
             }
@@ -282,6 +292,7 @@ impl Server {
             // the waker is readable now: only the time is waited for
             poll(&mut [], Some(&step)).map_err(open_error)?;
         }
+        self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
         Ok(())
     }
 }
