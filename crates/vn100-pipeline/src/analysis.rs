@@ -58,6 +58,8 @@ pub struct Analysis {
     /// Samples left out for coming at another rate, until the rate was again that of the record.
     other_rate_lines: u64,
     outages: Outages,
+    /// Of the missing, those that bad lines took the place of; the others were told by evidence.
+    missing_by_bad_lines: u64,
     /// How many lines told the rate, where they were too few to be sure of it.
     rate_by_few: Option<u64>,
     /// Absolute index of the next sample, those missing counted in.
@@ -108,6 +110,7 @@ impl Analysis {
             left_out_before: 0,
             other_rate_lines: 0,
             outages: Outages::default(),
+            missing_by_bad_lines: 0,
             rate_by_few: None,
             index: 0,
             in_segment: false,
@@ -183,7 +186,7 @@ impl Analysis {
             .collect();
         let mut snapshot = Snapshot {
             layout: self.layout.clone(),
-            timing: self.timing,
+            timing: Timing { missing_from: self.missing_from(), ..self.timing },
             arrivals: self.waiting.as_ref().and_then(Waiting::summary),
             refused_before: self.refused_before,
             rate_change: self.rate_change,
@@ -239,7 +242,7 @@ impl Analysis {
         let width = self.channels.len();
         let rows = counts.len() / width;
         let bad_lines = std::mem::take(&mut self.bad_lines_pending);
-        self.take_gap(bad_lines);
+        self.missing_by_bad_lines += self.take_gap(bad_lines);
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if self.rate_change.is_some() { 0 } else { rows_until(self.end_index()) };
         let skipped = rows_until(self.samples_in(self.skipped())).min(end);
@@ -276,18 +279,20 @@ impl Analysis {
         }
     }
 
-    /// So many samples are missing before the next row; before the first row of all nothing is.
-    fn take_gap(&mut self, missing: u64) {
+    /// So many samples are missing before the next row; before the first row of all nothing is. Gives how many of them count.
+    fn take_gap(&mut self, missing: u64) -> u64 {
         if missing == 0 || self.index == 0 {
-            return;
+            return 0;
         }
         let counted = missing.min(self.end_index().saturating_sub(self.index));
         self.index += missing;
-        if counted > 0 && self.timing.samples > 0 && self.rate_change.is_none() {
-            self.timing.missing += counted;
-            self.timing.gaps += 1;
-            self.break_segment(Some(counted));
+        if counted == 0 || self.timing.samples == 0 || self.rate_change.is_some() {
+            return 0;
         }
+        self.timing.missing += counted;
+        self.timing.gaps += 1;
+        self.break_segment(Some(counted));
+        counted
     }
 
     /// Nobody knows how many samples are missing before the next row.

@@ -155,7 +155,7 @@ pub struct Timing {
     pub left_out: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
-    /// Which evidence they were counted by.
+    /// Which evidence most of them were counted by; where none is missing, or as many by each, the evidence at the end.
     pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
@@ -178,8 +178,7 @@ pub enum MissingFrom {
     Counter,
     /// When the lines arrived: lines lost whole are counted too.
     Arrival,
-    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen. Also where the stamps of a part of
-    /// the record only were refused.
+    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.
     BadLines,
 }
 

@@ -124,7 +124,7 @@ fn stamps_refused_once_are_told_behind_the_next_link_too() {
     analysis.finish();
     let snapshot = analysis.snapshot();
     assert_eq!(snapshot.timing.missing, 2);
-    assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
+    assert_eq!(snapshot.timing.missing_from, MissingFrom::Arrival, "both were found by arrival");
     let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap();
     assert!(told.text.contains("100.0000 Hz") && told.text.contains("until the link was lost"), "{}", told.text);
 }

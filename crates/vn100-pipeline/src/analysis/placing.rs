@@ -1,6 +1,6 @@
 //! Rows that wait until it is known what is missing before them, and what their stamps and counters say of it.
 
-use std::time::Duration;
+use std::{cmp::Ordering, time::Duration};
 
 use vn100_driver::{Batch, MarkKind};
 
@@ -40,6 +40,17 @@ impl Analysis {
         self.waiting = Some(waiting);
     }
 
+    /// What told most of the missing; where nothing told more, what tells now.
+    pub(super) fn missing_from(&self) -> MissingFrom {
+        let by_evidence = self.timing.missing - self.missing_by_bad_lines;
+        match (self.timing.missing_from, by_evidence.cmp(&self.missing_by_bad_lines)) {
+            (MissingFrom::Counter, _) => MissingFrom::Counter,
+            (_, Ordering::Greater) => MissingFrom::Arrival,
+            (_, Ordering::Less) => MissingFrom::BadLines,
+            (now, Ordering::Equal) => now,
+        }
+    }
+
     /// Whether lines of which none has its place have come for as long as was asked for.
     pub(super) fn is_complete_by_lines_held(&self) -> bool {
         let held = self.waiting.as_ref().map_or(Duration::ZERO, Waiting::all_held_for);
@@ -65,7 +76,7 @@ impl Analysis {
         match verdict {
             // rows, not a verdict, tell of these
             Verdict::Lines(_) => {}
-            Verdict::Missing(missing) => self.take_gap(missing),
+            Verdict::Missing(missing) => _ = self.take_gap(missing),
             Verdict::Unknown => self.take_unknown_gap(),
             Verdict::Counting => {
                 self.timing.missing_from = MissingFrom::Counter;
@@ -73,7 +84,7 @@ impl Analysis {
             }
             Verdict::Rate(nominal) => {
                 self.take_rate(nominal);
-                if self.timing.missing_from != MissingFrom::Counter && self.refused_before.is_none() {
+                if self.timing.missing_from != MissingFrom::Counter {
                     self.timing.missing_from = MissingFrom::Arrival;
                 }
                 self.missing_by_evidence = true;

@@ -42,6 +42,7 @@ impl Analysis {
         let timing = &mut self.timing;
         timing.left_out += timing.samples;
         (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
+        self.missing_by_bad_lines = 0;
         self.in_segment = false;
         self.repeats = Repeats::new();
         if let Some(layout) = self.layout.take() {
