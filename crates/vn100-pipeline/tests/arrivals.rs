@@ -108,6 +108,18 @@ fn refused_stamps_leave_the_bad_lines_as_evidence() {
     assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
     assert_eq!((snapshot.timing.samples, snapshot.timing.missing), (500, 1));
     assert_eq!(snapshot.timing.rate_from, RateFrom::Assumed);
+    let told = |snapshot: &Snapshot| {
+        let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::StampsRefused).unwrap();
+        warning.text.clone()
+    };
+    assert!(told(&snapshot).contains("stamped when a file was read? Give the rate"), "{}", told(&snapshot));
+    // a link stamps what comes itself, and the advice for a file does not help
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+    absorb(&mut analysis, VNYMR.clone(), &lines, 50);
+    analysis.finish();
+    analysis.absorb(&Batch { link: LinkCounts { connects: 1, ..LinkCounts::default() }, ..Batch::default() });
+    let live = told(&analysis.snapshot());
+    assert!(live.contains("as bytes come that were held back") && !live.contains("Give the rate"), "{live}");
 }
 
 #[test]

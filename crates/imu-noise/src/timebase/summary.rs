@@ -65,14 +65,14 @@ impl fmt::Display for Refusal {
             ),
             Self::TooFast { measured_hz, fastest_hz } => write!(
                 f,
-                "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz; were they stamped when a file was read? Give the rate"
+                "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz"
             ),
             Self::OtherRate { known_hz, measured_hz } => write!(
                 f,
                 "lines come at {measured_hz:.4} Hz by their stamps, not at the {known_hz} Hz known beforehand: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen"
             ),
             Self::NoTimePasses { lines } => {
-                write!(f, "stamps are no time base: all {lines} lines have the same; give the rate")
+                write!(f, "stamps are no time base: all {lines} lines have the same")
             }
         }
     }
