@@ -64,6 +64,15 @@ fn options() {
 }
 
 #[test]
+fn each_target_is_a_binary_of_the_fuzzer() {
+    // the gate does not compile these
+    let manifest =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/Cargo.toml")).unwrap();
+    let binaries = manifest.split("[[bin]]").skip(1).map(|binary| binary.split('"').nth(1).unwrap());
+    assert!(binaries.eq(TARGETS.iter().map(|target| target.name)), "tests/fuzz/Cargo.toml has other binaries");
+}
+
+#[test]
 #[ignore = "writes the corpus that libFuzzer begins with"]
 fn write_the_seeds() {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/corpus");
