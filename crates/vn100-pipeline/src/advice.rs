@@ -1,13 +1,14 @@
 //! The warnings a snapshot deserves: what was seen, why it matters, what to try.
 
 mod no_valid_lines;
+mod refused;
 mod unasked;
 
-use imu_noise::{NominalRate, Refusal, TimebaseSummary};
+use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_driver::OddRowCounts;
 use vn100_protocol::{Channel, Quantity, Tally};
 
-use self::no_valid_lines::no_valid_lines;
+use self::{no_valid_lines::no_valid_lines, refused::refused};
 use crate::{
     rates::rates_hz,
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
@@ -161,7 +162,7 @@ impl Advice {
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         let over = refusal.is_none();
         if let Some(refusal) = refusal.or(snapshot.refused_before) {
-            self.on_refusal(refusal, over, snapshot);
+            self.warn(WarningKind::StampsRefused, refused(refusal, over, snapshot));
         }
         if let Some(arrivals) = &snapshot.arrivals {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
@@ -203,33 +204,6 @@ impl Advice {
                 ),
             );
         }
-    }
-
-    /// `over` when the link was lost since, and the stamps that came then are used again.
-    fn on_refusal(&mut self, refusal: Refusal, over: bool, snapshot: &Snapshot) {
-        let timing = &snapshot.timing;
-        // the stamps of a link are those of its reads
-        let is_link = snapshot.link.connects > 0;
-        let advice = match refusal {
-            Refusal::TooFast { .. } if is_link => ", as bytes come that were held back",
-            Refusal::TooFast { .. } => "; were they stamped when a file was read? Give the rate",
-            Refusal::NoTimePasses { .. } if !is_link => "; give the rate",
-            Refusal::NoTimePasses { .. } | Refusal::Backwards { .. } | Refusal::OtherRate { .. } => "",
-        };
-        let unseen = match refusal {
-            // says so itself
-            Refusal::OtherRate { known_hz, .. } if known_hz == timing.rate_hz => match timing.rate_from {
-                RateFrom::Option => ". --rate gave that rate: if the stamps are right, give none",
-                RateFrom::Device => ". The sensor says that rate",
-                RateFrom::Arrival | RateFrom::Assumed => ". The lines before told that rate by their arrival",
-            },
-            Refusal::OtherRate { .. } => ". The lines before told that rate by their arrival",
-            Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
-                ". Lines lost whole cannot be seen from there on"
-            }
-        };
-        let until = if over { ". That was so until the link was lost" } else { "" };
-        self.warn(WarningKind::StampsRefused, format!("{refusal}{advice}{unseen}{until}"));
     }
 
     fn on_arrivals(&mut self, summary: &TimebaseSummary, rates_hz: &[f64]) {
