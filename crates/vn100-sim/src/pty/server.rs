@@ -34,6 +34,9 @@ const LINGER: Duration = Duration::from_secs(1);
 /// How often it is looked whether it has read all.
 const LINGER_STEP: Duration = Duration::from_millis(2);
 
+/// How often in a row nothing must be left.
+const LINGER_LOOKS: u32 = 8;
+
 /// A sensor that is connected until this is dropped or stopped.
 #[derive(Debug)]
 pub struct PtySensor {
@@ -277,7 +280,7 @@ impl Server {
     /// What a host has not read is lost when the port goes.
     fn linger(mut self) -> Result<(), PtyError> {
         let since = Instant::now();
-        // the machine hands bytes over in steps: nothing must be left twice
+        // the machine hands bytes over in steps, and late where it is busy: nothing must be left several times
         let mut empty = 0;
         loop {
             self.give(&[])?;
@@ -285,7 +288,7 @@ impl Server {
             let left = port.host_change().map_err(PtyError::Open)? == Some(HostChange::Left);
             let all_read = self.outbox.is_empty() && port.unread().map_err(PtyError::Open)? == 0;
             empty = if all_read { empty + 1 } else { 0 };
-            if left || empty > 1 || since.elapsed() > LINGER {
+            if left || empty > LINGER_LOOKS || since.elapsed() > LINGER {
                 break;
             }
             let step = Timespec { tv_sec: 0, tv_nsec: LINGER_STEP.subsec_nanos().into() };
