@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, ConfigureError, LinkHandle, OutputSettings, configure, protocol::Command};
+use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSettings, configure, protocol::Command};
 
 use crate::{
     configure::{describe, restore_same, serial},
@@ -19,6 +19,8 @@ pub(crate) struct SetUp {
     serial: Option<String>,
     /// Whether its output was found paused.
     was_paused: bool,
+    /// Whether its output was paused here, and may be so still.
+    may_be_paused: bool,
 }
 
 impl SetUp {
@@ -35,7 +37,8 @@ impl SetUp {
         match live.ask(stop, set).await {
             Ok((configured, serial)) => {
                 tell(&describe(&configured));
-                Ok(Self { changes: configured.changes, serial, was_paused: configured.was_paused })
+                let Configured { changes, was_paused, .. } = configured;
+                Ok(Self { changes, serial, was_paused, may_be_paused: false })
             }
             Err(error) if error.is::<Interrupted>() => Ok(Self::default()),
             Err(error) => Self::interrupted(error.downcast()?, tell),
@@ -52,8 +55,10 @@ impl SetUp {
                 Ok(Self::default())
             }
             // once more, on a link of its own
-            ConfigureError::Left { cause, changes } if matches!(*cause, ConfigureError::Interrupted { .. }) => {
-                Ok(Self { changes, ..Self::default() })
+            ConfigureError::Left { cause, changes, may_be_paused }
+                if matches!(*cause, ConfigureError::Interrupted { .. }) =>
+            {
+                Ok(Self { changes, may_be_paused, ..Self::default() })
             }
             error => Err(error.into()),
         }
@@ -66,15 +71,15 @@ impl SetUp {
 
     /// Sets the sensor as it was before, and tells so: whether it is.
     pub(crate) async fn undo(self, live: &LiveSource, tell: impl Fn(&str)) -> bool {
-        let Self { changes, serial, was_paused } = self;
-        if changes.is_empty() && !was_paused {
+        let Self { changes, serial, was_paused, may_be_paused } = self;
+        if changes.is_empty() && !was_paused && !may_be_paused {
             return true;
         }
         // a second signal ends the program
         let undo = async |link: LinkHandle| {
             restore_same(&link, &changes, serial.as_deref()).await?;
-            if was_paused {
-                link.request(Command::Async(false)).await?;
+            if was_paused || may_be_paused {
+                link.request(Command::Async(!was_paused)).await?;
             }
             Ok(())
         };
@@ -83,7 +88,11 @@ impl SetUp {
             Ok(()) if was_paused => format!("{PUT_BACK}, with its output paused"),
             Ok(()) => PUT_BACK.into(),
             Err(error) => {
-                let output = was_paused.then(|| "its output is on".into());
+                let output = match (was_paused, may_be_paused) {
+                    (true, _) => Some("its output is on".into()),
+                    (false, true) => Some("its output may be paused".into()),
+                    (false, false) => None,
+                };
                 let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
                 format!("could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
             }

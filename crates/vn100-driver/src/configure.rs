@@ -74,18 +74,21 @@ pub enum ConfigureError {
         /// What had been written by then, and is put back.
         undone: Vec<Change>,
     },
-    /// What was written stays written.
-    #[error("{cause}; the sensor stays changed: {}", list(changes))]
+    /// What was written stays written, or the output paused.
+    #[error("{cause}; the sensor stays changed: {}", list(changes, *may_be_paused))]
     Left {
         /// Why it is not set as asked.
         cause: Box<ConfigureError>,
         /// What was written, or may have been.
         changes: Vec<Change>,
+        /// Whether its output may be paused still: it did not take the command to go on.
+        may_be_paused: bool,
     },
 }
 
-fn list(changes: &[Change]) -> String {
-    let list: Vec<_> = changes.iter().map(ToString::to_string).collect();
+fn list(changes: &[Change], may_be_paused: bool) -> String {
+    let output = may_be_paused.then(|| "its output, which may be paused".into());
+    let list: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
     list.join(", ")
 }
 
@@ -96,7 +99,8 @@ fn list(changes: &[Change]) -> String {
 /// is paused again. Only what the sensor was told to keep through switching off stays. When all is well the output is on, however it was
 /// found: whoever sets it wants it.
 ///
-/// The events of the link must be taken meanwhile.
+/// The events of the link must be taken meanwhile. Dropped before it returns, it leaves the sensor as it is then, with its output paused
+/// perhaps: cancel `stop` instead.
 ///
 /// # Errors
 /// When it cannot be so, when the sensor refuses, or when it does not keep what was written.
@@ -107,17 +111,18 @@ pub async fn configure(
 ) -> Result<Configured, ConfigureError> {
     let mut written = Written::default();
     let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
-    let Written { changes, kept, was_paused } = written;
+    let Written { changes, kept, was_paused, touched } = written;
     let cause = match set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) {
         Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz, was_paused }),
         Err(cause) => cause,
     };
-    if changes.is_empty() && !was_paused {
-        return Err(cause);
-    }
-    let is_back = !kept && write_back(link, &changes, was_paused).await.is_ok();
-    if !is_back && !changes.is_empty() {
-        return Err(ConfigureError::Left { cause: Box::new(cause), changes });
+    let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
+    // also where nothing was written, and answered: whoever asked may close the link right behind this
+    let is_as_found = !touched || link.request(Command::Async(!was_paused)).await.is_ok();
+    let may_be_paused = !is_as_found && !was_paused;
+    if !is_back || may_be_paused {
+        let changes = if is_back { Vec::new() } else { changes };
+        return Err(ConfigureError::Left { cause: Box::new(cause), changes, may_be_paused });
     }
     Err(match cause {
         ConfigureError::Interrupted { .. } => ConfigureError::Interrupted { undone: changes },
@@ -133,6 +138,8 @@ struct Written {
     kept: bool,
     /// Whether its output was found paused.
     was_paused: bool,
+    /// Whether it was told to pause its output, or to go on where it was found paused: whether it took that, nobody knows.
+    touched: bool,
 }
 
 /// Lines a second that come, and those the sensor is set to.
@@ -145,7 +152,8 @@ async fn set(
     let (planned, message, rate) = plan(&current, settings)?;
     written.was_paused = is_paused(link).await?;
     if !planned.is_empty() || settings.save || written.was_paused {
-        write_paused(link, planned, settings.save, written, After::Sends).await?;
+        write_paused(link, planned, settings.save, written).await?;
+        link.request(Command::Async(true)).await?;
     }
     let mut state = link.state();
     state.mark_unchanged();
@@ -171,17 +179,21 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
         return Ok(());
     }
     let was_paused = is_paused(link).await?;
-    write_back(link, changes, was_paused).await
+    let is_back = write_back(link, changes).await;
+    let is_as_found = link.request(Command::Async(!was_paused)).await;
+    is_back?;
+    is_as_found?;
+    Ok(())
 }
 
-async fn write_back(link: &LinkHandle, changes: &[Change], was_paused: bool) -> Result<(), ConfigureError> {
+/// Writes how it was, and leaves the output paused.
+async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let back = changes.iter().rev().map(|change| Change {
         register: change.register,
         before: change.after.clone(),
         after: change.before.clone(),
     });
-    let after = if was_paused { After::Paused } else { After::Sends };
-    write_paused(link, back.collect(), false, &mut Written::default(), after).await
+    write_paused(link, back.collect(), false, &mut Written::default()).await
 }
 
 /// Whether the output of the sensor is paused: it is set to send, and nothing comes.
@@ -204,13 +216,6 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     Ok(false)
 }
 
-/// How the output is left where all was written.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum After {
-    Sends,
-    Paused,
-}
-
 async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
     let mut current = Vec::new();
     for register in settings.registers() {
@@ -220,27 +225,16 @@ async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Ve
     Ok(current)
 }
 
-/// Resumes the output of the sensor when it is dropped, wherever an exchange broke off.
-struct ResumeOnDrop<'a>(Option<&'a LinkHandle>);
-
-impl Drop for ResumeOnDrop<'_> {
-    fn drop(&mut self) {
-        if let Some(link) = self.0 {
-            link.send(Command::Async(true));
-        }
-    }
-}
-
-/// Writes what is `planned` while the output is paused, and notes in `written` each change before it is made.
+/// Pauses the output and writes what is `planned`, and notes in `written` what is done before it is. Whoever calls it has the output go on,
+/// however this ends.
 async fn write_paused(
     link: &LinkHandle,
     planned: Vec<Change>,
     save: bool,
     written: &mut Written,
-    after: After,
 ) -> Result<(), ConfigureError> {
     // commands that come between lines of a busy port lose bytes
-    let mut resume = ResumeOnDrop((after == After::Sends && !written.was_paused).then_some(link));
+    written.touched = true;
     link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
     for change in planned {
@@ -258,10 +252,6 @@ async fn write_paused(
         written.kept = true;
         link.request(Command::WriteSettings).await?;
     }
-    if after == After::Sends {
-        link.request(Command::Async(true)).await?;
-    }
-    resume.0 = None;
     Ok(())
 }
 

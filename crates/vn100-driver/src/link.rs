@@ -57,11 +57,6 @@ impl LinkHandle {
         }
     }
 
-    /// Asks for something whose answer nobody waits for; lost when too many requests wait.
-    pub(crate) fn send(&self, command: Command) {
-        let _ = self.requests.try_send(Request { command, answer: None });
-    }
-
     /// Good lines of this message that the sensor has sent by itself so far.
     #[must_use]
     pub fn lines(&self, message: AsyncType) -> u64 {

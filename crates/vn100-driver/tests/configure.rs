@@ -6,7 +6,7 @@ mod support;
 use std::time::Duration;
 
 use support::{LINE, Link, OTHER_LINE, Sensor};
-use tokio::task::JoinHandle;
+use tokio::{join, select, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
     ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore,
@@ -158,7 +158,10 @@ async fn what_cannot_be_put_back_is_told() {
     stop.cancel();
     link.run(Duration::from_secs(5)).await;
     let error = work.await.unwrap().unwrap_err().to_string();
-    assert_eq!(error, "interrupted; the sensor stays changed: the rate (register 07) from 40 to 20");
+    assert_eq!(
+        error,
+        "interrupted; the sensor stays changed: the rate (register 07) from 40 to 20, its output, which may be paused"
+    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -212,16 +215,104 @@ async fn what_is_lost_with_the_power_while_it_is_counted_is_not_told_as_set() {
     }
 }
 
-#[tokio::test(start_paused = true)]
-async fn the_output_goes_on_where_nobody_waits_any_more() {
-    let sensor = sensor();
-    let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
-    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
-    while sensor.world().streams {
-        link.run(Duration::from_millis(10)).await;
+/// Sets it and closes the link right behind that, as whoever wants no more of it; tells it to stop so long after so many lines were
+/// written.
+async fn configured_and_closed(
+    sensor: &Sensor,
+    settings: OutputSettings,
+    stop_at: Option<(usize, Duration)>,
+) -> Result<Configured, ConfigureError> {
+    let stop = CancellationToken::new();
+    let (mut link, mut work) = configuring(sensor, settings, &stop).await;
+    if let Some((lines, after)) = stop_at {
+        while !work.is_finished() && sensor.world().written.len() < lines {
+            link.run(Duration::from_millis(1)).await;
+        }
+        link.run(after).await;
+        stop.cancel();
     }
-    work.abort();
-    link.run(Duration::from_millis(200)).await;
-    assert!(sensor.world().streams);
+    loop {
+        select! {
+            configured = &mut work => {
+                link.stop().await;
+                return configured.unwrap();
+            }
+            () = link.run(Duration::from_secs(1)) => {}
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn told_to_stop_at_any_request_the_output_goes_on_though_the_link_is_closed_right_behind() {
+    // before the answer, and behind it where the last of a paused output may still come
+    for after in [0, 50, 120].map(Duration::from_millis) {
+        let mut lines = 0;
+        let paused_first = loop {
+            lines += 1;
+            let sensor = sensor();
+            let settings = OutputSettings { rate_hz: Some(20), window: Some(40), ..OutputSettings::default() };
+            let configured = configured_and_closed(&sensor, settings, Some((lines, after))).await;
+            let world = sensor.world();
+            let said =
+                |command: &str| world.written.iter().filter(|(_, line)| line.starts_with(command.as_bytes())).count();
+            assert!(world.streams, "stopped {after:?} after line {lines}");
+            if configured.is_ok() {
+                break said("$VNASY,0");
+            }
+            assert_eq!((world.registers[&7].as_str(), world.registers[&85].as_str()), ("40", FILTER.1));
+        };
+        assert_eq!(paused_first, 1, "no stop came before the end");
+        assert!(lines > 12, "{lines}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_output_goes_on_behind_a_refused_first_command_though_the_link_is_closed_right_behind() {
+    let sensor = sensor();
+    sensor.world().read_only = Some(7);
+    let rate = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    // it has no command to keep its settings
+    let save = OutputSettings { save: true, ..OutputSettings::default() };
+    for (settings, refusal) in [(rate, "VNERR 09"), (save, "VNERR 04")] {
+        let error = configured_and_closed(&sensor, settings, None).await.unwrap_err().to_string();
+        assert!(error.contains(refusal) && !error.contains("paused"), "{error}");
+        assert!(sensor.world().streams, "{refusal}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_output_goes_on_where_it_cannot_be_put_back() {
+    let sensor = sensor();
+    let mut link = up(&sensor).await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move {
+        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+        let changes = configure(&handle, &settings, &CancellationToken::new()).await.unwrap().changes;
+        (handle, changes)
+    });
+    link.run(Duration::from_secs(4)).await;
+    let (handle, changes) = work.await.unwrap();
+    sensor.world().read_only = Some(7);
+    let (restored, ()) = join!(restore(&handle, &changes), link.run(Duration::from_secs(4)));
+    assert!(restored.unwrap_err().to_string().contains("VNERR 09"));
     link.stop().await;
+    assert!(sensor.world().streams);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_may_be_left_paused_is_told() {
+    let sensor = sensor();
+    let stop = CancellationToken::new();
+    let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &stop).await;
+    while sensor.world().streams {
+        link.run(Duration::from_millis(1)).await;
+    }
+    sensor.world().answers = false;
+    stop.cancel();
+    link.run(Duration::from_secs(5)).await;
+    assert_eq!(
+        work.await.unwrap().unwrap_err().to_string(),
+        "interrupted; the sensor stays changed: its output, which may be paused"
+    );
 }
