@@ -140,6 +140,8 @@ impl Conversation {
             return;
         }
         self.to_read = IDENTITY.into();
+        // a question that was lost with what the sensor was before says nothing of what it answers now
+        self.asked.retain(|_, (_, asker)| !matches!(asker, Asker::Identity));
         if let Some(poll) = &mut self.temperature {
             poll.begin(now);
         }

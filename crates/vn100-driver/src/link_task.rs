@@ -176,7 +176,8 @@ impl<C: Connect> LinkTask<C> {
         held: Vec<Input>,
     ) -> Result<Infallible, Trouble> {
         self.greet(&up).await?;
-        let mut watch = Watch { up, health: Health::new(self.output.seen()), heard: Instant::now(), silence: None };
+        let health = Health::new(self.output.seen());
+        let mut watch = Watch { up, health, heard: Instant::now(), silence: None, is_restarting: false };
         for input in held {
             self.take(input, &mut watch.health).await?;
         }
@@ -266,6 +267,9 @@ impl<C: Connect> LinkTask<C> {
                 self.conversation.meet(self.start.elapsed());
             }
         }
+        if seen.unasked > before.unasked && std::mem::take(&mut watch.is_restarting) {
+            self.greet(&watch.up).await?;
+        }
         for reply in replies {
             self.recognise(&reply)?;
             let consequences = self.conversation.take_reply(&reply, self.start.elapsed());
@@ -301,7 +305,9 @@ impl<C: Connect> LinkTask<C> {
                     self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;
                     watch.up.since_ns = self.connect.now_ns();
                     watch.up.restarted = Some(error);
-                    self.greet(&watch.up).await?;
+                    self.state.send_replace(LinkState::Up(watch.up.clone()));
+                    // it boots, and answers nothing: it is back with its next line
+                    watch.is_restarting = true;
                 }
             }
         }

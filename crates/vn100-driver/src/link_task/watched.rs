@@ -16,6 +16,8 @@ pub(super) struct Watch {
     /// When the sensor last spoke by itself.
     pub(super) heard: Instant,
     pub(super) silence: Option<Silence>,
+    /// Whether it has told that it restarts, and has sent nothing since.
+    pub(super) is_restarting: bool,
 }
 
 impl Watch {
