@@ -302,6 +302,23 @@ fn a_sensor_that_comes_back_with_another_message_ends_the_measurement() {
 }
 
 #[test]
+fn a_sensor_that_comes_back_at_another_rate_ends_the_measurement() {
+    let sensor = Sensor::start(&["--faults", "reboot@8s"]);
+    assert_eq!(sensor.run("configure", &["--set-rate", "20"]).status.code(), Some(0));
+    let recording = sensor.file("rate.mcap");
+    let output = run(sensor.command("attach", &["--duration", "60s", "--json", "--record"]).arg(&recording));
+    let told = document(&output);
+    assert_eq!((output.status.code(), &told["timing"]["rate_hz"]), (Some(1), &20.0.into()));
+    assert!(number(&told, "/timing/samples") > 0 && warned(&told, "rate-changed"));
+    let error = String::from_utf8(output.stderr).unwrap();
+    let cure = format!("configure {} --set-rate 20`", sensor.port().display());
+    assert!(error.contains("changed from 20 to 40 Hz") && error.contains(&cure), "{error}");
+    let (replayed, exit) = replay(&recording, &[]);
+    assert_eq!((exit, &replayed["channels"]), (0, &told["channels"]));
+    assert_eq!(replayed["source"]["recorded"]["end_reason"], "the sensor sends at another rate");
+}
+
+#[test]
 fn listening_only_asks_nothing() {
     let sensor = Sensor::start(&[]);
     let measured =

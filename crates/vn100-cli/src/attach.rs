@@ -23,7 +23,7 @@ use crate::{
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
     measured::{Measured, all_of},
-    other_output::{OtherOutput, ceased},
+    other_output::{Ceased, OtherOutput, at_another_rate, ceased},
     set_up::SetUp,
     source_document::Origin,
     status::Status,
@@ -258,15 +258,17 @@ async fn measure_and_record(
     }
     let reason = match &outcome.source_error {
         Some(error) => error.to_string(),
-        None if ceased.is_some() => "the sensor sends another message".into(),
-        None if stop.is_cancelled() => "stopped".into(),
-        None => "the end of the source, or of the time asked for".into(),
+        None => match &ceased {
+            Some(ceased) => ceased.reason.into(),
+            None if stop.is_cancelled() => "stopped".into(),
+            None => "the end of the source, or of the time asked for".into(),
+        },
     };
     let measured = Measured::of(origin, outcome, &job.settings);
     let judging = Arc::clone(&job.judging);
     let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
     if let Some(ceased) = ceased {
-        measured.note_failure(ceased);
+        measured.note_failure(ceased.told);
     }
     if let Some(recorder) = recorder {
         // the recording has all samples: a replay must be told what was left out here
@@ -285,8 +287,8 @@ async fn measure_and_record(
 struct Ended {
     outcome: Outcome,
     left_out: LeftOut,
-    /// That its measurements ceased, in words, where it ended for that.
-    ceased: Option<String>,
+    /// Where it ended, or is shorter than asked for, because its measurements ceased.
+    ceased: Option<Ceased>,
 }
 
 /// Measures one source to its end, showing where it is and writing the documents of every second meanwhile; tells what was left out.
@@ -321,11 +323,16 @@ async fn measure(
     let mut told_second = 0;
     let mut assessments = Assessments::new(job.settings.confidence);
     let mut other_output = OtherOutput::default();
-    let mut ceased_told = None;
+    let mut has_ceased = None;
     let mut left_out = LeftOut::default();
     loop {
         tokio::select! {
-            outcome = &mut outcome => return Ok(Ended { outcome: outcome?, left_out, ceased: ceased_told }),
+            outcome = &mut outcome => {
+                let outcome = outcome?;
+                let is_short = job.settings.duration.is_some() && !stop.is_cancelled();
+                let short = if is_short { at_another_rate(&origin.name, &outcome.snapshot) } else { None };
+                return Ok(Ended { outcome, left_out, ceased: has_ceased.or(short) });
+            }
             // a writer that stalls misses seconds and delays nothing
             Ok(()) = latest.changed(), if job.telling == Telling::Ndjson && told.is_ok() => {
                 let snapshot = Arc::clone(&latest.borrow_and_update());
@@ -361,8 +368,14 @@ async fn measure(
                 let state = state.as_ref().map(|state| state.borrow().clone());
                 line.show(state.as_ref(), recording.as_ref().map(|state| state.borrow().clone()).as_ref(), &snapshot);
                 let is_up = matches!(state, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
-                if other_output.is_all(&snapshot, is_up) && !stop.is_cancelled() {
-                    ceased_told = ceased(&origin.name, &snapshot);
+                if let Some(told) = other_output.change_of_rate(&snapshot) {
+                    job.status.report(&format!("{}: {told}", origin.name));
+                }
+                let (is_other, is_at_other_rate) =
+                    (other_output.is_all(&snapshot, is_up), other_output.is_at_another_rate(&snapshot, is_up));
+                if (is_other || is_at_other_rate) && !stop.is_cancelled() {
+                    let of = if is_other { ceased } else { at_another_rate };
+                    has_ceased = of(&origin.name, &snapshot);
                     stop.cancel();
                 }
             }
