@@ -305,6 +305,7 @@ async fn a_sensor_that_boots_is_waited_for_at_the_first_speed() {
             link.until_down().await;
             boots(true);
             sensor.world().plugged = true;
+            sensor.world().stray = b"-00.9".into();
         }
         link.run(ms(1300)).await;
         boots(false);

@@ -23,6 +23,9 @@ const BOOT: Duration = Duration::from_secs(2);
 /// unless it is set otherwise.
 const SETTLE: Duration = Duration::from_millis(100);
 
+/// So few bytes, less than a line, are no sign of a sensor that sends: they may have lain in the adapter, or be of a line that was cut.
+const STRAY: u64 = 100;
+
 /// Makes the sensor send again.
 const RESUME: &[u8] = b"$VNASY,1*4E\r\n";
 
@@ -160,7 +163,7 @@ impl<C: Connect> LinkTask<C> {
                     looks.push_front(Look { baud: self.last_baud, settle: SETTLE });
                     break;
                 }
-                let is_silent = came == heard.echoes * QUESTION.len() as u64;
+                let is_silent = came <= heard.echoes * QUESTION.len() as u64 + STRAY;
                 may_be_held |= is_first && is_silent && self.last_baud.is_some();
                 if !is_first || !is_silent || begin.elapsed() >= BOOT {
                     break;

@@ -42,6 +42,8 @@ pub(crate) struct World {
     pub(crate) garbled: bool,
     /// How many more openings are garbled.
     pub(crate) bad_openings: u32,
+    /// Bytes that lie in the adapter, and come next.
+    pub(crate) stray: Vec<u8>,
     /// Cut the next line after so many bytes and hang up behind it.
     pub(crate) cut_at: Option<usize>,
     /// What was written, with the speed of the port then.
@@ -131,6 +133,7 @@ impl Sensor {
             plugged: true,
             garbled: false,
             bad_openings: 0,
+            stray: Vec::new(),
             cut_at: None,
             written: Vec::new(),
             registers: [(1, "VN-100S-CR".into()), (5, baud.to_string()), (6, "14".into()), (7, rate_hz.to_string())]
@@ -220,6 +223,9 @@ impl Port {
         }
         if self.replies.front().is_some_and(|(at, _)| *at <= now) {
             return self.replies.pop_front().map(|(_, reply)| Ok(world.carry_out(&reply)));
+        }
+        if !world.stray.is_empty() {
+            return Some(Ok(std::mem::take(&mut world.stray)));
         }
         if let Some(says) = world.says.take() {
             return Some(Ok(sentence(says)));
