@@ -55,7 +55,7 @@ impl SetUp {
                 Ok(Self::default())
             }
             // once more, on a link of its own
-            ConfigureError::Left { cause, changes, may_be_paused }
+            ConfigureError::Left { cause, changes, may_be_paused, .. }
                 if matches!(*cause, ConfigureError::Interrupted { .. }) =>
             {
                 Ok(Self { changes, may_be_paused, ..Self::default() })
@@ -77,16 +77,18 @@ impl SetUp {
         }
         // a second signal ends the program
         let undo = async |link: LinkHandle| {
-            restore_same(&link, &changes, serial.as_deref()).await?;
+            let restored = restore_same(&link, &changes, serial.as_deref()).await;
             if was_paused || may_be_paused {
                 link.request(Command::Async(!was_paused)).await?;
             }
-            Ok(())
+            restored
         };
         let undone = live.ask(&CancellationToken::new(), undo).await;
         tell(&match &undone {
             Ok(()) if was_paused => format!("{PUT_BACK}, with its output paused"),
             Ok(()) => PUT_BACK.into(),
+            // it says itself what stays
+            Err(error) if error.is::<ConfigureError>() => format!("could not be put back as it was: {error:#}"),
             Err(error) => {
                 let output = match (was_paused, may_be_paused) {
                     (true, _) => Some("its output is on".into()),
@@ -94,7 +96,7 @@ impl SetUp {
                     (false, false) => None,
                 };
                 let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
-                format!("could not be put back as it was, and stays changed: {}: {error:#}", changes.join(", "))
+                format!("could not be put back as it was, and may stay changed: {}: {error:#}", changes.join(", "))
             }
         });
         undone.is_ok()

@@ -25,6 +25,11 @@ const MEASURE: Duration = Duration::from_secs(2);
 const LISTEN: Duration = Duration::from_millis(1200);
 const LOOK: Duration = Duration::from_millis(50);
 
+/// How often it is tried where the link is lost meanwhile, and how long the sensor is waited for then: the longest pause before a link is
+/// opened again, the start of the sensor and the search for its speed.
+const ATTEMPTS: u32 = 2;
+const RETURN: Duration = Duration::from_secs(10);
+
 /// What was changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configured {
@@ -75,12 +80,14 @@ pub enum ConfigureError {
         undone: Vec<Change>,
     },
     /// What was written stays written, or the output paused.
-    #[error("{cause}; the sensor stays changed: {}", list(changes, *may_be_paused))]
+    #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
     Left {
         /// Why it is not set as asked.
         cause: Box<ConfigureError>,
         /// What was written, or may have been.
         changes: Vec<Change>,
+        /// Whether the sensor says so; else it may have them.
+        is_read: bool,
         /// Whether its output may be paused still: it did not take the command to go on.
         may_be_paused: bool,
     },
@@ -93,7 +100,7 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
 }
 
 /// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output, writes, reads back, resumes it and
-/// counts what comes; where the link was lost meanwhile it reads them once more. Nothing is kept through switching off unless `settings` say so.
+/// counts what comes; all of it once more where the link was lost meanwhile. Nothing is kept through switching off unless `settings` say so.
 ///
 /// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns, and an output that was found paused
 /// is paused again. Only what the sensor was told to keep through switching off stays. When all is well the output is on, however it was
@@ -113,16 +120,18 @@ pub async fn configure(
     let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
     let Written { changes, kept, was_paused, touched } = written;
     let cause = match set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) {
-        Ok((measured_hz, rate_hz)) => return Ok(Configured { changes, measured_hz, rate_hz, was_paused }),
+        Ok(Counted { measured_hz, rate_hz, .. }) => {
+            return Ok(Configured { changes, measured_hz, rate_hz, was_paused });
+        }
         Err(cause) => cause,
     };
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
     // also where nothing was written, and answered: whoever asked may close the link right behind this
     let is_as_found = !touched || link.request(Command::Async(!was_paused)).await.is_ok();
     let may_be_paused = !is_as_found && !was_paused;
-    if !is_back || may_be_paused {
-        let changes = if is_back { Vec::new() } else { changes };
-        return Err(ConfigureError::Left { cause: Box::new(cause), changes, may_be_paused });
+    let (left, is_read) = if is_back { (Vec::new(), true) } else { left(link, &changes).await };
+    if !left.is_empty() || may_be_paused {
+        return Err(ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, may_be_paused });
     }
     Err(match cause {
         ConfigureError::Interrupted { .. } => ConfigureError::Interrupted { undone: changes },
@@ -142,32 +151,96 @@ struct Written {
     touched: bool,
 }
 
-/// Lines a second that come, and those the sensor is set to.
-async fn set(
+/// What came of an attempt.
+struct Counted {
+    /// Lines a second that come.
+    measured_hz: f64,
+    /// Those the sensor is set to send.
+    rate_hz: u32,
+    /// Whether the link was lost or silent meanwhile: the sensor may have been without power, and what was written is gone then.
+    is_disturbed: bool,
+}
+
+/// Sets it, once more where the link was lost meanwhile.
+async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<Counted, ConfigureError> {
+    for _ in 1..ATTEMPTS {
+        let counted = attempt(link, settings, written).await;
+        let is_lost = match &counted {
+            Ok(counted) => counted.is_disturbed,
+            Err(ConfigureError::Command(CommandError::Failed(RequestFailure::LinkDown { .. }))) => true,
+            Err(_) => false,
+        };
+        if !is_lost {
+            return counted;
+        }
+        until_back(link).await;
+    }
+    let counted = attempt(link, settings, written).await?;
+    if counted.is_disturbed {
+        until_back(link).await;
+        read_all_back(link, &written.changes).await?;
+    }
+    Ok(counted)
+}
+
+/// Reads how the sensor is set, sets what is not as asked, and counts what comes.
+async fn attempt(
     link: &LinkHandle,
     settings: &OutputSettings,
     written: &mut Written,
-) -> Result<(f64, u32), ConfigureError> {
+) -> Result<Counted, ConfigureError> {
+    let state = link.state();
+    let begun = up_since(&state.borrow());
     let current = read_current(link, settings).await?;
     let (planned, message, rate) = plan(&current, settings)?;
-    written.was_paused = is_paused(link).await?;
-    if !planned.is_empty() || settings.save || written.was_paused {
-        write_paused(link, planned, settings.save, written).await?;
+    if !written.touched {
+        written.was_paused = is_paused(link).await?;
+    }
+    if !planned.is_empty() || settings.save || written.was_paused || written.touched {
+        pause(link, written).await?;
+        write(link, planned, written).await?;
+        if settings.save {
+            written.kept = true;
+            link.request(Command::WriteSettings).await?;
+        }
         link.request(Command::Async(true)).await?;
     }
-    let mut state = link.state();
-    state.mark_unchanged();
     tokio::time::sleep(SETTLE).await;
+    let mut state = link.state();
+    let is_same_link = up_since(&state.borrow_and_update()) == begun;
     let (before, began) = (link.lines(message), Instant::now());
     tokio::time::sleep(MEASURE).await;
     let measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
-    // a link that went down or fell silent may have been without power, and what was written is gone then
-    if state.has_changed().unwrap_or(true) {
-        for change in &written.changes {
-            read_back(link, change).await?;
-        }
+    // one that was without power for so short a time that nobody noticed tells so itself
+    let is_undisturbed =
+        is_same_link && !state.has_changed().unwrap_or(true) && read_all_back(link, &written.changes).await.is_ok();
+    Ok(Counted { measured_hz, rate_hz: rate.hz(), is_disturbed: !is_undisturbed })
+}
+
+/// Since when a link is up that is.
+fn up_since(state: &LinkState) -> Option<i64> {
+    match state {
+        LinkState::Up(up) | LinkState::Silent(up) => Some(up.since_ns),
+        _ => None,
     }
-    Ok((measured_hz, rate.hz()))
+}
+
+/// Waits for a while until the sensor answers on a link that was lost.
+async fn until_back(link: &LinkHandle) {
+    let mut state = link.state();
+    let answers = async {
+        loop {
+            let is_open =
+                |state: &LinkState| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. });
+            let _ = state.wait_for(is_open).await;
+            match link.read(Register::MODEL).await {
+                Err(CommandError::Failed(RequestFailure::LinkDown { .. } | RequestFailure::Timeout { .. })) => {}
+                _ => return,
+            }
+        }
+    };
+    // what is asked next tells that it is not
+    let _ = tokio::time::timeout(RETURN, answers).await;
 }
 
 /// Puts back what [`configure`] changed, the last first. An output that is paused stays so.
@@ -178,22 +251,43 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     if changes.is_empty() {
         return Ok(());
     }
-    let was_paused = is_paused(link).await?;
-    let is_back = write_back(link, changes).await;
-    let is_as_found = link.request(Command::Async(!was_paused)).await;
-    is_back?;
-    is_as_found?;
-    Ok(())
+    // one that does not say is not put back either
+    let was_paused = is_paused(link).await.unwrap_or(false);
+    let back = write_back(link, changes).await;
+    let output = link.request(Command::Async(!was_paused)).await;
+    let may_be_paused = output.is_err() && !was_paused;
+    let Err(cause) = back.and(output.map(drop).map_err(ConfigureError::from)) else { return Ok(()) };
+    let (changes, is_read) = left(link, changes).await;
+    if changes.is_empty() && !may_be_paused {
+        return Err(cause);
+    }
+    Err(ConfigureError::Left { cause: Box::new(cause), changes, is_read, may_be_paused })
 }
 
-/// Writes how it was, and leaves the output paused.
+/// Writes how it was where it is not so already, as behind a loss of power, and leaves the output paused.
 async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
-    let back = changes.iter().rev().map(|change| Change {
-        register: change.register,
-        before: change.after.clone(),
-        after: change.before.clone(),
-    });
-    write_paused(link, back.collect(), false, &mut Written::default()).await
+    let mut written = Written::default();
+    pause(link, &mut written).await?;
+    let mut back = Vec::new();
+    for Change { register, before, after } in changes.iter().rev() {
+        if !link.read(*register).await?.is_some_and(|now| now.is_as_written(before)) {
+            back.push(Change { register: *register, before: after.clone(), after: before.clone() });
+        }
+    }
+    write(link, back, &mut written).await
+}
+
+/// Those of the changes that the sensor has still, and whether it says so; all that it may have where it does not.
+async fn left(link: &LinkHandle, changes: &[Change]) -> (Vec<Change>, bool) {
+    let mut left = Vec::new();
+    for change in changes {
+        match link.read(change.register).await {
+            Ok(now) if now.as_ref().is_some_and(|now| now.is_as_written(&change.after)) => left.push(change.clone()),
+            Ok(_) => {}
+            Err(_) => return (changes.to_vec(), false),
+        }
+    }
+    (left, true)
 }
 
 /// Whether the output of the sensor is paused: it is set to send, and nothing comes.
@@ -225,19 +319,23 @@ async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Ve
     Ok(current)
 }
 
-/// Pauses the output and writes what is `planned`, and notes in `written` what is done before it is. Whoever calls it has the output go on,
-/// however this ends.
-async fn write_paused(
-    link: &LinkHandle,
-    planned: Vec<Change>,
-    save: bool,
-    written: &mut Written,
-) -> Result<(), ConfigureError> {
-    // commands that come between lines of a busy port lose bytes
+/// Pauses the output. Whoever calls it has the output go on, however all ends.
+async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), ConfigureError> {
     written.touched = true;
+    // commands that come between lines of a busy port lose bytes
     link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
-    for change in planned {
+    Ok(())
+}
+
+/// Writes what is `planned`, and notes in `written` each change before it is made.
+async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
+    for mut change in planned {
+        let is_same = |earlier: &mut Change| earlier.register == change.register;
+        if let Some(earlier) = written.changes.extract_if(.., is_same).next() {
+            // lost with the power of the sensor: how it was before that is what it had first
+            change.before = earlier.before;
+        }
         // whether a write that was not answered was carried out, nobody knows
         written.changes.push(change.clone());
         let write = Command::WriteRegister { register: change.register, fields: change.after.clone() };
@@ -248,9 +346,12 @@ async fn write_paused(
         answer?;
         read_back(link, &change).await?;
     }
-    if save {
-        written.kept = true;
-        link.request(Command::WriteSettings).await?;
+    Ok(())
+}
+
+async fn read_all_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
+    for change in changes {
+        read_back(link, change).await?;
     }
     Ok(())
 }

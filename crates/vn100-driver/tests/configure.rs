@@ -156,11 +156,10 @@ async fn what_cannot_be_put_back_is_told() {
     link.run(Duration::from_secs(2)).await;
     sensor.world().answers = false;
     stop.cancel();
-    link.run(Duration::from_secs(5)).await;
-    let error = work.await.unwrap().unwrap_err().to_string();
+    let error = ended(&mut link, work).await.unwrap_err().to_string();
     assert_eq!(
         error,
-        "interrupted; the sensor stays changed: the rate (register 07) from 40 to 20, its output, which may be paused"
+        "interrupted; the sensor may stay changed: the rate (register 07) from 40 to 20, its output, which may be paused"
     );
 }
 
@@ -192,26 +191,66 @@ async fn lines_of_a_message_that_is_not_set_are_not_counted() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_lost_with_the_power_while_it_is_counted_is_not_told_as_set() {
-    // the port goes with the power, and comes back before the count is over, behind it or never
-    for away in [100, 1500, 10_000].map(Duration::from_millis) {
-        let sensor = sensor();
-        let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
-        let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
-        while sensor.world().registers[&7] == "40" || !sensor.world().streams {
-            link.run(Duration::from_millis(10)).await;
+async fn what_is_lost_with_the_power_while_it_is_counted_is_set_once_more() {
+    // the port goes with the power, and comes back before the count is over or behind it; or it stays
+    for away in [Some(100), Some(1500), Some(4000), None].map(|away| away.map(Duration::from_millis)) {
+        let (sensor, mut link, work) = counting().await;
+        power_fails(&sensor, away.is_none());
+        match away {
+            Some(away) => {
+                link.run(away).await;
+                sensor.world().plugged = true;
+            }
+            None => {
+                link.run(Duration::from_millis(1250)).await;
+                let mut world = sensor.world();
+                (world.streams, world.answers) = (true, true);
+            }
         }
-        link.run(Duration::from_secs(1)).await;
-        assert!(!work.is_finished());
-        sensor.world().plugged = false;
-        sensor.world().registers.insert(7, "40".into());
-        sensor.world().period = Duration::from_millis(25);
-        link.run(away).await;
-        sensor.world().plugged = true;
-        link.run(Duration::from_secs(10)).await;
-        assert!(work.await.unwrap().is_err(), "away for {away:?}");
-        assert_eq!(sensor.world().registers[&7], "40");
+        let configured = ended(&mut link, work).await.unwrap();
+        let told: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
+        assert_eq!(told, ["the rate (register 07) from 40 to 20"], "away for {away:?}");
+        assert!(configured.rate_is_kept(), "away for {away:?}: {configured:?}");
+        assert_eq!(sensor.world().registers[&7], "20", "away for {away:?}");
+        assert!(sensor.world().streams, "away for {away:?}");
         link.stop().await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_does_not_come_back_while_it_is_counted_may_stay_changed() {
+    let (sensor, mut link, work) = counting().await;
+    power_fails(&sensor, false);
+    let error = ended(&mut link, work).await.unwrap_err().to_string();
+    assert!(
+        error.starts_with("the link went down before ") && error.contains("; the sensor may stay changed: "),
+        "{error}"
+    );
+    link.stop().await;
+}
+
+/// A sensor that is set to 20 Hz, and counted for a second since.
+async fn counting() -> (Sensor, Link, JoinHandle<Result<Configured, ConfigureError>>) {
+    let sensor = sensor();
+    let settings = OutputSettings { rate_hz: Some(20), ..OutputSettings::default() };
+    let (mut link, work) = configuring(&sensor, settings, &CancellationToken::new()).await;
+    while sensor.world().registers[&7] == "40" || !sensor.world().streams {
+        link.run(Duration::from_millis(10)).await;
+    }
+    link.run(Duration::from_secs(1)).await;
+    assert!(!work.is_finished());
+    (sensor, link, work)
+}
+
+/// It is as it was switched on; its port is gone too, or it says nothing on one that stays.
+fn power_fails(sensor: &Sensor, port_stays: bool) {
+    let mut world = sensor.world();
+    world.registers.insert(7, "40".into());
+    world.period = Duration::from_millis(25);
+    if port_stays {
+        (world.streams, world.answers) = (false, false);
+    } else {
+        world.plugged = false;
     }
 }
 
@@ -223,7 +262,7 @@ async fn configured_and_closed(
     stop_at: Option<(usize, Duration)>,
 ) -> Result<Configured, ConfigureError> {
     let stop = CancellationToken::new();
-    let (mut link, mut work) = configuring(sensor, settings, &stop).await;
+    let (mut link, work) = configuring(sensor, settings, &stop).await;
     if let Some((lines, after)) = stop_at {
         while !work.is_finished() && sensor.world().written.len() < lines {
             link.run(Duration::from_millis(1)).await;
@@ -231,12 +270,19 @@ async fn configured_and_closed(
         link.run(after).await;
         stop.cancel();
     }
+    let configured = ended(&mut link, work).await;
+    link.stop().await;
+    configured
+}
+
+/// What came of it, however long it takes.
+async fn ended(
+    link: &mut Link,
+    mut work: JoinHandle<Result<Configured, ConfigureError>>,
+) -> Result<Configured, ConfigureError> {
     loop {
         select! {
-            configured = &mut work => {
-                link.stop().await;
-                return configured.unwrap();
-            }
+            configured = &mut work => return configured.unwrap(),
             () = link.run(Duration::from_secs(1)) => {}
         }
     }
@@ -310,9 +356,8 @@ async fn an_output_that_may_be_left_paused_is_told() {
     }
     sensor.world().answers = false;
     stop.cancel();
-    link.run(Duration::from_secs(5)).await;
     assert_eq!(
-        work.await.unwrap().unwrap_err().to_string(),
+        ended(&mut link, work).await.unwrap_err().to_string(),
         "interrupted; the sensor stays changed: its output, which may be paused"
     );
 }
