@@ -200,25 +200,12 @@ impl Timebase {
     /// What the stamps said so far.
     #[must_use]
     pub fn summary(&self) -> TimebaseSummary {
-        let (refusal, measured_hz) = match &self.state {
+        let (refusal, fitted_s) = match &self.state {
             State::Starting(_) => (None, None),
-            State::Placing(placer) => (None, placer.fitted_period_s().map(f64::recip)),
+            State::Placing(placer) => (None, placer.fitted_period_s()),
             State::Refused(refusal) => (Some(*refusal), None),
         };
-        let nominal = self.nominal.filter(|_| refusal.is_none());
-        let offset_ppm =
-            nominal.zip(measured_hz).map(|(nominal, measured_hz)| (measured_hz / nominal.hz() - 1.0) * 1e6);
-        TimebaseSummary {
-            lines: self.lines,
-            backwards: self.backwards,
-            nominal,
-            measured_hz,
-            offset_ppm,
-            refusal,
-            missing: self.missing,
-            gaps: self.gaps,
-            arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
-        }
+        self.summary_of(refusal, fitted_s)
     }
 
     fn place_or_hold(&mut self, at_s: f64) {
@@ -290,6 +277,9 @@ impl Timebase {
     }
 
     fn place(&mut self, placed: Placed) {
+        if let Placed::Lines(lines) = placed {
+            self.intervals.place(lines);
+        }
         match (placed, self.placed.back_mut()) {
             (Placed::Lines(more), Some(Placed::Lines(lines))) => {
                 *lines += more;
@@ -317,14 +307,34 @@ impl Timebase {
         }
     }
 
+    fn summary_of(&self, refusal: Option<Refusal>, fitted_s: Option<f64>) -> TimebaseSummary {
+        let measured_hz = fitted_s.map(f64::recip);
+        let nominal = self.nominal.filter(|_| refusal.is_none());
+        let offset_ppm =
+            nominal.zip(measured_hz).map(|(nominal, measured_hz)| (measured_hz / nominal.hz() - 1.0) * 1e6);
+        TimebaseSummary {
+            lines: self.lines,
+            backwards: self.backwards,
+            nominal,
+            measured_hz,
+            offset_ppm,
+            refusal,
+            missing: self.missing,
+            gaps: self.gaps,
+            arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
+        }
+    }
+
     /// Starts anew where the lines suspected, or else the lines held, begin to come at this rate.
     fn change_rate(&mut self, to_hz: f64) {
         let (State::Placing(placer), Some(nominal)) = (&mut self.state, self.nominal) else {
             return;
         };
+        let fitted_s = placer.fitted_unsuspected_s();
         let (before, after_s) = placer.split(to_hz);
         before.into_iter().for_each(|placed| self.place(placed));
-        self.place(Placed::RateChanged { from_hz: nominal.hz(), to_hz });
+        let until = self.summary_of(None, fitted_s);
+        self.place(Placed::RateChanged { from_hz: nominal.hz(), to_hz, until });
         self.place_at(NominalRate::Snapped(to_hz), Placing::Listed(to_hz), after_s);
     }
 

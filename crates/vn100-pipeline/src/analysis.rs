@@ -6,7 +6,7 @@ mod restart;
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use imu_noise::{Refusal, SpectrumPlan};
+use imu_noise::{Refusal, SpectrumPlan, TimebaseSummary};
 use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
 use vn100_protocol::{Layout, PrintFormat, Register};
 
@@ -52,6 +52,10 @@ pub struct Analysis {
     /// Why the stamps of a stretch of the link that is over were no time base; the first such reason.
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
+    /// What the stamps said until the rate changed; `None` where they said nothing, or it has not changed.
+    arrivals_until: Option<TimebaseSummary>,
+    /// What they said in the last stretch of the link that is over and bore out the rate.
+    borne_out: Option<TimebaseSummary>,
     false_rate: Option<FalseRate>,
     /// Samples left out before the rate changed.
     left_out_before: u64,
@@ -106,6 +110,8 @@ impl Analysis {
             missing_by_evidence: false,
             refused_before: None,
             rate_change: None,
+            arrivals_until: None,
+            borne_out: None,
             false_rate: None,
             left_out_before: 0,
             other_rate_lines: 0,
@@ -149,7 +155,11 @@ impl Analysis {
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
             let ended = self.waiting.take().and_then(|waiting| waiting.summary());
-            self.refused_before = self.refused_before.or_else(|| ended?.refusal);
+            // what is left out is not judged
+            if let (None, Some(ended)) = (self.rate_change, ended) {
+                self.refused_before = self.refused_before.or(ended.refusal);
+                self.borne_out = Some(ended).filter(|ended| ended.nominal.is_some()).or(self.borne_out);
+            }
             self.missing_by_evidence = false;
             if !self.is_complete() {
                 self.take_unknown_gap();
@@ -187,7 +197,10 @@ impl Analysis {
         let mut snapshot = Snapshot {
             layout: self.layout.clone(),
             timing: Timing { missing_from: self.missing_from(), ..self.timing },
-            arrivals: self.waiting.as_ref().and_then(Waiting::summary),
+            arrivals: match self.rate_change {
+                Some(_) => self.arrivals_until,
+                None => self.waiting.as_ref().and_then(Waiting::summary),
+            },
             refused_before: self.refused_before,
             rate_change: self.rate_change,
             false_rate: self.false_rate,

@@ -35,8 +35,8 @@ pub(crate) enum Verdict {
     Rate(NominalRate),
     /// From here on the stamps tell nothing.
     Refused,
-    /// From here on the lines come at another rate.
-    RateChanged { from_hz: f64, to_hz: f64 },
+    /// From here on the lines come at another rate; what the stamps said until then.
+    RateChanged { from_hz: f64, to_hz: f64, until: TimebaseSummary },
     /// From here on a counter tells what is missing.
     Counting,
 }
@@ -166,7 +166,7 @@ impl Evidence {
             Placed::Gap { missing } => Some(Verdict::Missing(missing)),
             Placed::Rate(nominal) => Some(Verdict::Rate(nominal)),
             Placed::Refused(_) => Some(Verdict::Refused),
-            Placed::RateChanged { from_hz, to_hz } => Some(Verdict::RateChanged { from_hz, to_hz }),
+            Placed::RateChanged { from_hz, to_hz, until } => Some(Verdict::RateChanged { from_hz, to_hz, until }),
         })
     }
 }

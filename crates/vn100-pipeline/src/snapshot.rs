@@ -18,7 +18,7 @@ pub struct Snapshot {
     pub layout: Option<Arc<Layout>>,
     /// The time base.
     pub timing: Timing,
-    /// What the arrival stamps say; `None` for a stream without stamps.
+    /// What the arrival stamps say; `None` for a stream without stamps. Behind a change of rate, what they said until then.
     pub arrivals: Option<TimebaseSummary>,
     /// Why the stamps were no time base before the link was lost and found again, where they were none.
     pub refused_before: Option<Refusal>,

@@ -3,7 +3,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use imu_noise::{Arrivals, ChannelAccumulator, Deviation, Estimator, NominalRate};
 use proptest::prelude::*;
 use vn100_driver::{
     Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
@@ -268,11 +268,41 @@ fn what_comes_at_another_rate_is_left_out() {
     assert_eq!((timing.rate_hz, timing.missing), (40.0, 0));
     assert!((590..=603).contains(&timing.samples), "{} samples", timing.samples);
     assert_eq!(timing.samples + timing.left_out, 2400);
+    assert_says(&snapshot, 40.0);
 
     let settings = Settings { skip: Duration::from_secs(16), ..Settings::default() };
     let snapshot = analysed(&lines, 64, settings);
     assert_eq!(snapshot.timing.rate_hz, 200.0, "the first part skipped, the second is the record");
     assert!((1590..=1605).contains(&snapshot.timing.samples), "{} samples", snapshot.timing.samples);
+}
+
+/// The stamps speak of the samples of the record alone, which came at this rate.
+fn assert_says(snapshot: &Snapshot, rate_hz: f64) {
+    let said = snapshot.arrivals.unwrap();
+    assert_eq!(said.nominal.map(NominalRate::hz), Some(rate_hz));
+    assert!(said.offset_ppm.is_none_or(|ppm| ppm.abs() < 1.0), "{said:?}");
+    let Arrivals { p50_us, p99_us, .. } = said.arrivals.unwrap();
+    assert!([p50_us, p99_us].iter().all(|us| (*us as f64 * 1e-6 * rate_hz - 1.0).abs() < 1e-3), "{said:?}");
+    assert!(!warned(snapshot, WarningKind::StampsRefused), "{:?}", snapshot.warnings);
+}
+
+#[test]
+fn of_a_sensor_that_came_back_at_another_rate_the_stamps_before_speak() {
+    for (from_hz, to_hz, count) in [(20.0, 10.0, 133), (40.0, 20.0, 30), (40.0, 200.0, 600)] {
+        let mut analysis = Analysis::new(Settings::default());
+        analysis.absorb(&rate_of_the_sensor(&from_hz.to_string()));
+        absorb(&mut analysis, VNYMR.clone(), &steady(from_hz, 0, count), 8);
+        let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "VNERR,01".into() } };
+        analysis.take_link_event(&down);
+        analysis.absorb(&rate_of_the_sensor(&to_hz.to_string()));
+        for _ in 0..2 {
+            absorb(&mut analysis, VNYMR.clone(), &steady(to_hz, 0, 600), 8);
+            analysis.take_link_event(&down);
+        }
+        let snapshot = analysis.snapshot();
+        assert_eq!((snapshot.timing.rate_hz, snapshot.timing.samples), (from_hz, count as u64));
+        assert_says(&snapshot, from_hz);
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Statistics of the times between lines.
 
+use std::collections::VecDeque;
+
 use hdrhistogram::Histogram;
 
 use super::Arrivals;
@@ -17,21 +19,31 @@ pub(super) struct Intervals {
     histogram: Option<Histogram<u32>>,
     least_us: u64,
     most_us: u64,
+    /// Those before the lines that have no place yet; `None` before one that a clock begins with.
+    unplaced_us: VecDeque<Option<u64>>,
 }
 
 impl Intervals {
     pub(super) fn new() -> Self {
         let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).ok();
-        Self { histogram, least_us: u64::MAX, most_us: 0 }
+        Self { histogram, least_us: u64::MAX, most_us: 0, unplaced_us: VecDeque::new() }
     }
 
-    /// Adds the time between a line and the one before.
-    pub(super) fn push(&mut self, interval_us: u64) {
-        if let Some(histogram) = &mut self.histogram {
-            histogram.saturating_record(interval_us);
+    /// Takes the time between the next line and the one before, if their clock is the same. It counts once the line has its place.
+    pub(super) fn hold(&mut self, interval_us: Option<u64>) {
+        self.unplaced_us.push_back(interval_us);
+    }
+
+    /// The next so many lines have their place.
+    pub(super) fn place(&mut self, lines: u64) {
+        for _ in 0..lines {
+            match self.unplaced_us.pop_front() {
+                Some(Some(interval_us)) => self.push(interval_us),
+                Some(None) => {}
+                // lines without a use for their stamps are not held
+                None => return,
+            }
         }
-        self.least_us = self.least_us.min(interval_us);
-        self.most_us = self.most_us.max(interval_us);
     }
 
     /// What the intervals say, for lines this far apart; nothing without an interval.
@@ -53,5 +65,13 @@ impl Intervals {
             share_together,
             lines_together: lines / (lines - together),
         })
+    }
+
+    fn push(&mut self, interval_us: u64) {
+        if let Some(histogram) = &mut self.histogram {
+            histogram.saturating_record(interval_us);
+        }
+        self.least_us = self.least_us.min(interval_us);
+        self.most_us = self.most_us.max(interval_us);
     }
 }

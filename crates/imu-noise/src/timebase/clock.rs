@@ -69,13 +69,14 @@ impl Timebase {
     pub(super) fn begin_clock(&mut self, at: Duration, at_s: f64) {
         self.origin = (at, at_s);
         self.last = at;
+        self.intervals.hold(None);
         self.place_or_hold(at_s);
     }
 
     /// Takes the next line by its stamp.
     fn take(&mut self, at: Duration) {
         let interval = at.saturating_sub(self.last);
-        self.intervals.push(interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros()));
+        self.intervals.hold(Some(interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros())));
         self.last += interval;
         let (origin, origin_s) = self.origin;
         self.place_or_hold(origin_s + self.last.saturating_sub(origin).as_secs_f64());

@@ -1,6 +1,6 @@
 //! What comes out of a time base.
 
-use super::{NominalRate, Refusal};
+use super::{NominalRate, Refusal, TimebaseSummary};
 
 /// Rate, lines, losses and refusal, in order, as their places become sure. When it is asked for them changes nothing
 /// but how the lines between two others are divided among [`Lines`](Self::Lines).
@@ -23,6 +23,8 @@ pub enum Placed {
         from_hz: f64,
         /// Rate from here on, in Hz.
         to_hz: f64,
+        /// What the stamps said of the lines before, but for its `lines` and `backwards`: these tell of all that were pushed.
+        until: TimebaseSummary,
     },
     /// From here on stamps are not used: the lines that follow are placed without gaps. Told once, and nothing but
     /// lines comes after it.

@@ -233,6 +233,11 @@ impl Placer {
         self.envelope.fitted_period_s()
     }
 
+    /// The same without the lines suspected.
+    pub(super) fn fitted_unsuspected_s(&self) -> Option<f64> {
+        self.suspicion.as_ref().map_or(self.fitted_period_s(), |suspicion| suspicion.fitted_before_s())
+    }
+
     /// A line that is late shows a loss.
     fn is_steady(&self) -> bool {
         self.late_s <= STEADY_PERIODS * self.period_s
@@ -286,7 +291,8 @@ impl Placer {
         let suspicious = early_s > SUSPECT_PERIODS * self.period_s;
         if suspicious && self.suspicion.is_none() {
             let before_s = self.due_s - (lines + 1) as f64 * self.period_s;
-            self.suspicion = Some(Box::new(Suspicion::new(self.rates_hz, self.period_s, before_s)));
+            self.suspicion =
+                Some(Box::new(Suspicion::new(self.rates_hz, self.period_s, before_s, self.fitted_period_s())));
         }
         if let Some(suspicion) = &mut self.suspicion {
             suspicion.add_early(early_s);

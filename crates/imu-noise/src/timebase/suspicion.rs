@@ -39,6 +39,8 @@ pub(super) struct Suspicion {
     period_s: f64,
     /// When the line before the first one was due.
     before_s: f64,
+    /// The period fitted without these lines.
+    fitted_before_s: Option<f64>,
     stamps_s: Vec<f64>,
     decisions: Vec<Placed>,
     stretches: Stretches,
@@ -54,12 +56,13 @@ pub(super) struct Suspicion {
 }
 
 impl Suspicion {
-    /// Begins before an early line; the one before it was due at `before_s`.
-    pub(super) fn new(rates_hz: &'static [f64], period_s: f64, before_s: f64) -> Self {
+    /// Begins before an early line; the one before it was due at `before_s`, and the period fitted until then is this.
+    pub(super) fn new(rates_hz: &'static [f64], period_s: f64, before_s: f64, fitted_before_s: Option<f64>) -> Self {
         Self {
             rates_hz,
             period_s,
             before_s,
+            fitted_before_s,
             stamps_s: Vec::new(),
             decisions: Vec::new(),
             stretches: Stretches::default(),
@@ -103,6 +106,11 @@ impl Suspicion {
     pub(super) fn keep(&mut self, decision: Placed) -> Outcome {
         self.decisions.push(decision);
         self.outcome
+    }
+
+    /// The period fitted without these lines.
+    pub(super) const fn fitted_before_s(&self) -> Option<f64> {
+        self.fitted_before_s
     }
 
     /// Lines held back.

@@ -120,7 +120,13 @@ fn a_rate_change_is_told_where_it_is() {
         let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(after)] = sequence[..] else {
             panic!("{from_hz} to {to_hz} Hz: {sequence:?}")
         };
-        assert_eq!(change, Placed::RateChanged { from_hz, to_hz });
+        let Placed::RateChanged { from_hz: before_hz, to_hz: after_hz, until } = change else { panic!("{change:?}") };
+        assert_eq!((before_hz, after_hz), (from_hz, to_hz));
+        // of the first part alone
+        assert_eq!(until.nominal, Some(NominalRate::Snapped(from_hz)));
+        assert!((until.measured_hz.unwrap() / from_hz - 1.0).abs() < 1e-6, "{from_hz} to {to_hz} Hz: {until:?}");
+        let Arrivals { p50_us, p99_us, .. } = until.arrivals.unwrap();
+        assert!([p50_us, p99_us].iter().all(|us| (*us as f64 * 1e-6 * from_hz - 1.0).abs() < 1e-3), "{until:?}");
         assert!((599..=600 + late).contains(&before), "{from_hz} to {to_hz} Hz: after {before} lines");
         assert_eq!(before + after, 2400);
         assert_eq!(summary.nominal, Some(NominalRate::Snapped(to_hz)));
@@ -138,7 +144,7 @@ fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
             let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(_)] = sequence[..] else {
                 panic!("{read_s} s: {sequence:?}")
             };
-            assert_eq!(change, Placed::RateChanged { from_hz: 40.0, to_hz: 200.0 });
+            assert!(matches!(change, Placed::RateChanged { from_hz: 40.0, to_hz: 200.0, .. }), "{change:?}");
             // A read of 50 ms brings ten lines.
             let changed = u64::from(580 + extra);
             assert!((changed - 3..=changed + 12).contains(&before), "{read_s} s: after {before} of {changed} lines");
@@ -169,7 +175,8 @@ fn lines_before_a_change_keep_their_losses() {
     else {
         panic!("{sequence:?}")
     };
-    assert_eq!((change, gap), (Placed::RateChanged { from_hz: 40.0, to_hz: 200.0 }, Placed::Gap { missing: 7 }));
+    let Placed::RateChanged { from_hz: 40.0, to_hz: 200.0, until } = change else { panic!("{change:?}") };
+    assert_eq!((until.missing, gap), (3, Placed::Gap { missing: 7 }));
     assert_eq!((summary.missing, summary.gaps), (10, 2));
 }
 
@@ -229,6 +236,7 @@ fn even_intervals_are_exact_and_the_longest_always_is() {
         let Some(Arrivals { p50_us, p99_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
         assert_eq!([p50_us, p99_us, max_us], [interval_us; 3]);
         timebase.push(Duration::from_secs(7201));
+        timebase.finish();
         let Some(Arrivals { p50_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
         assert!(p50_us.abs_diff(interval_us) <= interval_us / 2000, "{p50_us} of {interval_us}");
         assert_eq!(max_us, 7_201_000_000 - 99 * interval_us);

@@ -95,7 +95,7 @@ impl Analysis {
                     self.timing.missing_from = MissingFrom::BadLines;
                 }
             }
-            Verdict::RateChanged { from_hz, to_hz } => self.change_rate(from_hz, to_hz),
+            Verdict::RateChanged { from_hz, to_hz, until } => self.change_rate(from_hz, to_hz, Some(until)),
         }
     }
 }

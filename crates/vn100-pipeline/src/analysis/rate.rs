@@ -1,6 +1,6 @@
 //! The sample rate: who told it, when it is given up, and when it changes.
 
-use imu_noise::{NominalRate, Timebase};
+use imu_noise::{NominalRate, Timebase, TimebaseSummary};
 
 use super::Analysis;
 use crate::{
@@ -52,19 +52,20 @@ impl Analysis {
     }
 
     /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate, unless it was asked for; after
-    /// it, what comes at another rate is left out.
-    pub(super) fn change_rate(&mut self, from_hz: f64, to_hz: f64) {
+    /// it, what comes at another rate is left out; `until` is what the stamps said before.
+    pub(super) fn change_rate(&mut self, from_hz: f64, to_hz: f64, until: Option<TimebaseSummary>) {
         if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
             self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
             self.timing.rate_hz = to_hz;
         } else if self.rate_change.is_some() && to_hz == self.timing.rate_hz {
             // bytes held back came as fast as the line carries them, or the sensor was set back: how much data time that was is not known
-            self.rate_change = None;
+            (self.rate_change, self.arrivals_until) = (None, None);
             self.other_rate_lines += self.timing.left_out - self.left_out_before;
             self.take_unknown_gap();
         } else if self.rate_change.is_none() {
             self.left_out_before = self.timing.left_out;
             self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
+            self.arrivals_until = until;
         }
     }
 
@@ -79,11 +80,11 @@ impl Analysis {
             }
             // it came back with other settings, or was set anew
             (RateFrom::Device, Some(rate_hz)) if rate_hz != self.timing.rate_hz => {
-                self.change_rate(self.timing.rate_hz, rate_hz);
+                self.change_rate(self.timing.rate_hz, rate_hz, self.said_at_the_rate());
             }
             (RateFrom::Arrival, Some(rate_hz)) if rate_hz != self.timing.rate_hz && self.rate_change.is_none() => {
                 if self.is_rate_borne_out() {
-                    self.change_rate(self.timing.rate_hz, rate_hz);
+                    self.change_rate(self.timing.rate_hz, rate_hz, self.said_at_the_rate());
                 } else {
                     self.replace_rate(rate_hz);
                 }
@@ -102,6 +103,16 @@ impl Analysis {
         }
         (self.timing.rate_hz, self.timing.rate_from) = (rate_hz, rate_from);
         self.rate_by_few = None;
+    }
+
+    /// What the stamps said last of lines that came at the rate of the record.
+    fn said_at_the_rate(&self) -> Option<TimebaseSummary> {
+        let now = self.waiting.as_ref().and_then(Waiting::summary).filter(|summary| self.is_of_the_rate(summary));
+        now.or_else(|| self.borne_out.filter(|summary| self.is_of_the_rate(summary)))
+    }
+
+    fn is_of_the_rate(&self, summary: &TimebaseSummary) -> bool {
+        summary.nominal.is_some_and(|nominal| nominal.hz() == self.timing.rate_hz)
     }
 
     /// Whether the lines have kept to one of the sensor's rates since they told it: then a sensor that names another was set anew.

@@ -20,7 +20,8 @@ impl Analysis {
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.forget();
-        (self.index, self.bad_lines_pending, self.rate_change) = (0, 0, None);
+        (self.index, self.bad_lines_pending) = (0, 0);
+        (self.rate_change, self.arrivals_until) = (None, None);
         self.false_rate = None;
         (self.warm_up, self.recent) = (None, None);
         so_far
