@@ -176,6 +176,7 @@ async fn measure_one(
             return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
         }
     };
+    let live = live.with_known_serial(recorder.as_ref().and_then(Recorder::known_serial));
     let name = origin.name.clone();
     let tell = |text: &str| job.status.report(&format!("{name}: {text}"));
     let set_up = match SetUp::new(&live, job.args.change.settings(), &stop, tell).await {

@@ -32,6 +32,8 @@ pub(crate) struct LiveSource {
     name: SourceName,
     link: LinkArgs,
     log: Entries,
+    /// Nothing is asked or measured of a sensor with another serial number.
+    known_serial: Option<String>,
     /// The port, of which each opening knows what the others have learned; `None` where it is none.
     ports: Option<SerialPorts>,
     _emulated: Option<EmulatedPort>,
@@ -74,7 +76,12 @@ impl LiveSource {
             (_, Some(emulated)) => Some(emulated.ports(clock)),
             (name, None) => Some(SerialPorts::new(&name.to_string(), clock)),
         };
-        Ok(Self { name, link, log, ports, _emulated: emulated })
+        Ok(Self { name, link, log, known_serial: None, ports, _emulated: emulated })
+    }
+
+    /// For the sensor with this serial number alone, where there is one.
+    pub(crate) fn with_known_serial(self, known_serial: Option<&str>) -> Self {
+        Self { known_serial: known_serial.map(str::to_owned), ..self }
     }
 
     /// Its form, as documents name it.
@@ -157,7 +164,8 @@ impl LiveSource {
             Baud::Auto => None,
             Baud::Fixed(baud) => Some(baud),
         };
-        let options = LinkOptions { baud, listen_only: self.link.listen_only, ..options };
+        let known_serial = self.known_serial.clone();
+        let options = LinkOptions { baud, listen_only: self.link.listen_only, known_serial, ..options };
         Ok(match (&self.ports, &self.name) {
             (Some(ports), _) => open_link(ports.clone(), options, stop),
             (None, SourceName::Tcp(address)) => open_link(TcpServer::new(address, Clock::start())?, options, stop),

@@ -81,7 +81,7 @@ impl<C: Connect> LinkTask<C> {
             fixed_baud: options.baud,
             last_baud: None,
             was_up: false,
-            serial: None,
+            serial: options.known_serial,
             strange_serial: None,
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
@@ -112,9 +112,11 @@ impl<C: Connect> LinkTask<C> {
         let mut sweeps = 0;
         loop {
             let trouble = match self.find().await {
-                Ok((mut connection, up, held)) => {
-                    self.was_up = true;
-                    let trouble = self.attend(&mut connection, up, held).await;
+                Ok((mut connection, up, mut held)) => {
+                    let trouble = match self.meet_first(&mut connection, &mut held).await {
+                        Ok(()) => self.attend(&mut connection, up, held).await,
+                        Err(trouble) => trouble,
+                    };
                     connection.close().await;
                     trouble
                 }

@@ -77,6 +77,26 @@ async fn another_sensor_behind_the_name_is_neither_measured_nor_written_to() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_sensor_that_is_known_from_before_is_measured_and_another_one_is_not() {
+    for serial in [KNOWN, OTHER] {
+        let sensor = Sensor::new(115_200, 40);
+        sensor.world().registers.insert(3, serial.into());
+        let known_serial = Some(KNOWN.into());
+        let mut link = sensor.link(LinkOptions { keep: slowed(), known_serial, ..LinkOptions::default() });
+        if serial == KNOWN {
+            link.until_up().await;
+            link.run(ms(1000)).await;
+            assert!(link.stop().await.rows > 30);
+        } else {
+            let told = link.end().await;
+            assert_eq!(told.error.unwrap(), "another sensor, serial 0100012345, is on the port; it was 0100099887");
+            assert_eq!((told.rows, told.counts.connects), (0, 0));
+        }
+        assert!(sensor.world().written.iter().all(|(_, line)| line.starts_with(b"$VNRRG,")), "nothing is set");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_same_sensor_is_measured_on() {
     let (sensor, mut link) = known(slowed()).await;
     lost(&sensor, &mut link).await;

@@ -151,6 +151,20 @@ async fn a_whole_recording_goes_on_behind_a_break() {
 }
 
 #[tokio::test]
+async fn a_recording_that_goes_on_names_the_sensor_it_is_of() {
+    let (_folder, path) = place();
+    let said = |bytes: &'static str| Input::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
+    // whole in two reads
+    let inputs = [said("$VNRRG,03,0100012345*5C\r\n$VNRRG,03,01000"), said("99887*5A\r\n")];
+    let recorder = Recorder::create(&path, &conditions("me")).unwrap();
+    assert_eq!(recorder.known_serial(), None);
+    record(recorder, &inputs, "stopped").await;
+    let recorder = Recorder::resume(&path, &conditions("me")).unwrap();
+    assert_eq!(recorder.known_serial(), Some("0100099887"));
+    record(recorder, &[], "stopped").await;
+}
+
+#[tokio::test]
 async fn a_cut_recording_goes_on_wherever_it_was_cut() {
     let (_folder, path) = place();
     let before = [read(5), read(6), read(7)];

@@ -41,8 +41,10 @@ pub struct Analysis {
     column: Vec<i32>,
     repeats: Repeats,
     registers: BTreeMap<u8, String>,
-    /// The first two serial numbers that differ, in their order.
-    two_serials: Option<(String, String)>,
+    /// What these were, and how many samples there were, when the link was lost last.
+    before_break: Option<(BTreeMap<u8, String>, u64)>,
+    /// The first two serial numbers that differ, in their order, and the samples before the second.
+    two_serials: Option<(String, String, u64)>,
     polled: Polled,
     link: LinkCounts,
     /// Of a stream with arrival stamps.
@@ -103,6 +105,7 @@ impl Analysis {
             column: Vec::new(),
             repeats: Repeats::new(),
             registers: BTreeMap::new(),
+            before_break: None,
             two_serials: None,
             polled: Polled::new(),
             link: LinkCounts::default(),
@@ -156,9 +159,10 @@ impl Analysis {
             self.finish();
             let ended = self.waiting.take().and_then(|waiting| waiting.summary());
             // what is left out is not judged
-            if let (None, Some(ended)) = (self.rate_change, ended) {
-                self.refused_before = self.refused_before.or(ended.refusal);
-                self.borne_out = Some(ended).filter(|ended| ended.nominal.is_some()).or(self.borne_out);
+            if self.rate_change.is_none() {
+                self.before_break = Some((self.registers.clone(), self.timing.samples));
+                self.refused_before = self.refused_before.or_else(|| ended?.refusal);
+                self.borne_out = ended.filter(|ended| ended.nominal.is_some()).or(self.borne_out);
             }
             self.missing_by_evidence = false;
             if !self.is_complete() {
@@ -226,7 +230,7 @@ impl Analysis {
         let findings =
             Findings { repeated_lines: self.repeats.repeated(), print_changes: self.print_changes, restarted };
         snapshot.warnings = advice::warnings(&snapshot, findings);
-        snapshot.warnings.extend(self.two_serials.as_ref().map(another_sensor));
+        snapshot.warnings.extend(self.another_sensor());
         snapshot
     }
 }
@@ -329,13 +333,35 @@ impl Analysis {
 
     fn take_register(&mut self, value: &RegisterValue) {
         self.polled.take(value);
-        let before = self.registers.insert(value.register, value.fields.clone());
+        let before = self.registers.get(&value.register);
         if let Some(before) =
-            before.filter(|before| value.register == Register::SERIAL_NUMBER.0 && *before != value.fields)
+            before.filter(|before| value.register == Register::SERIAL_NUMBER.0 && **before != value.fields)
         {
-            self.two_serials.get_or_insert_with(|| (before, value.fields.clone()));
+            let samples = self.timing.samples;
+            self.two_serials.get_or_insert_with(|| (before.clone(), value.fields.clone(), samples));
         }
-        self.take_device_rate();
+        // what is left out is perhaps another sensor's, and set otherwise
+        if self.rate_change.is_none() {
+            self.registers.insert(value.register, value.fields.clone());
+            self.take_device_rate();
+        }
+    }
+
+    fn another_sensor(&self) -> Option<Warning> {
+        let (before, then, samples) = self.two_serials.as_ref()?;
+        let is_left_out = self.rate_change.is_some_and(|change| change.after_samples == *samples);
+        let text = if is_left_out {
+            format!(
+                "the sensor with the serial number {before} answered at first and {then} behind it, whose samples are left out: the result \
+                 is that of the first"
+            )
+        } else {
+            format!(
+                "the sensor with the serial number {before} answered at first and {then} behind it: the result mixes two sensors. Measure \
+                 each of them alone"
+            )
+        };
+        Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text })
     }
 
     /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.
@@ -359,12 +385,4 @@ impl Analysis {
             channel.gap(missing);
         }
     }
-}
-
-fn another_sensor((before, then): &(String, String)) -> Warning {
-    let text = format!(
-        "the sensor with the serial number {before} answered at first and {then} behind it: the result mixes two sensors. Measure \
-         each of them alone"
-    );
-    Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text }
 }

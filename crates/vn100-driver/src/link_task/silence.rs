@@ -67,6 +67,22 @@ impl<C: Connect> LinkTask<C> {
         Ok(held)
     }
 
+    /// A sensor is found: where it is the first one of this link it must be the one that is known from before.
+    pub(super) async fn meet_first(
+        &mut self,
+        connection: &mut C::Connection,
+        held: &mut Vec<Input>,
+    ) -> Result<(), Trouble> {
+        if !self.was_up
+            && let Err(trouble) = self.check_known(connection, held).await
+        {
+            self.set_aside(std::mem::take(held)).await?;
+            return Err(trouble);
+        }
+        self.was_up = true;
+        Ok(())
+    }
+
     /// Makes sure that it is the sensor of before, where that has told its serial number. What comes meanwhile is put behind `held`.
     pub(super) async fn check_known(
         &mut self,

@@ -42,6 +42,7 @@ pub struct Recorder {
     inputs: mpsc::Sender<Input>,
     state: watch::Receiver<RecordingState>,
     reason: Arc<OnceLock<String>>,
+    known_serial: Option<String>,
 }
 
 impl Recorder {
@@ -71,9 +72,10 @@ impl Recorder {
     /// [`RecordError`] when it cannot be read or is no recording, when another program records to it, or when the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
-        let writer = resume(path, metadata)?;
-        Self::start(path, writer, |file| file.sync_all())
-            .map_err(|source| RecordError::Io { path: path.to_owned(), source })
+        let (writer, known_serial) = resume(path, metadata)?;
+        let recorder = Self::start(path, writer, |file| file.sync_all())
+            .map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
+        Ok(Self { known_serial, ..recorder })
     }
 
     fn start<W: Write + Send + 'static>(
@@ -92,7 +94,7 @@ impl Recorder {
         };
         // ends at an error, or when nobody holds a sender any more
         thread::Builder::new().name("recorder".into()).spawn(work)?;
-        Ok(Self { inputs: sender, state, reason })
+        Ok(Self { inputs: sender, state, reason, known_serial: None })
     }
 
     /// Where to send what shall be recorded, as in [`LinkOptions::recording`](crate::LinkOptions::recording). When it is full the disk
@@ -100,6 +102,13 @@ impl Recorder {
     #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<Input> {
         self.inputs.clone()
+    }
+
+    /// The serial number of the sensor that a recording that is gone on with was of, for [`LinkOptions::known_serial`](crate::LinkOptions::known_serial);
+    /// `None` where it is not in there, or the recording is new.
+    #[must_use]
+    pub fn known_serial(&self) -> Option<&str> {
+        self.known_serial.as_deref()
     }
 
     /// Where the recording stands, now and whenever that changes.
@@ -111,7 +120,7 @@ impl Recorder {
     /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are gone: writes what waits and hands the
     /// file to the disk. Gives the last state, which tells of any error.
     pub async fn finish(self, reason: &str) -> RecordingState {
-        let Self { inputs, mut state, reason: given } = self;
+        let Self { inputs, mut state, reason: given, .. } = self;
         given.get_or_init(|| reason.to_owned());
         drop(inputs);
         let ended = state.wait_for(|state| state.ended).await.is_ok();

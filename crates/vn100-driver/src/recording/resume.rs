@@ -15,14 +15,19 @@ use super::{
     record_error::RecordError,
     writer::{RecordingWriter, head},
 };
-use crate::source::{Chunk, Input, LinkEvent, LinkEventKind};
+use crate::{
+    read_samples::{Parser, ReadOptions},
+    source::{Chunk, Input, LinkEvent, LinkEventKind},
+};
 use bytes::Bytes;
+use vn100_protocol::Register;
 
-/// Gives the writer behind the copy, which then bears the name of the recording. That stays as it was until the copy is on the disk.
+/// Gives the writer behind the copy, which then bears the name of the recording, and the last serial number in it. The recording stays as it
+/// was until the copy is on the disk.
 pub(super) fn resume(
     path: &Path,
     metadata: &BTreeMap<String, String>,
-) -> Result<RecordingWriter<NamedFile>, RecordError> {
+) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
     let failed = |source| RecordError::Io { path: path.to_owned(), source };
     if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
         return Err(RecordError::SymbolicLink { path: path.to_owned() });
@@ -46,7 +51,7 @@ pub(super) fn resume(
         about.metadata.insert(RESUMED.into(), "true".into());
     }
     let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
-    copy_inputs(&mut recording, &mut writer).map_err(failed)?;
+    let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;
     let topics = recording.other_topics();
     if !topics.is_empty() {
         return Err(not_resumable(RecordingError::Mixed { topics }));
@@ -54,13 +59,23 @@ pub(super) fn resume(
     writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
     file.sync_all().map_err(failed)?;
     copy.take_place_of(path).map_err(failed)?;
-    Ok(writer)
+    Ok((writer, serial))
 }
 
-/// Copies all that can be read, and tells that there was a break.
-fn copy_inputs(recording: &mut RecordingReader<impl Read>, writer: &mut RecordingWriter<NamedFile>) -> io::Result<()> {
+/// Copies all that can be read, and tells that there was a break. Gives the serial number that the sensor told last.
+fn copy_inputs(
+    recording: &mut RecordingReader<impl Read>,
+    writer: &mut RecordingWriter<NamedFile>,
+) -> io::Result<Option<String>> {
+    let mut parser = Parser::new(ReadOptions::default());
+    let mut serial = None;
     let mut copy = |entry: Entry<'_>| match entry {
         Entry::Bytes { at_ns, bytes } => {
+            parser.push(&bytes, None);
+            let told = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
+            for value in told.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
+                serial = Some(value.fields);
+            }
             writer.write(&Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
         }
         Entry::Link(event) => writer.write(&Input::Link(event)),
@@ -71,13 +86,14 @@ fn copy_inputs(recording: &mut RecordingReader<impl Read>, writer: &mut Recordin
     }
     let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
         // nothing came, so that nothing was interrupted
-        return Ok(());
+        return Ok(serial);
     };
     let cause = match reason {
         Some(reason) => format!("recording ended ({reason}) and resumed"),
         None => "recording interrupted".into(),
     };
-    writer.write(&Input::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))
+    writer.write(&Input::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
+    Ok(serial)
 }
 
 /// The copy as long as it has not taken its place; removed if it never does.

@@ -66,6 +66,11 @@ impl Analysis {
             self.left_out_before = self.timing.left_out;
             self.rate_change = Some(RateChange { after_samples: self.timing.samples, from_hz, to_hz });
             self.arrivals_until = until;
+            if let Some((registers, samples)) = &self.before_break
+                && *samples == self.timing.samples
+            {
+                self.registers.clone_from(registers);
+            }
         }
     }
 

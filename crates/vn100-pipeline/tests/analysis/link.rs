@@ -83,6 +83,34 @@ fn two_sensors_in_one_stream_are_told() {
 }
 
 #[test]
+fn of_two_sensors_the_one_whose_samples_count_is_named() {
+    let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "recording ended and resumed".into() } };
+    let (first, second) = ([(7, "200"), (3, "0100099887")], [(3, "0100012345"), (7, "40")]);
+    let told = |second: [(u8, &str); 2]| {
+        let mut analysis = Analysis::new(Settings::default());
+        for registers in [first, second] {
+            let mut all = batches(&[Good(1), Good(2)], 10);
+            let value =
+                |(register, fields): (u8, &str)| RegisterValue { before_row: 0, register, fields: fields.into() };
+            all[0].registers = registers.map(value).into();
+            all.iter().for_each(|batch| analysis.absorb(batch));
+            analysis.take_link_event(&down);
+        }
+        analysis.snapshot()
+    };
+    let reversed = [second[1], second[0]];
+    for snapshot in [told(second), told(reversed)] {
+        assert_eq!((snapshot.timing.samples, snapshot.timing.left_out), (2, 2));
+        assert_eq!((&*snapshot.registers[&3], &*snapshot.registers[&7]), ("0100099887", "200"));
+        let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::AnotherSensor).unwrap();
+        assert!(warning.text.contains("the result is that of the first"), "{warning}");
+    }
+    // at the same rate both count
+    let warnings = told([(3, "0100012345"), (7, "200")]).warnings;
+    assert!(warnings.iter().any(|warning| warning.text.contains("mixes two sensors")), "{warnings:?}");
+}
+
+#[test]
 fn a_lost_link_breaks_the_segment_and_bridges_nothing() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let mut analysis = Analysis::new(Settings::default());
