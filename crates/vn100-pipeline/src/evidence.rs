@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::{Counted, LineCounter, NominalRate, Placed, Timebase, TimebaseSummary};
+use imu_noise::{Counted, LineCounter, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 
 /// All evidence of one stream, line by line. A line has its place once every evidence has placed it; what is missing, the counter says
 /// where there is one that counts.
@@ -33,8 +33,8 @@ pub(crate) enum Verdict {
     Unknown,
     /// The rate that the lines that follow stand for; their stamps tell what is missing.
     Rate(NominalRate),
-    /// From here on the stamps tell nothing.
-    Refused,
+    /// From here on the stamps tell nothing: why.
+    Refused(Refusal),
     /// From here on the lines come at another rate; what the stamps said until then.
     RateChanged { from_hz: f64, to_hz: f64, until: TimebaseSummary },
     /// From here on a counter tells what is missing.
@@ -165,7 +165,7 @@ impl Evidence {
             Placed::Gap { .. } if self.counting => None,
             Placed::Gap { missing } => Some(Verdict::Missing(missing)),
             Placed::Rate(nominal) => Some(Verdict::Rate(nominal)),
-            Placed::Refused(_) => Some(Verdict::Refused),
+            Placed::Refused(refusal) => Some(Verdict::Refused(refusal)),
             Placed::RateChanged { from_hz, to_hz, until } => Some(Verdict::RateChanged { from_hz, to_hz, until }),
         })
     }

@@ -89,7 +89,8 @@ impl Analysis {
                 }
                 self.missing_by_evidence = true;
             }
-            Verdict::Refused => {
+            Verdict::Refused(refusal) => {
+                self.take_refusal(refusal);
                 self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter;
                 if !self.missing_by_evidence {
                     self.timing.missing_from = MissingFrom::BadLines;

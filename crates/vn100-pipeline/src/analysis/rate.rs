@@ -1,6 +1,6 @@
 //! The sample rate: who told it, when it is given up, and when it changes.
 
-use imu_noise::{NominalRate, Timebase, TimebaseSummary};
+use imu_noise::{NominalRate, Refusal, Timebase, TimebaseSummary};
 
 use super::Analysis;
 use crate::{
@@ -71,6 +71,21 @@ impl Analysis {
             {
                 self.registers.clone_from(registers);
             }
+        }
+    }
+
+    /// Lines of another rate behind a break, where those before it bore out the one known, and nobody insists on it: it has changed, though the
+    /// sensor does not say so.
+    pub(super) fn take_refusal(&mut self, refusal: Refusal) {
+        // no clock is that far off
+        const SAME_RATE: f64 = 0.01;
+        let known = self.borne_out.filter(|before| self.is_of_the_rate(before));
+        if let (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) = (refusal, known)
+            && self.timing.rate_from != RateFrom::Option
+        {
+            let mut listed_hz = rates_hz(self.layout.as_deref()).iter().copied();
+            let to_hz = listed_hz.find(|hz| (measured_hz / hz - 1.0).abs() < SAME_RATE).unwrap_or(measured_hz);
+            self.change_rate(known_hz, to_hz, Some(before));
         }
     }
 
