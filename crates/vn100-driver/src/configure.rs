@@ -17,7 +17,7 @@ use crate::{
 /// How long after the output was paused the last of it may still come: a long line at the slowest speed.
 const DRAIN: Duration = Duration::from_millis(150);
 
-/// How long to leave the output to settle, and how long to count it.
+/// How long to leave the output to settle, at least, and how long to count it.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
@@ -205,7 +205,7 @@ async fn attempt(
         }
         link.request(Command::Async(true)).await?;
     }
-    tokio::time::sleep(SETTLE).await;
+    tokio::time::sleep(SETTLE.max(period(&current))).await;
     let mut state = link.state();
     let is_same_link = up_since(&state.borrow_and_update()) == begun;
     let (before, began) = (link.lines(message), Instant::now());
@@ -215,6 +215,13 @@ async fn attempt(
     let is_undisturbed =
         is_same_link && !state.has_changed().unwrap_or(true) && read_all_back(link, &written.changes).await.is_ok();
     Ok(Counted { measured_hz, rate_hz: rate.hz(), is_disturbed: !is_undisturbed })
+}
+
+/// From line to line of the output as it was: the first one of another output may come as late.
+fn period(current: &[RegisterContents]) -> Duration {
+    let rate = current.iter().find(|contents| contents.register == Register::ASYNC_RATE);
+    let rate = rate.and_then(|contents| contents.value::<AsyncRate>().ok());
+    Duration::from_secs(1).checked_div(rate.map_or(0, AsyncRate::hz)).unwrap_or_default()
 }
 
 /// Since when a link is up that is.

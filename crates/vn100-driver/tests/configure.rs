@@ -176,6 +176,25 @@ async fn lines_of_any_message_are_counted() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn the_first_line_of_a_faster_output_may_come_a_whole_old_period_later() {
+    // wherever between two of its lines it is set
+    for after in (0..1000).step_by(100).map(Duration::from_millis) {
+        let sensor = Sensor::new(115_200, 1);
+        sensor.world().registers.insert(30, PROTOCOL.1.into());
+        let mut link = up(&sensor).await;
+        link.run(after).await;
+        let (handle, stop) = (link.handle.clone(), CancellationToken::new());
+        let settings = OutputSettings { rate_hz: Some(10), ..OutputSettings::default() };
+        let work = tokio::spawn(async move { configure(&handle, &settings, &stop).await });
+        let configured = ended(&mut link, work).await.unwrap();
+        assert!(configured.rate_is_kept(), "{after:?}: {configured:?}");
+        let paused = sensor.world().written.iter().filter(|(_, line)| line.starts_with(b"$VNASY,0")).count();
+        assert_eq!(paused, 1, "{after:?}");
+        link.stop().await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn lines_of_a_message_that_is_not_set_are_not_counted() {
     let sensor = sensor();
     sensor.world().line = format!("{LINE}{OTHER_LINE}").leak();
