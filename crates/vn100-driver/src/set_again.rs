@@ -4,7 +4,9 @@
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
-use vn100_protocol::{Answer, Check, Command, Frame, Framer, Options, Register, Reply, RequestFailure, Session};
+use vn100_protocol::{
+    Answer, BaudRate, Check, Command, Frame, Framer, Options, Register, Reply, RequestFailure, Session, Setting,
+};
 
 use crate::{
     connect::Connection,
@@ -30,6 +32,27 @@ pub(crate) async fn set_again(
     let begin = [Command::ReadRegister(Register::MODEL), Command::Async(false)];
     let commands = begin.into_iter().chain(writes).chain([Command::Async(true)]);
     let results = exchange(connection, commands, aside, sent).await?;
+    all_done(results)
+}
+
+/// Sets the sensor and the port to another speed. All that comes meanwhile is put behind `aside`; each line written is told to `sent`.
+///
+/// # Errors
+/// When the sensor refuses or does not answer, or the link goes down.
+pub(crate) async fn set_speed(
+    connection: &mut impl Connection,
+    baud: BaudRate,
+    aside: &mut Vec<Input>,
+    sent: impl FnMut(&[u8]),
+) -> Result<(), Trouble> {
+    let write = Command::WriteRegister { register: Register::BAUD_RATE, fields: baud.fields() };
+    // a question first, as above
+    let results = exchange(connection, [Command::ReadRegister(Register::MODEL), write], aside, sent).await?;
+    all_done(results)?;
+    Ok(connection.set_baud(baud.bits_per_s())?)
+}
+
+fn all_done(results: Vec<Result<Answer, RequestFailure>>) -> Result<(), Trouble> {
     results.into_iter().find_map(Result::err).map_or(Ok(()), |failure| Err(failure.into()))
 }
 

@@ -3,13 +3,15 @@
 
 mod support;
 
-use std::time::Duration;
+use std::{slice, time::Duration};
 
 use support::{LINE, Link, OTHER_LINE, Sensor};
-use tokio::{join, select, task::JoinHandle};
+use tokio::{join, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{
-    ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, protocol::Register, restore,
+    Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure,
+    protocol::{Fields, Register},
+    restore,
 };
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
@@ -156,7 +158,7 @@ async fn what_cannot_be_put_back_is_told() {
     link.run(Duration::from_secs(2)).await;
     sensor.world().answers = false;
     stop.cancel();
-    let error = ended(&mut link, work).await.unwrap_err().to_string();
+    let error = link.until_done(work).await.unwrap_err().to_string();
     assert_eq!(
         error,
         "interrupted; the sensor may stay changed: the rate (register 07) from 40 to 20, its output, which may be paused"
@@ -186,7 +188,7 @@ async fn the_first_line_of_a_faster_output_may_come_a_whole_old_period_later() {
         let (handle, stop) = (link.handle.clone(), CancellationToken::new());
         let settings = OutputSettings { rate_hz: Some(10), ..OutputSettings::default() };
         let work = tokio::spawn(async move { configure(&handle, &settings, &stop).await });
-        let configured = ended(&mut link, work).await.unwrap();
+        let configured = link.until_done(work).await.unwrap();
         assert!(configured.rate_is_kept(), "{after:?}: {configured:?}");
         let paused = sensor.world().written.iter().filter(|(_, line)| line.starts_with(b"$VNASY,0")).count();
         assert_eq!(paused, 1, "{after:?}");
@@ -226,7 +228,7 @@ async fn what_is_lost_with_the_power_while_it_is_counted_is_set_once_more() {
                 (world.streams, world.answers) = (true, true);
             }
         }
-        let configured = ended(&mut link, work).await.unwrap();
+        let configured = link.until_done(work).await.unwrap();
         let told: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
         assert_eq!(told, ["the rate (register 07) from 40 to 20"], "away for {away:?}");
         assert!(configured.rate_is_kept(), "away for {away:?}: {configured:?}");
@@ -240,7 +242,7 @@ async fn what_is_lost_with_the_power_while_it_is_counted_is_set_once_more() {
 async fn a_sensor_that_does_not_come_back_while_it_is_counted_may_stay_changed() {
     let (sensor, mut link, work) = counting().await;
     power_fails(&sensor, false);
-    let error = ended(&mut link, work).await.unwrap_err().to_string();
+    let error = link.until_done(work).await.unwrap_err().to_string();
     assert!(
         error.starts_with("the link went down before ") && error.contains("; the sensor may stay changed: "),
         "{error}"
@@ -289,22 +291,9 @@ async fn configured_and_closed(
         link.run(after).await;
         stop.cancel();
     }
-    let configured = ended(&mut link, work).await;
+    let configured = link.until_done(work).await;
     link.stop().await;
     configured
-}
-
-/// What came of it, however long it takes.
-async fn ended(
-    link: &mut Link,
-    mut work: JoinHandle<Result<Configured, ConfigureError>>,
-) -> Result<Configured, ConfigureError> {
-    loop {
-        select! {
-            configured = &mut work => return configured.unwrap(),
-            () = link.run(Duration::from_secs(1)) => {}
-        }
-    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -365,6 +354,23 @@ async fn the_output_goes_on_where_it_cannot_be_put_back() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn what_went_with_the_power_is_not_told_as_staying_changed() {
+    let fields = |text| Fields::new(text).unwrap();
+    let change = Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields("200") };
+    for (reads, stays) in [("40", false), ("100", false), ("200", true)] {
+        let sensor = sensor();
+        sensor.world().registers.insert(7, reads.into());
+        sensor.world().read_only = Some(7);
+        let mut link = up(&sensor).await;
+        let handle = link.handle.clone();
+        let (restored, ()) = join!(restore(&handle, slice::from_ref(&change)), link.run(Duration::from_secs(4)));
+        let error = restored.err().map(|error| error.to_string());
+        assert_eq!(error.is_none(), reads == "100", "it is as it was: {error:?}");
+        assert_eq!(error.is_some_and(|error| error.contains("stays changed: the rate")), stays);
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn an_output_that_may_be_left_paused_is_told() {
     let sensor = sensor();
     let stop = CancellationToken::new();
@@ -376,7 +382,7 @@ async fn an_output_that_may_be_left_paused_is_told() {
     sensor.world().answers = false;
     stop.cancel();
     assert_eq!(
-        ended(&mut link, work).await.unwrap_err().to_string(),
+        link.until_done(work).await.unwrap_err().to_string(),
         "interrupted; the sensor stays changed: its output, which may be paused"
     );
 }

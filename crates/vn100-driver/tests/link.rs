@@ -212,6 +212,34 @@ async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_meas
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_sensor_that_needs_the_speed_it_lost_with_its_power_is_set_to_it_again() {
+    // what 115 200 baud do not carry, and what they do
+    for (rate_hz, baud, periods) in [("200", 460_800, 200), ("50", 115_200, 50)] {
+        let sensor = Sensor::new(460_800, periods);
+        let fields = |text| Fields::new(text).unwrap();
+        let keep = vec![Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields(rate_hz) }];
+        let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+        link.until_up().await;
+        link.run(ms(2000)).await;
+        sensor.world().cut_at = Some(LINE.len());
+        link.until_down().await;
+        {
+            let mut world = sensor.world();
+            world.registers.extend([(5, "115200".into()), (7, "40".into())]);
+            (world.baud, world.period, world.plugged) = (115_200, ms(25), true);
+        }
+        link.until_up().await;
+        let rows = link.told.rows;
+        link.run(ms(1000)).await;
+        let rows = link.told.rows - rows;
+        assert!(rows.abs_diff(u64::from(periods)) <= 1, "{rows}");
+        link.stop().await;
+        let world = sensor.world();
+        assert_eq!((world.baud, world.registers[&7].as_str(), world.streams), (baud, rate_hz, true));
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
     let sensor = Sensor::new(115_200, 20);
     let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });

@@ -3,7 +3,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use tokio::time::Instant;
-use vn100_protocol::Register;
+use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure};
 
 use super::LinkTask;
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     connect::{Connect, Connection},
     link_output::NobodyListens,
     link_state::{LinkState, Up},
-    set_again::set_again,
+    set_again::{set_again, set_speed},
     source::{Input, LinkEventKind},
     trouble::Trouble,
 };
@@ -48,9 +48,9 @@ impl<C: Connect> LinkTask<C> {
         let opened = self.stop.run_until_cancelled(self.connect.open(first)).await;
         let mut connection = opened.ok_or(Trouble::Stopped)??;
         let mut found = self.sweep(&mut connection, &rates).await;
-        if let Ok((_, held)) = &mut found
+        if let Ok((baud, held)) = &mut found
             && self.was_up
-            && let Err(trouble) = self.resume(&mut connection, held).await
+            && let Err(trouble) = self.resume(&mut connection, baud, held).await
         {
             let held = std::mem::take(held);
             found = Err(self.set_aside(held).await.err().map_or(trouble, Trouble::from));
@@ -76,21 +76,44 @@ impl<C: Connect> LinkTask<C> {
     }
 
     /// Makes sure that it is the same sensor that is back, and sets it as it was.
-    async fn resume(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
+    async fn resume(
+        &mut self,
+        connection: &mut C::Connection,
+        baud: &mut Option<u32>,
+        held: &mut Vec<Input>,
+    ) -> Result<(), Trouble> {
         self.check_known(connection, held).await?;
-        self.set_again(connection, held).await
+        self.set_again(connection, baud, held).await
     }
 
-    /// Sets a sensor that is back as it was; what it sent before that is no part of the measurement.
-    async fn set_again(&mut self, connection: &mut C::Connection, held: &mut Vec<Input>) -> Result<(), Trouble> {
+    /// Sets a sensor that is back at the speed `baud` as it was; what it sent before that is no part of the measurement. Where it was on a
+    /// faster line, that is not of its settings at power-up, and needs it, it is set to that too.
+    async fn set_again(
+        &mut self,
+        connection: &mut C::Connection,
+        baud: &mut Option<u32>,
+        held: &mut Vec<Input>,
+    ) -> Result<(), Trouble> {
         let changes = self.keep.iter().filter(|change| change.register != Register::BAUD_RATE);
         let changes: Vec<_> = changes.cloned().collect();
         if changes.is_empty() {
             return Ok(());
         }
         let output = &mut self.output;
-        let set =
-            self.stop.run_until_cancelled(set_again(connection, &changes, held, |line| output.note_sent(line))).await;
+        let faster =
+            self.last_baud.filter(|last| C::HAS_BAUD && *last > baud.unwrap_or_default()).and_then(BaudRate::new);
+        let setting = async {
+            let mut sent = |line: &[u8]| output.note_sent(line);
+            match (set_again(connection, &changes, held, &mut sent).await, faster) {
+                (Err(Trouble::NotSet(failure)), Some(faster)) if is_too_much(&failure) => {
+                    set_speed(connection, faster, held, &mut sent).await?;
+                    *baud = Some(faster.bits_per_s());
+                    set_again(connection, &changes, held, &mut sent).await
+                }
+                (set, _) => set,
+            }
+        };
+        let set = self.stop.run_until_cancelled(setting).await;
         self.set_aside(std::mem::take(held)).await?;
         let Some(set) = set else {
             // its output may be paused; whoever stops has no more use for the answer
@@ -188,4 +211,9 @@ impl<C: Connect> LinkTask<C> {
         }
         Ok(bytes)
     }
+}
+
+/// Whether the sensor refused an output that its line is too slow for.
+fn is_too_much(failure: &RequestFailure) -> bool {
+    matches!(failure, RequestFailure::Device { error: DeviceError::InsufficientBaudRate, .. })
 }

@@ -15,7 +15,9 @@ use std::{
 
 use bytes::Bytes;
 use tokio::{
+    select,
     sync::mpsc,
+    task::JoinHandle,
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
@@ -352,6 +354,16 @@ impl Link {
         let end = Instant::now() + time;
         while let Ok(event) = tokio::time::timeout_at(end, self.events.recv()).await {
             self.take(event.unwrap());
+        }
+    }
+
+    /// Takes events until something else is done.
+    pub(crate) async fn until_done<T>(&mut self, mut work: JoinHandle<T>) -> T {
+        loop {
+            select! {
+                done = &mut work => return done.unwrap(),
+                () = self.run(Duration::from_secs(1)) => {}
+            }
         }
     }
 
