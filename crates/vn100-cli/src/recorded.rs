@@ -30,21 +30,28 @@ impl RecordedDocument {
     /// In words.
     pub(crate) fn text(&self) -> String {
         let unknown = || "an unknown time".to_owned();
-        let started = self.started.clone().unwrap_or_else(unknown);
-        let ended = self.ended.clone().unwrap_or_else(unknown);
+        let when = match (&self.started, &self.ended) {
+            (None, None) => format!("at {}", unknown()),
+            (started, ended) => {
+                let told = |time: &Option<String>| time.clone().unwrap_or_else(unknown);
+                format!("{} to {}", told(started), told(ended))
+            }
+        };
         let how = match (&self.end_reason, self.complete) {
             (Some(reason), Some(true)) => format!(", ended: {reason}"),
             (_, Some(false)) => ", cut there: the file has no end".to_owned(),
             _ => String::new(),
         };
-        format!("{started} to {ended}{how}")
+        format!("{when}{how}")
     }
 }
 
-/// To the millisecond, as the clock of a host is not better than that; `None` for a time before 1970.
+/// To the millisecond, as the clock of a host is not better than that; `None` for a time before 1971: it is that of a clock that was not set,
+/// or of no clock.
 fn utc(at_ns: i64) -> Option<String> {
+    const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
     let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
-    Some(humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())
+    (since_1970 >= YEAR).then(|| humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())
 }
 
 #[cfg(test)]
@@ -62,5 +69,15 @@ mod tests {
         recorded.end.set(end).unwrap();
         let text = RecordedDocument::new(&recorded).text();
         assert_eq!(text, format!("{started} to an unknown time, cut there: the file has no end"));
+    }
+
+    #[test]
+    fn a_time_that_counts_from_zero_is_no_date() {
+        let recorded = Recorded { started_ns: Some(0), ..Recorded::default() };
+        let end = RecordingEnd { ended_ns: Some(60_000_000_000), complete: true, reason: None };
+        recorded.end.set(end).unwrap();
+        let document = RecordedDocument::new(&recorded);
+        assert_eq!((&document.started, &document.ended), (&None, &None));
+        assert_eq!(document.text(), "at an unknown time");
     }
 }

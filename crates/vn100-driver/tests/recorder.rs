@@ -201,6 +201,15 @@ async fn what_is_no_recording_is_left_alone() {
         assert!(error.to_string().ends_with(problem), "{error}");
         assert_eq!((fs::read_to_string(&path).unwrap(), files(&folder)), (content.into(), vec!["day.mcap".into()]));
     }
+    let content = {
+        let mut capture = vn100_driver::RecordingWriter::new(Vec::new(), &BTreeMap::new()).unwrap();
+        capture.write(&read(0)).unwrap();
+        capture.finish(None).unwrap()
+    };
+    fs::write(&path, &content).unwrap();
+    let error = Recorder::resume(&path, &BTreeMap::new()).unwrap_err();
+    assert!(error.to_string().contains("its times count from zero"), "{error}");
+    assert_eq!((fs::read(&path).unwrap(), files(&folder)), (content, vec!["day.mcap".into()]));
     let mut mixed = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
     for topic in ["/vn100/bytes", "/camera"] {
         mixed.add_channel(0, topic, "application/octet-stream", &BTreeMap::new()).unwrap();
@@ -270,7 +279,7 @@ async fn a_recording_that_is_removed_meanwhile_says_so() {
     let metadata = conditions("me");
     for resumed in [false, true] {
         let (_folder, path) = place();
-        record(Recorder::create(&path, &metadata).unwrap(), &[read(0)], "stopped").await;
+        record(Recorder::create(&path, &metadata).unwrap(), &[read(1)], "stopped").await;
         let recorder = if resumed {
             Recorder::resume(&path, &metadata).unwrap()
         } else {

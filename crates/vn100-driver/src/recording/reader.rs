@@ -79,6 +79,9 @@ pub enum RecordingError {
         /// The other topics, in order.
         topics: Vec<String>,
     },
+    /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go on with those of a clock.
+    #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
+    Undated,
     /// A recording of a form that this program does not know.
     #[error(
         "it has the form \"{found}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"

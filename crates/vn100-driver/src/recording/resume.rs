@@ -42,6 +42,9 @@ pub(super) fn resume(
     if !recording.has_our_topics() {
         return Err(not_resumable(RecordingError::NotBegun));
     }
+    if recording.recorded().started_ns == Some(0) {
+        return Err(not_resumable(RecordingError::Undated));
+    }
     let copy = Copy::beside(path);
     copy.remove_leftover().map_err(failed)?;
     let file = File::create_new(&copy.path).map_err(failed)?;

@@ -63,8 +63,8 @@ fn capture(record: &Record<'_>) -> Vec<Row> {
         row("Form", origin.kind.unwrap_or("not recognised")),
         or_not_recorded("Size", file.map(|file| format!("{} bytes", grouped(file.bytes)))),
         or_not_recorded("SHA-256", file.map(|file| file.sha256.clone())),
-        or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone()).filter(|time| is_dated(time))),
-        or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone()).filter(|time| is_dated(time))),
+        or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone())),
+        or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone())),
         or_not_recorded("How it ended", of(|recorded| recorded.end_reason.clone())),
         or_not_recorded("Recorded by", of(|recorded| recorded.program.clone())),
         row("Report by", format!("vn100 {}, commit {}", env!("CARGO_PKG_VERSION"), commit())),
@@ -74,11 +74,6 @@ fn capture(record: &Record<'_>) -> Vec<Row> {
             snapshot.layout.as_ref().map(|layout| if layout.compensated { "yes" } else { "no" }.into()),
         ),
     ]
-}
-
-/// Times that count from 0 are those of a clock that was not set, or of no clock.
-fn is_dated(time: &str) -> bool {
-    !time.starts_with("1970-")
 }
 
 /// Of the source that this program was built from.
