@@ -300,7 +300,7 @@ fn of_a_sensor_that_came_back_at_another_rate_the_stamps_before_speak() {
             analysis.take_link_event(&down);
         }
         let snapshot = analysis.snapshot();
-        assert_eq!((snapshot.timing.rate_hz, snapshot.timing.samples), (from_hz, count as u64));
+        assert_eq!((snapshot.timing.samples, snapshot.timing.missing_from), (count as u64, MissingFrom::Arrival));
         assert_says(&snapshot, from_hz);
     }
 }

@@ -92,7 +92,8 @@ impl Analysis {
             Verdict::Refused(refusal) => {
                 self.take_refusal(refusal);
                 self.missing_by_evidence = self.timing.missing_from == MissingFrom::Counter;
-                if !self.missing_by_evidence {
+                // what is left out says nothing of the record
+                if !self.missing_by_evidence && self.rate_change.is_none() {
                     self.timing.missing_from = MissingFrom::BadLines;
                 }
             }
