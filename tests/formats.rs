@@ -270,7 +270,7 @@ fn a_recording_reads_as_its_lines_and_knows_their_times() {
     assert_eq!(timing["interarrival_us"]["max"], 25_000);
     let recorded = &document["source"]["recorded"];
     // the times of an emulated sensor count from zero
-    assert_eq!((&recorded["started"], &recorded["ended"]), (&serde_json::Value::Null, &serde_json::Value::Null));
+    assert_eq!((&recorded["started"], &recorded["ended"]), (&Value::Null, &Value::Null));
     assert_eq!(recorded["complete"], true);
     assert_eq!(document["source"]["meta"]["sim.seed"], "1");
 }
