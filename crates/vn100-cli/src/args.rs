@@ -8,11 +8,12 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum, error::ErrorKind};
 use vn100_pipeline::{DEFAULT_CONFIDENCE, Want};
-use vn100_protocol::{AsyncRate, BaudRate, OUTPUT_RATES_HZ};
+use vn100_protocol::{AsyncRate, BaudRate};
 use vn100_sim::CaptureMessage;
 
 pub(crate) use files::{CompareArgs, ExportForm, FileArgs, ReplayArgs, ReportArgs};
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
+use link::{baud_rate, output_rate};
 use measure::{Estimator, confidence, length};
 pub(crate) use measure::{MeasureArgs, ResultArgs, Telling};
 
@@ -32,12 +33,22 @@ pub(crate) struct Args {
 impl Args {
     /// Refuses what single options cannot.
     pub(crate) fn checked(self) -> Result<Self, clap::Error> {
-        match &self.command {
-            Command::Attach(args) if args.measure.estimator == Estimator::Full => Err(Self::command().error(
-                ErrorKind::ArgumentConflict,
-                "--estimator full is for replay: its memory grows with the record, and a live sensor has no end. Record it, and replay that",
-            )),
-            _ => Ok(self),
+        let refusal = match &self.command {
+            Command::Attach(args) if args.measure.estimator == Estimator::Full => Some(
+                "--estimator full is for replay: its memory grows with the record, and a live sensor has no end. Record it, and replay that"
+                    .into(),
+            ),
+            Command::Attach(args) if args.recording.resume && args.record.is_empty() => {
+                Some("--resume goes on with a recording: name it with --record".into())
+            }
+            Command::Attach(AttachArgs { change, .. }) | Command::Record(RecordArgs { change, .. }) => {
+                change.not_measured()
+            }
+            _ => None,
+        };
+        match refusal {
+            Some(refusal) => Err(Self::command().error(ErrorKind::ArgumentConflict, refusal)),
+            None => Ok(self),
         }
     }
 }
@@ -175,7 +186,7 @@ pub(crate) struct ConfigureArgs {
     pub(crate) change: ChangeArgs,
 
     /// Set the speed of the line in baud: 9600 19200 38400 57600 115200 128000 230400 460800 921600
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = |text: &str| baud_rate(text).map(BaudRate::bits_per_s))]
     pub(crate) set_baud: Option<u32>,
 
     /// Append a counter to each line, so that lost lines are counted exactly; "off" ends that
@@ -304,16 +315,6 @@ pub(crate) struct ManArgs {
     /// Write vn100.1 and one page for each command into this folder; an existing page is never replaced
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-}
-
-fn output_rate(text: &str) -> Result<AsyncRate, String> {
-    let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
-    rate.ok_or_else(|| format!("the sensor's rates are {OUTPUT_RATES_HZ:?} Hz"))
-}
-
-fn baud_rate(text: &str) -> Result<BaudRate, String> {
-    let speeds = || BaudRate::ALL.map(|speed| speed.bits_per_s().to_string()).join(", ");
-    text.parse().ok().and_then(BaudRate::new).ok_or_else(|| format!("the sensor's speeds are {}", speeds()))
 }
 
 fn on_or_off(text: &str) -> Result<bool, String> {

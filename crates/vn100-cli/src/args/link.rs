@@ -4,6 +4,7 @@ use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
 
 use clap::Args;
 use vn100_driver::OutputSettings;
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, OUTPUT_RATES_HZ};
 use vn100_sim::{Profile, fault::FaultPlan};
 
 use super::LogArgs;
@@ -115,15 +116,15 @@ pub(crate) struct SimSensorArgs {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ChangeArgs {
     /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200
-    #[arg(long, value_name = "HZ", conflicts_with = "listen_only")]
+    #[arg(long, value_name = "HZ", conflicts_with = "listen_only", value_parser = |text: &str| output_rate(text).map(AsyncRate::hz))]
     pub(crate) set_rate: Option<u32>,
 
     /// Set the message to be sent, such as VNYMR or VNIMU
-    #[arg(long, value_name = "NAME", conflicts_with = "listen_only")]
+    #[arg(long, value_name = "NAME", conflicts_with = "listen_only", value_parser = message)]
     pub(crate) set_message: Option<String>,
 
     /// Average so many refreshes of 800 Hz in gyroscope and accelerometer; 800 divided by the rate is the honest setting
-    #[arg(long, value_name = "N", conflicts_with = "listen_only")]
+    #[arg(long, value_name = "N", conflicts_with = "listen_only", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 }
 
@@ -131,12 +132,20 @@ impl ChangeArgs {
     /// What they ask for; `None` for nothing.
     pub(crate) fn settings(&self) -> Option<OutputSettings> {
         let settings = OutputSettings {
-            message: self.set_message.as_ref().map(|name| name.to_ascii_uppercase()),
+            message: self.set_message.clone(),
             rate_hz: self.set_rate,
             window: self.window,
             ..OutputSettings::default()
         };
         (settings != OutputSettings::default()).then_some(settings)
+    }
+
+    /// Why what they ask for cannot be measured.
+    pub(super) fn not_measured(&self) -> Option<String> {
+        let name = self.set_message.as_ref()?;
+        let measured = [AsyncType::YMR, AsyncType::IMU].map(|message| message.header().unwrap_or_default());
+        let refusal = || format!("{name} is not measured here: --set-message can be {}", measured.join(" or "));
+        (!measured.contains(&name.as_str())).then(refusal)
     }
 }
 
@@ -150,6 +159,24 @@ pub(crate) struct RecordingArgs {
     /// Conditions to keep with the data, as TOML: place, mounting, axis up, supply, operator, note
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) meta: Option<PathBuf>,
+}
+
+pub(super) fn output_rate(text: &str) -> Result<AsyncRate, String> {
+    let rate = text.parse().ok().filter(|hz| *hz > 0).and_then(AsyncRate::new);
+    rate.ok_or_else(|| format!("the sensor's rates are {OUTPUT_RATES_HZ:?} Hz"))
+}
+
+pub(super) fn baud_rate(text: &str) -> Result<BaudRate, String> {
+    let speeds = || BaudRate::ALL.map(|speed| speed.bits_per_s().to_string()).join(", ");
+    text.parse().ok().and_then(BaudRate::new).ok_or_else(|| format!("the sensor's speeds are {}", speeds()))
+}
+
+fn message(text: &str) -> Result<String, String> {
+    let name = text.to_ascii_uppercase();
+    let names = || (0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header).collect::<Vec<_>>().join(", ");
+    AsyncType::from_header(name.as_bytes())
+        .map(|_| name)
+        .ok_or_else(|| format!("the sensor's messages are {}", names()))
 }
 
 #[cfg(test)]
