@@ -145,6 +145,9 @@ fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Up(Up { output_resumed: true, .. }) if told.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
             "the output of the sensor was paused, as by a program that broke off: it was made to go on, and is paused again at the end".into(),
         ),
+        LinkState::Up(up) if matches!(told, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
+            Some("the sensor sends again".into())
+        }
         LinkState::Up(Up { port, baud, .. }) => {
             let speed = baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
             Some(format!("connected to {port}{speed}"))
@@ -250,10 +253,11 @@ mod tests {
             restarted: None,
             output_resumed: false,
         };
-        let resumed = LinkState::Up(Up { output_resumed: true, ..silent.clone() });
+        let resumed = Up { output_resumed: true, ..silent.clone() };
+        let (silent_again, resumed) = (LinkState::Silent(resumed.clone()), LinkState::Up(resumed));
         let told = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
         assert!(told.contains("paused again at the end"), "{told}");
-        assert!(event(Some(&resumed), &resumed).unwrap().starts_with("connected"), "as behind another silence");
+        assert_eq!(event(Some(&silent_again), &resumed).unwrap(), "the sensor sends again");
     }
 
     #[test]
@@ -288,10 +292,13 @@ mod tests {
             output_resumed: false,
         };
         let again = Up { since_ns: 1, restarted: Some(vn100_driver::protocol::DeviceError::HardFault), ..up.clone() };
+        let silent = LinkState::Silent(again.clone());
         let (up, again) = (LinkState::Up(up), LinkState::Up(again));
         assert!(is_news(Some(&up), &again));
         let told = event(Some(&up), &again).unwrap();
         assert!(told.starts_with("the sensor restarted: VNERR"), "{told}");
-        assert!(event(Some(&again), &again).unwrap().starts_with("connected"), "as behind a silence");
+        assert_eq!(event(Some(&silent), &again).unwrap(), "the sensor sends again");
+        assert!(event(None, &up).unwrap().starts_with("connected"));
+        assert!(event(Some(&down("the port is gone", false)), &up).unwrap().starts_with("connected"));
     }
 }
