@@ -66,6 +66,8 @@ pub struct Analysis {
     outages: Outages,
     /// Of the missing, those that bad lines took the place of; the others were told by evidence.
     missing_by_bad_lines: u64,
+    /// When the last row came.
+    last_row_ns: Option<i64>,
     /// How many lines told the rate, where they were too few to be sure of it.
     rate_by_few: Option<u64>,
     /// Absolute index of the next sample, those missing counted in.
@@ -120,6 +122,7 @@ impl Analysis {
             other_rate_lines: 0,
             outages: Outages::default(),
             missing_by_bad_lines: 0,
+            last_row_ns: None,
             rate_by_few: None,
             index: 0,
             in_segment: false,
@@ -133,6 +136,7 @@ impl Analysis {
     /// Takes what one read brought.
     pub fn absorb(&mut self, batch: &Batch) {
         self.link = batch.link;
+        self.last_row_ns = batch.arrivals.last().map(|arrival| arrival.at_ns).or(self.last_row_ns);
         batch.registers.iter().for_each(|value| self.take_register(value));
         if let (None, Some(layout)) = (&self.layout, &batch.layout) {
             self.begin(Arc::clone(layout));
@@ -154,7 +158,8 @@ impl Analysis {
 
     /// Takes what befell the link. Nobody knows what went by while it was down: no window spans that, and arrival times start anew.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
-        self.outages.take(event);
+        // each row is before one outage
+        self.outages.take(event, self.last_row_ns.take());
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
             let ended = self.waiting.take().and_then(|waiting| waiting.summary());

@@ -97,22 +97,23 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// How long it was down in all, in seconds, until it last came back; `None` where the times of the events do not tell.
+    /// How long it was down in all, in seconds, from the last row before until it came back; `None` where the times of the events do not tell.
     pub down_s: Option<f64>,
     /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
     pub since_ns: Option<i64>,
 }
 
 impl Outages {
-    /// Takes what befell the link.
-    pub(crate) fn take(&mut self, event: &LinkEvent) {
+    /// Takes what befell the link. That it is silent it is told some seconds later: it is down since the last row of the stream.
+    pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
                 if self.times == 0 {
                     self.down_s = Some(0.0);
                 }
                 self.times += 1;
-                self.since_ns = Some(event.at_ns);
+                // a clock may have been set back
+                self.since_ns = last_row_ns.filter(|ns| *ns <= event.at_ns).or(Some(event.at_ns));
             }
             LinkEventKind::Up { .. } => {
                 if let Some(since_ns) = self.since_ns.take() {

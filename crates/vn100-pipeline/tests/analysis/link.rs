@@ -146,4 +146,14 @@ fn the_time_without_a_link_is_told_where_the_events_tell_it() {
     assert_eq!(told(&twice), (2, Some(3.0)));
     assert_eq!(told(&twice[..4]), (2, None), "it has not come back");
     assert_eq!(told(&[up(0), down(9 * second), up(second)]), (1, None), "the clock was set back");
+
+    // a link that falls silent is given up later
+    let mut analysis = Analysis::new(Settings::default());
+    let mut batch = batches(&[Good(1), Good(2)], 10).remove(0);
+    batch.arrivals = (0..2).map(|row| Arrival { from_row: row, at_ns: (3 + row as i64) * second }).collect();
+    analysis.absorb(&batch);
+    [down(9 * second), up(11 * second)].iter().for_each(|event| analysis.take_link_event(event));
+    assert_eq!(analysis.snapshot().outages.seconds(), Some(7.0), "since the last line");
+    [down(12 * second), up(13 * second)].iter().for_each(|event| analysis.take_link_event(event));
+    assert_eq!(analysis.snapshot().outages.seconds(), Some(8.0), "nothing came between");
 }

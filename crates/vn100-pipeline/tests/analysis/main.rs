@@ -9,7 +9,7 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_driver::{
-    Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
+    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
     protocol::{Layout, PrintFormat, VNIMU, VNYMR},
 };
 use vn100_pipeline::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
