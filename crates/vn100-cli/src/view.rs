@@ -167,9 +167,13 @@ impl Signals {
         let mut hangup = signal(SignalKind::hangup())?;
         let mut go_on = signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw()))?;
         tokio::spawn(async move {
+            let mut kept = None;
             loop {
                 tokio::select! {
-                    _ = hangup.recv() => heard.hung_up.cancel(),
+                    _ = hangup.recv() => {
+                        heard.hung_up.cancel();
+                        kept = kept.or_else(|| terminal::quiet_input().ok());
+                    }
                     _ = go_on.recv() => heard.continued.store(true, Ordering::Relaxed),
                 }
             }

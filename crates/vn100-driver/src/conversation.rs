@@ -148,9 +148,9 @@ impl Conversation {
     }
 
     /// The sensor was asked while its speed was looked for: at all speeds but its own that was junk to it. Until the first good answer it may
-    /// refuse that, once for each speed, or what it took with the rest of it.
+    /// refuse that, once for each speed and for each question more, or what it took with the rest of it.
     pub(crate) fn expect_junk_answers(&mut self) {
-        self.junk_answers = BAUD_RATES.len();
+        self.junk_answers = (self.junk_answers + 1).max(BAUD_RATES.len());
     }
 
     /// Reads a register before all others that the link wants to know.

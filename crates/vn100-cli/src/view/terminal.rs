@@ -144,6 +144,8 @@ pub(crate) fn leave_screen() {
 /// # Errors
 /// When the terminal is gone.
 pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
+    // a terminal that is gone must not be read
+    something_came(Duration::ZERO)?;
     if event::poll(Duration::ZERO)? {
         return event::read().map(Some);
     }
@@ -180,6 +182,16 @@ fn something_came(wait: Duration) -> io::Result<bool> {
         return Err(io::Error::new(io::ErrorKind::NotConnected, "the terminal is gone"));
     }
     Ok(came.contains(PollFlags::IN))
+}
+
+/// Puts an input in the place of the terminal's on which nothing ever comes, as long as what is given back is kept. Whoever reads a
+/// terminal that was hung up finds its end again and again, and crossterm, once it reads, does so for ever.
+#[cfg(unix)]
+pub(crate) fn quiet_input() -> io::Result<io::PipeWriter> {
+    let (input, writer) = io::pipe()?;
+    rustix::io::ioctl_fionbio(&input, true)?;
+    rustix::stdio::dup2_stdin(&input)?;
+    Ok(writer)
 }
 
 /// Makes the system tell anew of what can be read: it does so whenever a line is set, be it as it is.
