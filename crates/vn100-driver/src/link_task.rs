@@ -13,7 +13,7 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{BaudRate, Options, Register, RegisterContents, Reply};
+use vn100_protocol::{BaudRate, Options};
 
 use self::{silence::Silence, watched::Watch};
 use crate::{
@@ -321,27 +321,6 @@ impl<C: Connect> LinkTask<C> {
         self.state.send_replace(LinkState::Up(up.clone()));
         self.conversation.meet(self.start.elapsed());
         self.tell(LinkEventKind::Up { port: up.port.clone(), baud: up.baud }).await
-    }
-
-    /// Takes what a sensor says of its serial number. Another one may have come without a loss of the link, behind an adapter that stays.
-    fn recognise(&mut self, reply: &Reply) -> Result<(), Trouble> {
-        let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
-            return Ok(());
-        };
-        let serial = fields.to_string();
-        match &self.serial {
-            None => self.serial = Some(serial),
-            Some(known) if *known == serial => self.strange_serial = None,
-            Some(known) if self.strange_serial.as_ref() == Some(&serial) => {
-                return Err(Trouble::Another { serial, known: known.clone() });
-            }
-            Some(_) => {
-                // one answer in a few million is damaged and looks good; not two alike
-                self.strange_serial = Some(serial);
-                self.conversation.read_next(Register::SERIAL_NUMBER);
-            }
-        }
-        Ok(())
     }
 
     /// Follows the sensor to another speed.

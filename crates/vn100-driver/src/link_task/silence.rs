@@ -2,7 +2,7 @@
 //! another one, or have lost its power and its settings.
 
 use tokio::time::Instant;
-use vn100_protocol::{Frame, Framer, Options, Reply};
+use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
 use super::LinkTask;
 use crate::{
@@ -80,6 +80,27 @@ impl<C: Connect> LinkTask<C> {
             return Err(trouble);
         }
         self.was_up = true;
+        Ok(())
+    }
+
+    /// Takes what a sensor says of its serial number. Another one may have come without a loss of the link, behind an adapter that stays.
+    pub(super) fn recognise(&mut self, reply: &Reply) -> Result<(), Trouble> {
+        let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
+            return Ok(());
+        };
+        let serial = fields.to_string();
+        match &self.serial {
+            None => self.serial = Some(serial),
+            Some(known) if *known == serial => self.strange_serial = None,
+            Some(known) if self.strange_serial.as_ref() == Some(&serial) => {
+                return Err(Trouble::Another { serial, known: known.clone() });
+            }
+            Some(_) => {
+                // one answer in a few million is damaged and looks good; not two alike
+                self.strange_serial = Some(serial);
+                self.conversation.read_next(Register::SERIAL_NUMBER);
+            }
+        }
         Ok(())
     }
 

@@ -6,6 +6,8 @@
     reason = "each test target uses its part of it; a test fails by panicking"
 )]
 
+mod link;
+
 use std::{
     collections::{BTreeMap, VecDeque},
     io,
@@ -14,17 +16,10 @@ use std::{
 };
 
 use bytes::Bytes;
-use tokio::{
-    select,
-    sync::mpsc,
-    task::JoinHandle,
-    time::{Instant, sleep_until},
-};
+pub(crate) use link::{Link, Told};
+use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    Chunk, Connect, ConnectError, Connection, Event, Input, LinkCounts, LinkEventKind, LinkHandle, LinkOptions, Source,
-    open_link,
-};
+use vn100_driver::{Chunk, Connect, ConnectError, Connection, Input, LinkOptions, Source, open_link};
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 pub(crate) const OTHER_LINE: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
@@ -308,100 +303,5 @@ impl Connection for Port {
         let mut world = self.sensor.world();
         world.garbled = world.bad_openings > 0;
         world.bad_openings = world.bad_openings.saturating_sub(1);
-    }
-}
-
-/// A link under test with all that it told.
-pub(crate) struct Link {
-    pub(crate) handle: LinkHandle,
-    pub(crate) events: mpsc::Receiver<Event>,
-    pub(crate) stop: CancellationToken,
-    pub(crate) told: Told,
-}
-
-#[derive(Debug, Default)]
-pub(crate) struct Told {
-    pub(crate) rows: u64,
-    /// What the sensor said of its registers.
-    pub(crate) registers: Vec<(u8, String)>,
-    pub(crate) counts: LinkCounts,
-    /// When it was told, in milliseconds since the start, and what.
-    pub(crate) link: Vec<(i64, LinkEventKind)>,
-    pub(crate) error: Option<String>,
-}
-
-impl Link {
-    /// Takes events until the link event that is asked for.
-    pub(crate) async fn until(&mut self, wanted: impl Fn(&LinkEventKind) -> bool) {
-        while let Some(event) = self.events.recv().await {
-            if self.take(event) && wanted(&self.told.link.last().unwrap().1) {
-                return;
-            }
-        }
-        panic!("ended without it: {:?}", self.told);
-    }
-
-    pub(crate) async fn until_up(&mut self) {
-        self.until(|kind| matches!(kind, LinkEventKind::Up { .. })).await;
-    }
-
-    pub(crate) async fn until_down(&mut self) {
-        self.until(|kind| matches!(kind, LinkEventKind::Down { .. })).await;
-    }
-
-    /// Takes events for a time.
-    pub(crate) async fn run(&mut self, time: Duration) {
-        let end = Instant::now() + time;
-        while let Ok(event) = tokio::time::timeout_at(end, self.events.recv()).await {
-            self.take(event.unwrap());
-        }
-    }
-
-    /// Takes events until something else is done.
-    pub(crate) async fn until_done<T>(&mut self, mut work: JoinHandle<T>) -> T {
-        loop {
-            select! {
-                done = &mut work => return done.unwrap(),
-                () = self.run(Duration::from_secs(1)) => {}
-            }
-        }
-    }
-
-    /// Stops it and takes what is left.
-    pub(crate) async fn stop(mut self) -> Told {
-        self.stop.cancel();
-        self.end().await
-    }
-
-    /// Takes events to the end.
-    pub(crate) async fn end(&mut self) -> Told {
-        while let Some(event) = self.events.recv().await {
-            self.take(event);
-        }
-        std::mem::take(&mut self.told)
-    }
-
-    /// Whether it was a link event.
-    fn take(&mut self, event: Event) -> bool {
-        match event {
-            Event::Batch(batch) => {
-                self.told.rows += batch.row_count() as u64;
-                self.told.counts = batch.link;
-                self.told.registers.extend(batch.registers.into_iter().map(|value| (value.register, value.fields)));
-                let tally = batch.link.tally;
-                let told =
-                    batch.link.samples() + batch.link.answers() + batch.link.echoes + batch.link.other_messages();
-                assert_eq!(tally.good_lines(), told);
-                false
-            }
-            Event::Link(event) => {
-                self.told.link.push((event.at_ns / 1_000_000, event.kind));
-                true
-            }
-            Event::End(end) => {
-                self.told.error = end.error.map(|error| error.to_string());
-                false
-            }
-        }
     }
 }
