@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use tokio::time::Instant;
-use tokio::{select, sync::mpsc, task::JoinHandle};
+use tokio::{select, sync::mpsc, task::JoinHandle, time::Instant};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Event, LinkCounts, LinkEventKind, LinkHandle};
 
