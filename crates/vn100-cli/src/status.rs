@@ -214,6 +214,17 @@ mod tests {
         LinkState::Down { was_up: true, cause: cause.into(), needs_help, retry_in: Duration::from_millis(50) }
     }
 
+    fn connected() -> Up {
+        Up {
+            port: "/dev/imu".into(),
+            baud: None,
+            since_ns: 0,
+            latency_timer: None,
+            restarted: None,
+            output_resumed: false,
+        }
+    }
+
     #[test]
     fn of_failed_attempts_only_those_that_need_help_are_told_once_each() {
         let gone = down("the port is gone", false);
@@ -245,14 +256,7 @@ mod tests {
 
     #[test]
     fn an_output_that_was_found_paused_is_told_once() {
-        let silent = Up {
-            port: "/dev/imu".into(),
-            baud: None,
-            since_ns: 0,
-            latency_timer: None,
-            restarted: None,
-            output_resumed: false,
-        };
+        let silent = connected();
         let resumed = Up { output_resumed: true, ..silent.clone() };
         let (silent_again, resumed) = (LinkState::Silent(resumed.clone()), LinkState::Up(resumed));
         let told = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
@@ -265,14 +269,7 @@ mod tests {
         let notices = Notices::default();
         let mut line = Status::new(Some(notices.clone()), false).line("/dev/imu");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
-        let up = Up {
-            port: "/dev/imu".into(),
-            baud: None,
-            since_ns: 0,
-            latency_timer: Some(timer),
-            restarted: None,
-            output_resumed: false,
-        };
+        let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };
         line.tell(&LinkState::Up(up));
         line.tell(&down("the port is gone", false));
@@ -283,14 +280,7 @@ mod tests {
 
     #[test]
     fn a_restart_is_told_and_not_as_a_connection() {
-        let up = Up {
-            port: "/dev/imu".into(),
-            baud: None,
-            since_ns: 0,
-            latency_timer: None,
-            restarted: None,
-            output_resumed: false,
-        };
+        let up = connected();
         let again = Up { since_ns: 1, restarted: Some(vn100_driver::protocol::DeviceError::HardFault), ..up.clone() };
         let silent = LinkState::Silent(again.clone());
         let (up, again) = (LinkState::Up(up), LinkState::Up(again));

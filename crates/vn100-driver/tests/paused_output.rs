@@ -148,6 +148,16 @@ async fn set(
     work.await.unwrap()
 }
 
+/// Puts back what was changed, over a link of its own.
+async fn put_back(sensor: &Sensor, configured: Configured) {
+    let mut link = up(sensor).await;
+    let handle = link.handle.clone();
+    let work = tokio::spawn(async move { restore(&handle, &configured.changes).await });
+    link.run(ms(5000)).await;
+    work.await.unwrap().unwrap();
+    link.stop().await;
+}
+
 #[tokio::test(start_paused = true)]
 async fn whoever_sets_the_output_has_it_and_is_told_that_it_was_paused() {
     for rate_hz in [40, 20] {
@@ -156,12 +166,7 @@ async fn whoever_sets_the_output_has_it_and_is_told_that_it_was_paused() {
         assert!(configured.was_paused && configured.rate_is_kept(), "{configured:?}");
         assert!(sensor.world().streams);
         // put back by somebody who finds it so
-        let mut link = up(&sensor).await;
-        let handle = link.handle.clone();
-        let work = tokio::spawn(async move { restore(&handle, &configured.changes).await });
-        link.run(ms(5000)).await;
-        work.await.unwrap().unwrap();
-        link.stop().await;
+        put_back(&sensor, configured).await;
         let world = sensor.world();
         assert_eq!((world.registers[&7].as_str(), world.streams), ("40", true));
     }
@@ -187,12 +192,7 @@ async fn what_is_put_back_on_a_sensor_that_is_paused_leaves_it_so() {
     let configured = set(&sensor, 20, &CancellationToken::new(), ms(10_000)).await.unwrap();
     assert!(!configured.was_paused);
     sensor.world().streams = false;
-    let mut link = up(&sensor).await;
-    let handle = link.handle.clone();
-    let work = tokio::spawn(async move { restore(&handle, &configured.changes).await });
-    link.run(ms(5000)).await;
-    work.await.unwrap().unwrap();
-    link.stop().await;
+    put_back(&sensor, configured).await;
     let world = sensor.world();
     assert_eq!((world.registers[&7].as_str(), world.streams), ("40", false));
 }

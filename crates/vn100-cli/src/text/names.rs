@@ -16,7 +16,7 @@ pub(crate) fn sensor(quantity: Quantity) -> &'static str {
 }
 
 /// The letter of a parameter.
-pub(super) fn letter(term: Term) -> &'static str {
+pub(crate) fn letter(term: Term) -> &'static str {
     match term {
         Term::White => "N",
         Term::BiasInstability => "B",

@@ -11,10 +11,12 @@ use super::{
     statistics::ORDER,
 };
 use crate::{
-    text::verdict_words::{grade, grade_name, shown_in, verdict_name},
+    text::{
+        names::letter,
+        verdict_words::{grade, grade_name, shown_in, verdict_name},
+    },
     units::ChannelValues,
 };
-use imu_noise::Term;
 use vn100_pipeline::{FigureVerdict, StreamUnknown};
 
 pub(super) fn verdicts(record: &Record<'_>) -> Markup {
@@ -66,16 +68,6 @@ pub(super) fn verdicts(record: &Record<'_>) -> Markup {
             "In-run bias is compared as data sheets have it, as the minimum of the fitted curve, of N, B and K together."
         }
         (grades(record))
-    }
-}
-
-fn letter(term: Term) -> &'static str {
-    match term {
-        Term::White => "N",
-        Term::BiasInstability => "B",
-        Term::RateRandomWalk => "K",
-        Term::RateRamp => "R",
-        Term::Quantization => "Q",
     }
 }
 
