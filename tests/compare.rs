@@ -1,4 +1,5 @@
-//! Captures side by side, and plans: what is said of equal sensors, of one that is noisier, and of how long to measure.
+//! Captures side by side, and plans: what is said of equal sensors, of one that is noisier, and of
+//! how long to measure.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;

@@ -1,4 +1,5 @@
-//! Recordings with times, and recordings in other forms: the result is that of the lines they were made from.
+//! Recordings with times, and recordings in other forms: the result is that of the lines they were
+//! made from.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;
@@ -13,7 +14,8 @@ use support::{channel, replay, replay_log, vn100, warned};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
-/// The clean minute with an arrival time for each line, as a raw capture with its sidecar; lines for which `lost` holds are taken out.
+/// The clean minute with an arrival time for each line, as a raw capture with its sidecar; lines
+/// for which `lost` holds are taken out.
 fn stamped(folder: &Path, rate_hz: f64, lost: impl Fn(usize) -> bool) -> PathBuf {
     let path = folder.join("stamped.bin");
     let bytes = fs::read(replay_log(CLEAN)).unwrap();

@@ -71,7 +71,8 @@ fn pause(sensor: &Sensor) {
     assert!(lines.any(|line| line.starts_with(b"$VNASY,0*4F")));
 }
 
-/// A sensor whose output is paused says nothing to whoever only listens; it is told that this may be so.
+/// A sensor whose output is paused says nothing to whoever only listens; it is told that this may
+/// be so.
 fn assert_paused(sensor: &Sensor) {
     let heard = sensor.run("attach", &["--listen-only", "--baud", "115200", "--duration", "1s", "--json"]);
     let error = String::from_utf8(heard.stderr).unwrap();

@@ -1,4 +1,5 @@
-//! Each fault of a link, on an emulated sensor and a clock in memory: what it costs at 40 and at 200 Hz, and that it costs nothing else.
+//! Each fault of a link, on an emulated sensor and a clock in memory: what it costs at 40 and at
+//! 200 Hz, and that it costs nothing else.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{collections::VecDeque, io, time::Duration};
@@ -36,7 +37,8 @@ impl Source for Reads {
     }
 }
 
-/// Twelve seconds of a sensor at this rate whose link suffers that; read at once, or every so often.
+/// Twelve seconds of a sensor at this rate whose link suffers that; read at once, or every so
+/// often.
 fn measured(plan: &str, rate: (u32, u32), every: Option<Duration>) -> Measured {
     measured_for(SECONDS, Settings::default(), plan, rate, every)
 }
@@ -89,7 +91,8 @@ fn measured_for(
     Measured { rows, snapshot: analysis.snapshot(), bytes }
 }
 
-/// How many of the lines that were sent did not come whole, from `$` to the last check digit. No two are alike, as noise is in them.
+/// How many of the lines that were sent did not come whole, from `$` to the last check digit. No
+/// two are alike, as noise is in them.
 fn struck(sent: &[u8], came: &[u8]) -> u64 {
     let (mut count, mut came) = (0, came);
     for line in sent.split(|byte| *byte == b'\n').filter_map(|line| line.strip_suffix(b"\r")) {
@@ -101,7 +104,8 @@ fn struck(sent: &[u8], came: &[u8]) -> u64 {
     count
 }
 
-/// A link that suffers this delivers all lines but so many, those that it damaged; gives what was measured of it.
+/// A link that suffers this delivers all lines but so many, those that it damaged; gives what was
+/// measured of it.
 fn assert_costs(plan: &str, rate: (u32, u32), lost: impl Fn(u64) -> bool) -> Measured {
     let clean = measured("", rate, None);
     let faulty = measured(plan, rate, None);

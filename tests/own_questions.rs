@@ -1,4 +1,5 @@
-//! Questions at speeds that are not the sensor's reach it as junk; what it says to that is not told as an answer to somebody else.
+//! Questions at speeds that are not the sensor's reach it as junk; what it says to that is not told
+//! as an answer to somebody else.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
@@ -34,7 +35,8 @@ struct Bench {
     start: Instant,
     /// What one line at another speed is to the sensor.
     junk: &'static [u8],
-    /// How many of those it looks at only when it hears the next line at its own speed: what it says to them is heard then.
+    /// How many of those it looks at only when it hears the next line at its own speed: what it
+    /// says to them is heard then.
     waiting: Arc<Mutex<u32>>,
     /// The speed of the port.
     baud: Arc<Mutex<u32>>,

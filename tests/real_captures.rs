@@ -1,4 +1,5 @@
-//! Recordings of real sensors: what a right reader says of each. They cannot be shipped; without them these tests say so and pass.
+//! Recordings of real sensors: what a right reader says of each. They cannot be shipped; without
+//! them these tests say so and pass.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod support;

@@ -10,7 +10,8 @@ use support::{replay, replay_log};
 
 const LOGS: &[&str] = &["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"];
 
-/// Everything in `expected` must stand in `got`; `got` may say more. Numbers are equal to the last digit.
+/// Everything in `expected` must stand in `got`; `got` may say more. Numbers are equal to the last
+/// digit.
 fn assert_contains(got: &Value, expected: &Value, place: &str) {
     match expected {
         Value::Object(fields) => {

@@ -1,4 +1,5 @@
-//! What others wrote never steers the terminal, files are never written over unasked, and what comes with the program is whole.
+//! What others wrote never steers the terminal, files are never written over unasked, and what
+//! comes with the program is whole.
 #![cfg(unix)]
 #![allow(
     clippy::panic,
@@ -20,7 +21,8 @@ use std::{
 
 use support::{replay_log, run, vn100, with_stdin};
 
-/// Clears the screen, in ASCII and as one character above it; rings; turns the direction of text; feigns a line.
+/// Clears the screen, in ASCII and as one character above it; rings; turns the direction of text;
+/// feigns a line.
 const HOSTILE: &str = "x\x1b[2J\u{9b}2J\x07\u{202e}fdp\u{2066}\u{200f}\u{2028}\x7fy";
 
 /// The output as text, in which no character is left that steers a terminal.
@@ -86,7 +88,8 @@ fn sentence(body: &str) -> String {
     format!("${body}*{check:02X}\r\n")
 }
 
-/// A sensor behind a serial server that calls itself all manner of things, and sends a minute of lines once it was asked for its name.
+/// A sensor behind a serial server that calls itself all manner of things, and sends a minute of
+/// lines once it was asked for its name.
 fn hostile_sensor() -> String {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());

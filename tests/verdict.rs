@@ -1,4 +1,5 @@
-//! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts wait for.
+//! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts
+//! wait for.
 #![allow(
     clippy::panic,
     clippy::unwrap_used,

@@ -1,4 +1,5 @@
-//! The live view in a real terminal: started, steered, ended in every way, and what it leaves behind.
+//! The live view in a real terminal: started, steered, ended in every way, and what it leaves
+//! behind.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 

@@ -1,7 +1,7 @@
 //! What is fuzzed: a name, what must hold of any bytes, and the seeds that mutations begin with.
 //!
-//! Each check takes any bytes and panics where a promise is broken. Two callers share them: the gate's short test in `main.rs`, and the
-//! long search of libFuzzer in `libfuzzer.rs`.
+//! Each check takes any bytes and panics where a promise is broken. Two callers share them: the
+//! gate's short test in `main.rs`, and the long search of libFuzzer in `libfuzzer.rs`.
 #![allow(dead_code, reason = "each of the two callers uses its part")]
 #![allow(clippy::unwrap_used, reason = "a check fails by panicking")]
 

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// The uncompensated emulated record as a table of angular rates of any sensor, each changed by `change(row, axis, rate)`.
+/// The uncompensated emulated record as a table of angular rates of any sensor, each changed by
+/// `change(row, axis, rate)`.
 fn rates(folder: &Path, change: &mut dyn FnMut(usize, usize, f64) -> f64) -> PathBuf {
     let text = fs::read_to_string(capture(folder, "imu.vnymr", &["--message", "VNIMU", "--duration", "3h"])).unwrap();
     let mut table = String::from("t,wx,wy,wz\n");

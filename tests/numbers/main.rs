@@ -1,4 +1,5 @@
-//! The numbers an engineer signs: noise parameters of records whose truth is known, and what is said of streams that do not show it.
+//! The numbers an engineer signs: noise parameters of records whose truth is known, and what is
+//! said of streams that do not show it.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod disturbed;
@@ -39,7 +40,8 @@ const DEG_SQRT_H: f64 = 1.0 / 3_437.746_770_785;
 const DEG_H15: f64 = 1.0 / 1.237_588_8e7;
 const DEG_H: f64 = 1.0 / 206_264.806;
 
-/// A line at 18.4 Hz below, the attitude filter above: hardly an octave of the gyroscope's y is its noise alone.
+/// A line at 18.4 Hz below, the attitude filter above: hardly an octave of the gyroscope's y is its
+/// noise alone.
 #[test]
 fn what_no_model_fits_has_a_bound_of_its_white_noise_and_advice() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +99,8 @@ fn five_hours_of_a_published_sensor_give_its_truth_back() {
     assert!(unexpected.is_empty(), "{unexpected:?}");
 }
 
-/// Averages of 20 refreshes, sent every fourth: white noise lies low at short averaging times, and no bias is taken out.
+/// Averages of 20 refreshes, sent every fourth: white noise lies low at short averaging times, and
+/// no bias is taken out.
 #[test]
 fn a_window_longer_than_the_interval_is_told_from_a_filter_of_the_bias() {
     let folder = tempfile::tempdir().unwrap();
@@ -176,7 +179,8 @@ fn ten_minutes_of_it_give_means_and_white_noise() {
     assert!(promises_less_than_is_known(&document, 6.0 * 3600.0 + 600.0) > 0, "no axis is told what more would show");
 }
 
-/// How many axes are told what a longer record would show: less than the bound of this one, and never beside an estimate.
+/// How many axes are told what a longer record would show: less than the bound of this one, and
+/// never beside an estimate.
 fn promises_less_than_is_known(document: &Value, duration_s: f64) -> usize {
     let axes = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"];
     let told = axes.iter().filter(|name| {

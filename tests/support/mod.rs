@@ -1,4 +1,5 @@
-//! What the end-to-end tests share: running the program, and finding the recordings of real sensors.
+//! What the end-to-end tests share: running the program, and finding the recordings of real
+//! sensors.
 #![allow(dead_code, reason = "each test target uses its own part")]
 #![allow(clippy::panic, reason = "a test fails by panicking")]
 
@@ -13,7 +14,8 @@ use std::{
 
 use serde_json::Value;
 
-/// No run of the program takes so long, even where other work slows it down; one that does is ended and a failure.
+/// No run of the program takes so long, even where other work slows it down; one that does is ended
+/// and a failure.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The folder of the workspace.
@@ -113,7 +115,8 @@ impl Drop for Running {
     }
 }
 
-/// Lines as they come, each waited for and not for ever. Whoever lets go of them closes the pipe at the next line.
+/// Lines as they come, each waited for and not for ever. Whoever lets go of them closes the pipe at
+/// the next line.
 pub(crate) struct Lines(mpsc::Receiver<String>);
 
 impl Lines {

@@ -126,7 +126,8 @@ impl Session {
         String::from_utf8_lossy(&self.printed.output.lock().unwrap()).into_owned()
     }
 
-    /// Looks at what was printed, now and whenever there is more, until `find` finds what it looks for in it.
+    /// Looks at what was printed, now and whenever there is more, until `find` finds what it looks
+    /// for in it.
     fn wait_until<T>(&self, wanted: &str, find: impl Fn(&str) -> Option<T>) -> T {
         let end = Instant::now() + PATIENCE;
         let mut output = self.printed.output.lock().unwrap();
@@ -225,8 +226,8 @@ impl Drop for Session {
     }
 }
 
-/// What a terminal shows after this output: where the cursor goes and what is written there, without looks. What was written in another
-/// size than the last may still stand.
+/// What a terminal shows after this output: where the cursor goes and what is written there,
+/// without looks. What was written in another size than the last may still stand.
 fn screen(output: &str) -> String {
     let mut lines = vec![vec![' '; 200]; 60];
     let (mut row, mut column) = (0, 0);

@@ -1,6 +1,7 @@
 //! CPU time of the accumulators per line of 12 channels, beside the streaming `allan` crate.
 //!
-//! Thread CPU clock; kernels take turns within each round, so that a slow spell hits all; medians over the rounds.
+//! Thread CPU clock; kernels take turns within each round, so that a slow spell hits all; medians
+//! over the rounds.
 #![allow(clippy::print_stdout, missing_docs)]
 
 use std::hint::black_box;

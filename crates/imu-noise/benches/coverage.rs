@@ -1,10 +1,13 @@
 //! How often intervals and bounds hold: seeded records of known noise, every record scored.
 //!
-//! `cargo bench -p imu-noise --bench coverage -- --records 500 --minutes 60`, with `--plain`, `--full` or
-//! `--hadamard` for other estimators, `--confidence 0.68` for another level than 0.95. Prints per noise the share of records whose interval or bound holds the
-//! truth, with the share in which the parameter is called estimated, and the share of octave intervals (degrees of
-//! freedom above 10) that hold. The minimum is that of the curve, in brackets where it has a lower end. The last column is N of the same records with the bias tracked out of them, as an
-//! attitude filter does, and then the number of records that seem to fall below their own white noise. All noises of a record share its random numbers.
+//! `cargo bench -p imu-noise --bench coverage -- --records 500 --minutes 60`, with `--plain`,
+//! `--full` or `--hadamard` for other estimators, `--confidence 0.68` for another level than 0.95.
+//! Prints per noise the share of records whose interval or bound holds the truth, with the share in
+//! which the parameter is called estimated, and the share of octave intervals (degrees of freedom
+//! above 10) that hold. The minimum is that of the curve, in brackets where it has a lower end. The
+//! last column is N of the same records with the bias tracked out of them, as an attitude filter
+//! does, and then the number of records that seem to fall below their own white noise. All noises
+//! of a record share its random numbers.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 use std::time::{Duration, Instant};

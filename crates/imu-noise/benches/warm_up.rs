@@ -1,8 +1,10 @@
-//! Whether a warm-up that spoils a noise model is seen: seeded records of known noise at 40 Hz, each clean and with a level that relaxes.
+//! Whether a warm-up that spoils a noise model is seen: seeded records of known noise at 40 Hz,
+//! each clean and with a level that relaxes.
 //!
-//! `cargo bench -p imu-noise --bench warm_up -- --records 200`. Prints for each noise, length, time constant and amplitude, in standard
-//! deviations of the block means, the share of records in which the fit is spoilt, that is, N, B or K lies outside its interval in the
-//! clean record; in which the warm-up is found; and in which it spoils and is not found.
+//! `cargo bench -p imu-noise --bench warm_up -- --records 200`. Prints for each noise, length, time
+//! constant and amplitude, in standard deviations of the block means, the share of records in which
+//! the fit is spoilt, that is, N, B or K lies outside its interval in the clean record; in which
+//! the warm-up is found; and in which it spoils and is not found.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 #[path = "../tests/synthetic/disturbed.rs"]

@@ -1,9 +1,10 @@
-//! How often clean records warn, and disturbed ones are found: seeded records of known noise at 40 Hz.
+//! How often clean records warn, and disturbed ones are found: seeded records of known noise at 40
+//! Hz.
 //!
-//! `cargo bench -p imu-noise --bench warnings -- --records 70 --minutes 60`. Prints for each noise and length how many
-//! clean records of twelve channels show a line, a disturbance, a change of level, or any of them, and for each
-//! disturbance the share of records in which it is found where it is; a warm-up must be gone after the skip that is to cure
-//! it.
+//! `cargo bench -p imu-noise --bench warnings -- --records 70 --minutes 60`. Prints for each noise
+//! and length how many clean records of twelve channels show a line, a disturbance, a change of
+//! level, or any of them, and for each disturbance the share of records in which it is found where
+//! it is; a warm-up must be gone after the skip that is to cure it.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 #[path = "../tests/synthetic/disturbed.rs"]

@@ -20,7 +20,8 @@ impl AlignedSums {
         Self { block, next: 0, sum: 0, whole: true }
     }
 
-    /// Adds the next samples; `complete` gets the number and the sum of each block that is complete with them.
+    /// Adds the next samples; `complete` gets the number and the sum of each block that is complete
+    /// with them.
     #[inline]
     pub(crate) fn push(&mut self, mut counts: &[i32], mut complete: impl FnMut(u64, i64)) {
         while !counts.is_empty() {

@@ -4,7 +4,8 @@ use ethnum::I256;
 
 use crate::lanes;
 
-/// Most blocks of a record; a record that has filled them is held in half as many of twice the length.
+/// Most blocks of a record; a record that has filled them is held in half as many of twice the
+/// length.
 pub const MAX_BLOCKS: usize = 96;
 
 /// Samples of the shortest block, and of the windows in which disturbances are sought.
@@ -12,8 +13,9 @@ pub(crate) const WINDOW: usize = 32;
 
 /// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length.
 ///
-/// Blocks lie on a grid of absolute sample indices; their length is the smallest power of two, from 32 samples up, with
-/// which the record fits. So the blocks depend on the samples only, not on their division over calls.
+/// Blocks lie on a grid of absolute sample indices; their length is the smallest power of two, from
+/// 32 samples up, with which the record fits. So the blocks depend on the samples only, not on
+/// their division over calls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Blocks {
     /// Binary logarithm of the length.
@@ -32,7 +34,8 @@ pub struct Block {
     sums: Sums,
 }
 
-/// Sums over samples, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`] blocks.
+/// Sums over samples, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`]
+/// blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sums {
     squares: u128,
@@ -55,7 +58,8 @@ impl Block {
         self.sums.sum as f64 / self.sums.count as f64
     }
 
-    /// Sample standard deviation in counts (divisor n - 1), exactly 0 for a constant; `None` for one sample.
+    /// Sample standard deviation in counts (divisor n - 1), exactly 0 for a constant; `None` for
+    /// one sample.
     #[must_use]
     pub fn std_counts(&self) -> Option<f64> {
         let Sums { squares, sum, count, .. } = self.sums;

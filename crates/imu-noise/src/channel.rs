@@ -12,7 +12,8 @@ const BLOCK: usize = 256;
 
 /// Moments, histogram and octave sums of one channel.
 ///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit by bit.
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit
+/// by bit.
 #[derive(Clone, Debug)]
 pub struct ChannelAccumulator {
     moments: Moments,
@@ -90,8 +91,8 @@ impl ChannelAccumulator {
         &self.octaves
     }
 
-    /// Slope of the regression line over the record, in counts per sample, missing samples counted as such. `None`
-    /// below three blocks of 64 samples, and after a gap of unknown length.
+    /// Slope of the regression line over the record, in counts per sample, missing samples counted
+    /// as such. `None` below three blocks of 64 samples, and after a gap of unknown length.
     #[must_use]
     pub fn slope_counts(&self) -> Option<f64> {
         self.trend.slope_counts()

@@ -1,13 +1,15 @@
-//! Whether two deviations differ beyond chance, for one octave and for many at once, and how far repeated means lie apart.
+//! Whether two deviations differ beyond chance, for one octave and for many at once, and how far
+//! repeated means lie apart.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 
 use crate::{Interval, chi_squared};
 
-/// The probability that two estimates of the same variance lie at least as far apart as these, either way: the two-sided F-test (Fisher,
-/// 1924; Snedecor, 1934).
+/// The probability that two estimates of the same variance lie at least as far apart as these,
+/// either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
 ///
-/// Each is a variance with its equivalent degrees of freedom. `None` where one of the four is not positive and finite.
+/// Each is a variance with its equivalent degrees of freedom. `None` where one of the four is not
+/// positive and finite.
 ///
 /// ```
 /// use imu_noise::f_test;
@@ -33,8 +35,9 @@ fn tails((variance_a, edf_a): (f64, f64), (variance_b, edf_b): (f64, f64)) -> Op
     }
 }
 
-/// The ratio as a standard normal value (Paulson, 1942), for so many degrees of freedom and so near to 1 that this is good to 10⁻⁶; the
-/// continued fraction of the F distribution does not converge there in the steps it is given.
+/// The ratio as a standard normal value (Paulson, 1942), for so many degrees of freedom and so near
+/// to 1 that this is good to 10⁻⁶; the continued fraction of the F distribution does not converge
+/// there in the steps it is given.
 fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
     const MANY: f64 = 1e5;
     const NEAR: f64 = 1.0;
@@ -44,11 +47,12 @@ fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
     (edf_a.min(edf_b) > MANY && z.abs() < NEAR).then_some(z)
 }
 
-/// Probabilities of several tests made at once, corrected so that the chance of even one false alarm stays that of a single test (Holm, "A
-/// simple sequentially rejective multiple test procedure", Scandinavian Journal of Statistics 6, 1979).
+/// Probabilities of several tests made at once, corrected so that the chance of even one false
+/// alarm stays that of a single test (Holm, "A simple sequentially rejective multiple test
+/// procedure", Scandinavian Journal of Statistics 6, 1979).
 ///
-/// In the order given; none is below the one it comes from, none above 1. It holds however the tests depend on each other, and errs on the
-/// side of no alarm where they do.
+/// In the order given; none is below the one it comes from, none above 1. It holds however the
+/// tests depend on each other, and errs on the side of no alarm where they do.
 ///
 /// ```
 /// use imu_noise::holm;
@@ -79,8 +83,9 @@ pub struct VarianceEstimate {
 }
 
 impl VarianceEstimate {
-    /// The square of an amplitude with the two-sided interval `lower` to `upper` at the level `confidence`: the degrees of freedom are those
-    /// with which ln χ² spreads as much, ½ (2z / ln(upper/lower))², exact for narrow intervals.
+    /// The square of an amplitude with the two-sided interval `lower` to `upper` at the level
+    /// `confidence`: the degrees of freedom are those with which ln χ² spreads as much, ½ (2z /
+    /// ln(upper/lower))², exact for narrow intervals.
     ///
     /// `None` unless 0 < `lower` < `upper`.
     #[must_use]
@@ -91,7 +96,8 @@ impl VarianceEstimate {
         Some(Self { variance: value * value, edf: 0.5 * (2.0 * z / width).powi(2) })
     }
 
-    /// The sum of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947); `None` without any.
+    /// The sum of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947);
+    /// `None` without any.
     #[must_use]
     pub fn sum(parts: impl IntoIterator<Item = (f64, Self)>) -> Option<Self> {
         let (mut variance, mut error) = (0.0, 0.0);
@@ -126,8 +132,9 @@ pub struct Spread {
 impl Spread {
     /// The spread of `means`, each with the square of its standard error.
     ///
-    /// The interval is that of a normally distributed value seen n times, χ² with n - 1 degrees of freedom: from two records it spans a factor
-    /// of seventy at 95 %. `None` for fewer than two, and where one is no number.
+    /// The interval is that of a normally distributed value seen n times, χ² with n - 1 degrees of
+    /// freedom: from two records it spans a factor of seventy at 95 %. `None` for fewer than two,
+    /// and where one is no number.
     ///
     /// ```
     /// use imu_noise::{Spread, VarianceEstimate};
@@ -240,7 +247,8 @@ mod tests {
         }
     }
 
-    /// From SciPy 1.17.1: `chi2.ppf` with 1000 degrees of freedom gives this interval of a deviation.
+    /// From SciPy 1.17.1: `chi2.ppf` with 1000 degrees of freedom gives this interval of a
+    /// deviation.
     #[test]
     fn an_interval_tells_its_degrees_of_freedom() {
         let estimate = VarianceEstimate::of_interval(1.0, 0.958_032_45, 1.045_841_37, 0.95).unwrap();
@@ -258,7 +266,8 @@ mod tests {
         assert_eq!(VarianceEstimate::sum([]), None);
     }
 
-    /// From SciPy 1.17.1: `chi2.ppf([.975, .025], 2)`, `f.sf(7/3 / 0.5, 2, 60)` and `f.sf(7/3 / 1.5, 2, 60)`.
+    /// From SciPy 1.17.1: `chi2.ppf([.975, .025], 2)`, `f.sf(7/3 / 0.5, 2, 60)` and
+    /// `f.sf(7/3 / 1.5, 2, 60)`.
     #[test]
     fn a_spread_has_the_interval_and_the_probability_of_the_reference() {
         let of = |variance| {

@@ -1,12 +1,13 @@
 //! The units in which noise parameters are published, and their exact factors.
 //!
-//! A parameter is estimated in SI units of its channel. Papers, data sheets and programs print it in others; [`conventions`] lists all in
-//! use, for one parameter of one kind of sensor.
+//! A parameter is estimated in SI units of its channel. Papers, data sheets and programs print it
+//! in others; [`conventions`] lists all in use, for one parameter of one kind of sensor.
 //!
 //! # Sides
 //!
-//! N² is the two-sided power spectral density of the white noise, and N is what data sheets and Kalibr print. A spectrum drawn over
-//! positive frequencies only shows √2·N; [`Sides::One`] marks that.
+//! N² is the two-sided power spectral density of the white noise, and N is what data sheets and
+//! Kalibr print. A spectrum drawn over positive frequencies only shows √2·N; [`Sides::One`] marks
+//! that.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -29,10 +30,11 @@ pub enum Sensor {
 /// Which frequencies a density counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sides {
-    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice its power. White noise has the power
-    /// density 2 N².
+    /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
+    /// its power. White noise has the power density 2 N².
     One,
-    /// Negative ones too, as IEEE Std 952 has it: the amplitude density is N itself, the power density N².
+    /// Negative ones too, as IEEE Std 952 has it: the amplitude density is N itself, the power
+    /// density N².
     Two,
 }
 

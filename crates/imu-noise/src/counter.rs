@@ -1,4 +1,5 @@
-//! Lost lines of a stream that counts: a counter in each line says exactly how many are missing before it.
+//! Lost lines of a stream that counts: a counter in each line says exactly how many are missing
+//! before it.
 
 use std::collections::VecDeque;
 
@@ -8,7 +9,8 @@ const LEARNED_FROM: usize = 31;
 /// An increment within so many steps of a whole number of steps is that number.
 const TOLERANCE: f64 = 0.25;
 
-/// A loss of more lines than this is no loss but another counter: 200 lines a second take eight months to it.
+/// A loss of more lines than this is no loss but another counter: 200 lines a second take eight
+/// months to it.
 const MOST_MISSING: f64 = 4_294_967_296.0;
 
 /// What a [`LineCounter`] says of the lines pushed, in their order.
@@ -24,13 +26,15 @@ pub enum Counted {
 
 /// Judges the counters of a stream's lines; streaming, in bounded memory.
 ///
-/// A sensor counts events of its own, a fixed number of them per line. That number, the step, is the mean of those among
-/// the first 31 increments that are within half of the smallest one; the first 32 lines are held until it is known. So it
-/// is right as long as a line follows the one before it anywhere among them. An increment of n steps, within a quarter
-/// step, is n - 1 missing lines; any other one, one beyond 2^32 missing lines, or a counter that goes back, is a restart. Counters may
-/// wrap at 2^32.
+/// A sensor counts events of its own, a fixed number of them per line. That number, the step, is
+/// the mean of those among the first 31 increments that are within half of the smallest one; the
+/// first 32 lines are held until it is known. So it is right as long as a line follows the one
+/// before it anywhere among them. An increment of n steps, within a quarter step, is n - 1 missing
+/// lines; any other one, one beyond 2^32 missing lines, or a counter that goes back, is a restart.
+/// Counters may wrap at 2^32.
 ///
-/// A counter that stands still from one line to the next, always or at times, counts something slower than the lines: then no line is missing as far as it knows, see
+/// A counter that stands still from one line to the next, always or at times, counts something
+/// slower than the lines: then no line is missing as far as it knows, see
 /// [`is_counting`](Self::is_counting).
 ///
 /// ```

@@ -10,9 +10,10 @@ const MIN_PLACES: usize = 64;
 
 /// Exact frequencies of the counts of one channel, in at most [`MAX_BINS`] bins.
 ///
-/// The bin width is the smallest power of two of counts with which the span from the smallest to the largest bin is
-/// within [`MAX_BINS`]; bins are aligned at 0 (bin b holds b·width <= count < (b+1)·width). So the histogram depends on
-/// the samples only, not on their order or division. At most 64 KiB.
+/// The bin width is the smallest power of two of counts with which the span from the smallest to
+/// the largest bin is within [`MAX_BINS`]; bins are aligned at 0 (bin b holds b·width <= count <
+/// (b+1)·width). So the histogram depends on the samples only, not on their order or division. At
+/// most 64 KiB.
 ///
 /// ```
 /// use imu_noise::Histogram;
@@ -30,8 +31,8 @@ pub struct Histogram {
     first: i64,
     /// Frequencies, modulo 2^32; places outside the span of the samples hold 0.
     places: Vec<u32>,
-    /// What is above: by the lowest count of the bin, how many times 2^32. Places of 32 bits halve the memory, and no
-    /// sensor lives to fill many of them.
+    /// What is above: by the lowest count of the bin, how many times 2^32. Places of 32 bits halve
+    /// the memory, and no sensor lives to fill many of them.
     carries: BTreeMap<i64, u64>,
 }
 
@@ -90,8 +91,8 @@ impl Histogram {
         bins.filter(|&(_, frequency)| frequency > 0)
     }
 
-    /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest with which that is so. `None` without
-    /// samples, and for no bars.
+    /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest
+    /// with which that is so. `None` without samples, and for no bars.
     #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);

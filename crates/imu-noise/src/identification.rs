@@ -1,5 +1,5 @@
-//! The kind of noise at each averaging time: from the lag-1 autocorrelation of block sums, and from the slope of the
-//! curve.
+//! The kind of noise at each averaging time: from the lag-1 autocorrelation of block sums, and from
+//! the slope of the curve.
 
 mod series;
 
@@ -15,12 +15,12 @@ const LEAST_BLOCKS: u64 = 30;
 /// Longest blocks, 2^26 samples: then sums cannot overflow in years of full-scale data.
 const LONGEST: u64 = 1 << 26;
 
-/// Streaming lag-1 autocorrelation of adjacent block sums, at block lengths of 64, 128, ... samples (Riley and
-/// Greenhall, 2004).
+/// Streaming lag-1 autocorrelation of adjacent block sums, at block lengths of 64, 128, ... samples
+/// (Riley and Greenhall, 2004).
 ///
-/// Shorter blocks would cost as much as all the octaves; there the degrees of freedom are many and the slope tells
-/// the noise. Sums are exact integers, so that results do not depend on how samples are divided over calls.
-/// Neighbours across a gap are no neighbours.
+/// Shorter blocks would cost as much as all the octaves; there the degrees of freedom are many and
+/// the slope tells the noise. Sums are exact integers, so that results do not depend on how samples
+/// are divided over calls. Neighbours across a gap are no neighbours.
 #[derive(Clone, Debug)]
 pub(crate) struct Identification {
     block: u64,
@@ -94,8 +94,8 @@ impl Identification {
         }
     }
 
-    /// The lag-1 autocorrelation of blocks of `m` samples; `None` for lengths that are not kept, below 30 blocks, and
-    /// for blocks that are all the same.
+    /// The lag-1 autocorrelation of blocks of `m` samples; `None` for lengths that are not kept,
+    /// below 30 blocks, and for blocks that are all the same.
     pub(crate) fn lag_one(&self, m: u64) -> Option<LagOne> {
         let k = self.levels.get((m / self.block).checked_ilog2()? as usize).filter(|_| m.is_power_of_two())?;
         let blocks = k.series[0].count();
@@ -130,8 +130,8 @@ impl Level {
 pub struct NoiseType {
     /// From block sums, where these are kept and many enough.
     pub lag_one: Option<LagOne>,
-    /// From the slope of the variance to the next octave, α = -1 - log₂(V(2m)/V(m)). Kinds above α = 1 look like α =
-    /// 1 there. `None` at the last octave and below 30 blocks.
+    /// From the slope of the variance to the next octave, α = -1 - log₂(V(2m)/V(m)). Kinds above α
+    /// = 1 look like α = 1 there. `None` at the last octave and below 30 blocks.
     pub slope_alpha: Option<f64>,
 }
 
@@ -144,8 +144,8 @@ impl NoiseType {
     }
 }
 
-/// The kind of noise of each of `octaves`, with their `variances` in any unit; `lag_one` reads out block sums of a
-/// length.
+/// The kind of noise of each of `octaves`, with their `variances` in any unit; `lag_one` reads out
+/// block sums of a length.
 pub(crate) fn noise_types(
     octaves: &[Octave],
     variances: &[f64],

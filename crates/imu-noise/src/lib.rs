@@ -1,7 +1,7 @@
-//! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and Hadamard deviation over
-//! octaves of averaging time with their confidence intervals, a noise model with N, B and K in intervals of their own,
-//! verdicts against a data sheet, and the time base that arrivals of lines tell. Beside them moments, histogram, spectrum,
-//! and angles made continuous.
+//! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and
+//! Hadamard deviation over octaves of averaging time with their confidence intervals, a noise model
+//! with N, B and K in intervals of their own, verdicts against a data sheet, and the time base that
+//! arrivals of lines tell. Beside them moments, histogram, spectrum, and angles made continuous.
 //!
 //! ```
 //! use imu_noise::{ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms, counts_to_unit};
@@ -27,24 +27,27 @@
 //! # Ok::<(), &str>(())
 //! ```
 //!
-//! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer: results do not
-//! depend on how samples are divided over calls, and do not lose digits over years of data. Floats appear when a
-//! result is read out, with a relative error below 1e-13 for deviations and 1e-12 for moments. Without enough samples a
-//! result is `None` or absent, never zero or NaN.
+//! Samples are integer counts of the last digit a sensor prints, so every sum is an exact integer:
+//! results do not depend on how samples are divided over calls, and do not lose digits over years
+//! of data. Floats appear when a result is read out, with a relative error below 1e-13 for
+//! deviations and 1e-12 for moments. Without enough samples a result is `None` or absent, never
+//! zero or NaN.
 //!
-//! [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral density,
-//! disturbances, warm-up and steps of the level, values that are not normally distributed.
+//! [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral
+//! density, disturbances, warm-up and steps of the level, values that are not normally distributed.
 //!
-//! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the averaging time is
-//! m times that interval.
+//! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the
+//! averaging time is m times that interval.
 //!
 //! # References
 //!
 //! - D. W. Allan, "Statistics of atomic frequency standards", Proc. IEEE 54 (1966).
-//! - W. J. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008): definitions and test suites.
-//! - P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
-//!   Electroacoust. 15 (1967).
-//! - A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter" (1989): the local level model.
+//! - W. J. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008): definitions and
+//!   test suites.
+//! - P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE
+//!   Trans. Audio Electroacoust. 15 (1967).
+//! - A. C. Harvey, "Forecasting, Structural Time Series Models and the Kalman Filter" (1989): the
+//!   local level model.
 //! - IEEE Std 952 and 1293: the Allan variance of gyroscopes and accelerometers.
 
 mod aligned;

@@ -9,8 +9,9 @@ const BLOCK: usize = 256;
 
 /// Exact moments of a channel, in counts.
 ///
-/// Holds count, minimum, maximum and the sums of the first four powers as integers that cannot overflow, so read-outs
-/// do not depend on how the samples were divided, and are good to 1e-12 for any offset and length.
+/// Holds count, minimum, maximum and the sums of the first four powers as integers that cannot
+/// overflow, so read-outs do not depend on how the samples were divided, and are good to 1e-12 for
+/// any offset and length.
 ///
 /// ```
 /// use imu_noise::Moments;
@@ -105,14 +106,16 @@ impl Moments {
         self.variance_counts2().map(f64::sqrt)
     }
 
-    /// Skewness g1 = m3 / m2^1.5 of the population moments; `None` below two samples and for a constant.
+    /// Skewness g1 = m3 / m2^1.5 of the population moments; `None` below two samples and for a
+    /// constant.
     #[must_use]
     pub fn skewness(&self) -> Option<f64> {
         let moments = self.central_moments()?;
         Some(moments.third / (moments.second * moments.second.sqrt()))
     }
 
-    /// Excess kurtosis g2 = m4 / m2² - 3 of the population moments; `None` below two samples and for a constant.
+    /// Excess kurtosis g2 = m4 / m2² - 3 of the population moments; `None` below two samples and
+    /// for a constant.
     #[must_use]
     pub fn excess_kurtosis(&self) -> Option<f64> {
         let moments = self.central_moments()?;
@@ -196,8 +199,9 @@ impl PowerSums {
 
 /// The sums about zero of a block whose values lie close together, else `None`.
 ///
-/// The sums about the first count are taken in floats. They are exact where the fourth stays below 2^53: |d|^k <= d^4
-/// for integers, so no partial sum of any power was rounded. See [`lanes::EXACT_BELOW`].
+/// The sums about the first count are taken in floats. They are exact where the fourth stays below
+/// 2^53: |d|^k <= d^4 for integers, so no partial sum of any power was rounded. See
+/// [`lanes::EXACT_BELOW`].
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let &pivot = block.first()?;
     let mut from_pivot = [0.0_f64; BLOCK];

@@ -1,5 +1,5 @@
-//! The noise parameters of IEEE Std 952 and 1293 from octave variances: what a record shows, what it bounds, and what
-//! it cannot tell.
+//! The noise parameters of IEEE Std 952 and 1293 from octave variances: what a record shows, what
+//! it bounds, and what it cannot tell.
 
 mod boxcar;
 mod classical;
@@ -30,12 +30,12 @@ pub use parameter::{Parameter, Status};
 use slope::Slope;
 pub use term::{Term, Terms};
 
-/// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them that share all
-/// samples are too far from jointly normal, and they would say next to nothing.
+/// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them
+/// that share all samples are too far from jointly normal, and they would say next to nothing.
 const LEAST_EDF: f64 = 2.0;
 
-/// A noise model for all channels that were sampled together: it knows how the octaves of their record vary, and
-/// together.
+/// A noise model for all channels that were sampled together: it knows how the octaves of their
+/// record vary, and together.
 ///
 /// ```
 /// use imu_noise::{Deviation, Estimator, NoiseModel, Octaves, RecordShape, Status, Term, Terms};
@@ -82,8 +82,8 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// A model of `terms` for `octaves` in ascending order. `window` is the averaging on board, where it is known and
-    /// matters: see [`BoxcarWindow`].
+    /// A model of `terms` for `octaves` in ascending order. `window` is the averaging on board,
+    /// where it is known and matters: see [`BoxcarWindow`].
     ///
     /// Costs a few milliseconds; the fits of the channels are cheaper.
     #[must_use]

@@ -10,18 +10,19 @@ use overlapping::Overlapping;
 
 /// Which windows of m samples enter the sums.
 ///
-/// Windows start at absolute sample indices that are multiples of the stride s; n windows fit in N samples without gap
-/// (d = 2 for Allan, 3 for Hadamard).
+/// Windows start at absolute sample indices that are multiples of the stride s; n windows fit in N
+/// samples without gap (d = 2 for Allan, 3 for Hadamard).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Estimator {
-    /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory. All overlaps for
-    /// m <= 16, and at least 99.5 % of the degrees of freedom of all overlaps above, for white, flicker and random-walk
-    /// noise of a rate.
+    /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.
+    /// All overlaps for m <= 16, and at least 99.5 % of the degrees of freedom of all overlaps
+    /// above, for white, flicker and random-walk noise of a rate.
     #[default]
     Strided,
     /// The textbook non-overlapping estimator, s = m, n = floor(N/m) - d + 1. Bounded memory.
     Plain,
-    /// All overlaps, s = 1, n = N - d m + 1: the overlapping Allan deviation. Memory grows by 8 bytes per sample.
+    /// All overlaps, s = 1, n = N - d m + 1: the overlapping Allan deviation. Memory grows by 8
+    /// bytes per sample.
     Full,
 }
 
@@ -44,7 +45,8 @@ impl Deviation {
         }
     }
 
-    /// Factor c of variance = sum / (c m^2 n): 2 (Riley, NIST SP 1065, 2008, eq. 10 and 11), 6 (eq. 16).
+    /// Factor c of variance = sum / (c m^2 n): 2 (Riley, NIST SP 1065, 2008, eq. 10 and 11), 6 (eq.
+    /// 16).
     pub(crate) const fn divisor(self) -> f64 {
         match self {
             Self::Allan => 2.0,
@@ -53,9 +55,11 @@ impl Deviation {
     }
 }
 
-/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in counts.
+/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in
+/// counts.
 ///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same sums, bit by bit.
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same sums, bit by
+/// bit.
 ///
 /// ```
 /// use imu_noise::{Deviation, Estimator, Octaves};
@@ -90,11 +94,12 @@ pub struct OctaveSum {
     pub m: u64,
     /// Number of windows n, at least 1.
     pub terms: u64,
-    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than 128 bits. Strided
-    /// windows over counts that span 27 bits (±67 rad/s with six decimals) need 2^40 samples for that at m = 2^30:
-    /// 870 years at 40 Hz.
+    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than
+    /// 128 bits. Strided windows over counts that span 27 bits (±67 rad/s with six decimals) need
+    /// 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of the differences themselves, in counts; `None` unless asked for by [`Octaves::keeping_slope`].
+    /// Sum of the differences themselves, in counts; `None` unless asked for by
+    /// [`Octaves::keeping_slope`].
     pub sum: Option<i128>,
 }
 
@@ -142,8 +147,9 @@ impl Octaves {
 
     /// Samples are missing here: no window reaches across.
     ///
-    /// `Some(missing)` keeps the grid of windows: the next sample has an absolute index that is higher by `missing`
-    /// (0: a break without loss). `None`, an unknown number: the grid starts anew with the next sample.
+    /// `Some(missing)` keeps the grid of windows: the next sample has an absolute index that is
+    /// higher by `missing` (0: a break without loss). `None`, an unknown number: the grid starts
+    /// anew with the next sample.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),
@@ -151,15 +157,16 @@ impl Octaves {
         }
     }
 
-    /// Announces that about `samples` samples follow without a gap, so that [`Estimator::Full`] allocates once.
-    /// The other estimators need nothing.
+    /// Announces that about `samples` samples follow without a gap, so that [`Estimator::Full`]
+    /// allocates once. The other estimators need nothing.
     pub fn reserve(&mut self, samples: usize) {
         if let Windows::Full(overlapping) = &mut self.windows {
             overlapping.reserve(samples);
         }
     }
 
-    /// The octaves that have at least one window, from m = 1 up. Empty below two samples (Hadamard: three).
+    /// The octaves that have at least one window, from m = 1 up. Empty below two samples (Hadamard:
+    /// three).
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let squares = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.squares(k as usize),
@@ -188,9 +195,10 @@ impl OctaveSum {
         Octave { m: self.m, terms: self.terms }
     }
 
-    /// The octave of the same samples without a line of `slope_counts` counts per sample: each difference of block sums less slope · m²,
-    /// the sum of squares rounded to a whole count². Unchanged for the Hadamard deviation, which no line shows in; with an unknown sum
-    /// where the differences were not kept.
+    /// The octave of the same samples without a line of `slope_counts` counts per sample: each
+    /// difference of block sums less slope · m², the sum of squares rounded to a whole count².
+    /// Unchanged for the Hadamard deviation, which no line shows in; with an unknown sum where the
+    /// differences were not kept.
     #[must_use]
     pub fn without_slope(self, slope_counts: f64) -> Self {
         if self.deviation == Deviation::Hadamard {
@@ -203,7 +211,8 @@ impl OctaveSum {
         Self { sum_squares, ..self }
     }
 
-    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is unknown.
+    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is
+    /// unknown.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
@@ -211,7 +220,8 @@ impl OctaveSum {
         self.sum_squares.map(|sum| sum as f64 / divisor)
     }
 
-    /// Deviation in counts, the square root of the variance. Relative error below 1e-15. `None` where the sum is unknown.
+    /// Deviation in counts, the square root of the variance. Relative error below 1e-15. `None`
+    /// where the sum is unknown.
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)

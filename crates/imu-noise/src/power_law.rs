@@ -2,11 +2,12 @@
 
 use crate::Deviation;
 
-/// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so that the formulas
-/// hold from m = 1 on.
+/// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so
+/// that the formulas hold from m = 1 on.
 ///
-/// Amplitudes are 1 in units of one sample: of the angle for the first two, of the rate for [`White`](Self::White)
-/// and of [`Flicker`](Self::Flicker) (IEEE Std 952: S = 1/(2πf)), of the step for [`RandomWalk`](Self::RandomWalk).
+/// Amplitudes are 1 in units of one sample: of the angle for the first two, of the rate for
+/// [`White`](Self::White) and of [`Flicker`](Self::Flicker) (IEEE Std 952: S = 1/(2πf)), of the
+/// step for [`RandomWalk`](Self::RandomWalk).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum PowerLaw {
     /// α = 2: independent errors of the angle, quantisation.
@@ -51,20 +52,21 @@ impl PowerLaw {
 
     /// Expected Allan or Hadamard variance at averaging factor `m` >= 1, for amplitude 1.
     ///
-    /// White: 1/m. Random walk, Allan: (2m² + 1)/(6m). Flicker: 2 ln 2/π for large m and up to 1.44 times that at m =
-    /// 1.
+    /// White: 1/m. Random walk, Allan: (2m² + 1)/(6m). Flicker: 2 ln 2/π for large m and up to 1.44
+    /// times that at m = 1.
     #[must_use]
     pub fn variance(self, deviation: Deviation, m: u64) -> f64 {
         let m = m as f64;
         difference_autocovariance(deviation, m, 0.0, |lag| self.phase_covariance(lag)) / (deviation.divisor() * m * m)
     }
 
-    /// Generalised covariance of the phase (the running sum of the rate) at an integer lag. Polynomials of the lag up
-    /// to third order (Hadamard: fifth) drop out of every difference and are left out.
+    /// Generalised covariance of the phase (the running sum of the rate) at an integer lag.
+    /// Polynomials of the lag up to third order (Hadamard: fifth) drop out of every difference and
+    /// are left out.
     ///
-    /// The phase is white noise integrated δ = 1 - α/2 times, with the covariance
-    /// Γ(1-2δ) Γ(n+δ) / (Γ(δ) Γ(1-δ) Γ(n+1-δ)) (Hosking, 1981, theorem 1); where that has a pole, its derivative with
-    /// respect to δ remains, which gives the digamma function ψ.
+    /// The phase is white noise integrated δ = 1 - α/2 times, with the covariance Γ(1-2δ) Γ(n+δ) /
+    /// (Γ(δ) Γ(1-δ) Γ(n+1-δ)) (Hosking, 1981, theorem 1); where that has a pole, its derivative
+    /// with respect to δ remains, which gives the digamma function ψ.
     pub(crate) fn phase_covariance(self, lag: f64) -> f64 {
         let n = lag.abs();
         match self {
@@ -77,8 +79,8 @@ impl PowerLaw {
     }
 }
 
-/// Covariance of two differences that a [`Deviation`] squares, with averaging factor `m`, `lag` samples apart.
-/// `phase` is the generalised covariance of the phase.
+/// Covariance of two differences that a [`Deviation`] squares, with averaging factor `m`, `lag`
+/// samples apart. `phase` is the generalised covariance of the phase.
 pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, phase: impl Fn(f64) -> f64) -> f64 {
     let weights: &[f64] = match deviation {
         Deviation::Allan => &[6.0, -4.0, 1.0],
@@ -89,8 +91,9 @@ pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, 
     weights[0] * phase(lag) + sides.sum::<f64>()
 }
 
-/// Covariance of the differences that a [`Deviation`] squares: one with averaging factor `m_a`, one with `m_b`, the
-/// first starting `lag` samples later. `phase` is the generalised covariance of the phase.
+/// Covariance of the differences that a [`Deviation`] squares: one with averaging factor `m_a`, one
+/// with `m_b`, the first starting `lag` samples later. `phase` is the generalised covariance of the
+/// phase.
 pub(crate) fn difference_covariance(
     deviation: Deviation,
     m_a: f64,
@@ -111,8 +114,9 @@ pub(crate) fn difference_covariance(
     covariance
 }
 
-/// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by the asymptotic
-/// series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, the latter shifted by one half).
+/// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by
+/// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, the latter shifted by one
+/// half).
 fn digamma_half(n: f64) -> f64 {
     const FROM: f64 = 16.0;
     let mut sum = 0.0;

@@ -48,7 +48,8 @@ impl RecordShape {
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
-    /// Every octave with a window, at the averaging factors 1, 2, 4 …, as it is if no sample is missing; none for no sample.
+    /// Every octave with a window, at the averaging factors 1, 2, 4 …, as it is if no sample is
+    /// missing; none for no sample.
     #[must_use]
     pub fn octaves(&self) -> Vec<Octave> {
         (0..u64::BITS)

@@ -13,7 +13,8 @@ const TOLERANCE: f64 = 0.02;
 pub enum Aim {
     /// About nine of ten records estimate the term, see [`NoiseModel::is_found`].
     Found,
-    /// They do, and half the width of its interval, relative to the value, is so much at most in a record as the model expects it.
+    /// They do, and half the width of its interval, relative to the value, is so much at most in a
+    /// record as the model expects it.
     HalfWidth(f64),
 }
 
@@ -29,10 +30,12 @@ pub struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded up by 2 % at most, with strided windows of
-    /// the Allan deviation and intervals at the level `confidence`; `None` where 100 days do not.
+    /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded
+    /// up by 2 % at most, with strided windows of the Allan deviation and intervals at the level
+    /// `confidence`; `None` where 100 days do not.
     ///
-    /// By the model's own covariance of the octaves, without a simulation: see [`NoiseModel::expected_fit`].
+    /// By the model's own covariance of the octaves, without a simulation: see
+    /// [`NoiseModel::expected_fit`].
     #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
         let shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence);

@@ -1,8 +1,10 @@
 //! From counts to the unit of a channel.
 
-/// A value in counts, in the unit of a channel with `decimals` digits behind the point: one count is 10^-decimals.
+/// A value in counts, in the unit of a channel with `decimals` digits behind the point: one count
+/// is 10^-decimals.
 ///
-/// Divides once by a power of ten, which is exact up to 22 decimals. Variances take twice the decimals.
+/// Divides once by a power of ten, which is exact up to 22 decimals. Variances take twice the
+/// decimals.
 ///
 /// ```
 /// assert_eq!(imu_noise::counts_to_unit(-9813.0, 3), -9.813);

@@ -6,14 +6,15 @@ use crate::{
     stationarity::{self, Watch},
 };
 
-/// Absolute index that no gap reaches beyond, whatever it claims: behind it is room for all samples there will ever be.
+/// Absolute index that no gap reaches beyond, whatever it claims: behind it is room for all samples
+/// there will ever be.
 const FARTHEST: u64 = 1 << 62;
 
 /// Spectrum, block statistics and watch for disturbances of one channel.
 ///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit by bit. Holds 10 KiB of a
-/// sensor at rest (blocks 4.5 KiB, spectrum 3.3 KiB, watch the rest), for any length of record; below 13 KiB whatever the
-/// counts.
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit
+/// by bit. Holds 10 KiB of a sensor at rest (blocks 4.5 KiB, spectrum 3.3 KiB, watch the rest), for
+/// any length of record; below 13 KiB whatever the counts.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -74,8 +75,9 @@ impl ChannelSignal {
         }
     }
 
-    /// Samples are missing here: `Some(missing)` of them, or an unknown number, which counts as none. Seconds of data go on;
-    /// no segment of the spectrum and no window for disturbances reaches across.
+    /// Samples are missing here: `Some(missing)` of them, or an unknown number, which counts as
+    /// none. Seconds of data go on; no segment of the spectrum and no window for disturbances
+    /// reaches across.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.spectrum.gap();
         self.end_window();
@@ -90,8 +92,8 @@ impl ChannelSignal {
         &self.spectrum
     }
 
-    /// Mean, deviation and extremes of the blocks of the record, in time order: at most [`MAX_BLOCKS`](crate::MAX_BLOCKS), those
-    /// without a sample left out.
+    /// Mean, deviation and extremes of the blocks of the record, in time order: at most
+    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), those without a sample left out.
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();
@@ -101,15 +103,15 @@ impl ChannelSignal {
         blocks.iter().collect()
     }
 
-    /// Short intervals that the rest of the record does not explain, in time order, at most 18: see [`Disturbance`].
-    /// Empty below 64 windows of 32 samples.
+    /// Short intervals that the rest of the record does not explain, in time order, at most 18: see
+    /// [`Disturbance`]. Empty below 64 windows of 32 samples.
     #[must_use]
     pub fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
         self.watch.disturbances(interval_s)
     }
 
-    /// A warm-up or a step of the level that the noise of the record, with flicker and random walk, does not explain.
-    /// `None` below 16 blocks.
+    /// A warm-up or a step of the level that the noise of the record, with flicker and random walk,
+    /// does not explain. `None` below 16 blocks.
     #[must_use]
     pub fn level_change(&self, interval_s: f64, decimals: u8) -> Option<LevelChange> {
         stationarity::change(&self.blocks(), interval_s, decimals)

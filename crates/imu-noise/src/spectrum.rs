@@ -22,16 +22,18 @@ const MIN_LONG_SEGMENTS: u64 = 8;
 /// Samples within which every segment is taken.
 const DENSE_SAMPLES: u64 = 32_768;
 
-/// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without their mean, half overlapping.
+/// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
+/// their mean, half overlapping.
 ///
-/// A record shorter than 8 such segments (2304 samples without gap) is read out from segments of 128. A gap restarts the
-/// segment. Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second up to twice
-/// that length, every fourth up to four times, and so on, each with a weight of as many as it stands for. So the cost of a
-/// record grows with the logarithm of its length, what comes late weighs as much as what came early, and the
+/// A record shorter than 8 such segments (2304 samples without gap) is read out from segments of
+/// 128. A gap restarts the segment. Beyond 32 768 samples, those missing not counted, the segments
+/// are spread evenly: every second up to twice that length, every fourth up to four times, and so
+/// on, each with a weight of as many as it stands for. So the cost of a record grows with the
+/// logarithm of its length, what comes late weighs as much as what came early, and the
 /// [averages](Density::averages) stay above 120.
 ///
-/// Sums are single precision: densities are good to 1e-5 of the largest. The same samples give the same bits in any
-/// division over calls.
+/// Sums are single precision: densities are good to 1e-5 of the largest. The same samples give the
+/// same bits in any division over calls.
 #[derive(Clone, Debug)]
 pub struct Spectrum {
     plan: SpectrumPlan,
@@ -39,7 +41,8 @@ pub struct Spectrum {
     segment: Vec<i32>,
     /// Samples present so far.
     samples: u64,
-    /// Number of the sample at which the next segment may start; at which `segment` starts when it is not empty.
+    /// Number of the sample at which the next segment may start; at which `segment` starts when it
+    /// is not empty.
     start: u64,
     long: PowerSums<LONG>,
     short: PowerSums<SHORT>,

@@ -1,8 +1,10 @@
-//! Time base of a stream that has neither time nor counter: its rate and its lost lines, from arrival stamps alone.
+//! Time base of a stream that has neither time nor counter: its rate and its lost lines, from
+//! arrival stamps alone.
 //!
-//! Lines arrive late, never early: an arrival is the time the line was sent plus a delay that is not negative. So the
-//! lower edge of the arrivals over the line number is the sensor's clock, and a lost line lifts that edge by a period
-//! for good, while bunching and stalls lift single lines and come back to it.
+//! Lines arrive late, never early: an arrival is the time the line was sent plus a delay that is
+//! not negative. So the lower edge of the arrivals over the line number is the sensor's clock, and
+//! a lost line lifts that edge by a period for good, while bunching and stalls lift single lines
+//! and come back to it.
 //!
 //! ```text
 //! lag behind
@@ -14,38 +16,47 @@
 //!     +----------------------------------------------------- line
 //! ```
 //!
-//! - *Nominal rate*: told by the intervals when they are whole numbers of one period, at least half of them a single
-//!   one: losses change nothing. And by the stretches, of 32 lines prolonged to the last line of a read, when their ends
-//!   lie on a straight line within 1.5 periods: bunching changes little. A rate of the sensor within 1 % of both is taken
-//!   after one stretch; of one of them after 4, if the other does not contradict; else by the stretches after 16. After
-//!   these, or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither tells one the
-//!   rate is that of the lower edge, by the median step of the earliest of 32 lines: a backlog that drains bends a few
-//!   steps. But losses bend all, and the stretches, too: it must be one of the sensor's within 1 %, and neither counts where
-//!   the intervals are whole periods, some of them single ones, of one that is 1.75 times as high. Then the rate is that
-//!   one, or that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is taken as soon as four intervals in a row, and a
-//!   second of them, are within 0.1 periods of it, and 1 % in the mean. Or after 4 stretches, or at the end, when nine in
-//!   ten intervals are whole periods of it, one in twenty at least a single one, and the stretches are not even at another
-//!   rate: most lines may be lost. Until then it is one more of the sensor's; where neither tells one of these it is kept if
-//!   it lies within 5 % of the lower edge, or, where they tell none at all, of the fastest stretch. Else it has until line
-//!   1024.
-//! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at most 64 blocks of the
-//!   record, lost lines counted. The length of a loss is counted with it.
-//! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept as measured. It
-//!   follows an earlier arrival at once, and the least lag of each block of 16 lines.
-//! - *Gap*: a line is in doubt when it is 0.82 periods late. Lines are lost when the least lag has stood for 12 reads
-//!   and 0.1 s; then floor(lag / period + 0.18) of them. Lines that came together are one read: only the last of them
-//!   tells how late it is. Where some reads bring several lines the least lag must stand for 16 reads. Where most do, and
-//!   always end near the same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a whole line
-//!   when the clocks drift past each other, and single lost lines cannot be told from that. At the end lines in doubt are
-//!   a loss where none of late was 0.3 periods late without one, else from 0.1 s of bunching on.
-//! - A gap counted one too large shows when lines then come a period early; it is taken off the next gap.
-//! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or lines that come too
-//!   early: from the first one that is by 0.1 periods they are held, until 12 lines and 0.1 s pass without another, or
-//!   two stretches in a row are at the same higher rate. That then begins where the lag behind the mean of both periods
-//!   is greatest. Time, and the fitted rate, start anew there. Bunched lines are not even: a lower rate of theirs
-//!   is taken for losses.
-//! - *Stamps that go back* by more than 10 ms: up to two lines in a row are out of order, and came no later than the next
-//!   one that is not. With the third the clock was set back: by the new one, the first of them came when it was due.
+//! - *Nominal rate*: told by the intervals when they are whole numbers of one period, at least half
+//!   of them a single one: losses change nothing. And by the stretches, of 32 lines prolonged to
+//!   the last line of a read, when their ends lie on a straight line within 1.5 periods: bunching
+//!   changes little. A rate of the sensor within 1 % of both is taken after one stretch; of one of
+//!   them after 4, if the other does not contradict; else by the stretches after 16. After these,
+//!   or 1024 lines, or at the end, another rate is kept, rounded by 50 ppm at most. Where neither
+//!   tells one the rate is that of the lower edge, by the median step of the earliest of 32 lines:
+//!   a backlog that drains bends a few steps. But losses bend all, and the stretches, too: it must
+//!   be one of the sensor's within 1 %, and neither counts where the intervals are whole periods,
+//!   some of them single ones, of one that is 1.75 times as high. Then the rate is that one, or
+//!   that of the fastest stretch, or the mean, snapped within 5 %. A rate known beforehand is taken
+//!   as soon as four intervals in a row, and a second of them, are within 0.1 periods of it, and 1
+//!   % in the mean. Or after 4 stretches, or at the end, when nine in ten intervals are whole
+//!   periods of it, one in twenty at least a single one, and the stretches are not even at another
+//!   rate: most lines may be lost. Until then it is one more of the sensor's; where neither tells
+//!   one of these it is kept if it lies within 5 % of the lower edge, or, where they tell none at
+//!   all, of the fastest stretch. Else it has until line 1024.
+//! - *Fitted rate*: the median slope (Theil 1950, Sen 1968) between the earliest arrivals of at
+//!   most 64 blocks of the record, lost lines counted. The length of a loss is counted with it.
+//! - *Due time*: that of the line before plus the nominal period, or the fitted one of a rate kept
+//!   as measured. It follows an earlier arrival at once, and the least lag of each block of 16
+//!   lines.
+//! - *Gap*: a line is in doubt when it is 0.82 periods late. Lines are lost when the least lag has
+//!   stood for 12 reads and 0.1 s; then floor(lag / period + 0.18) of them. Lines that came
+//!   together are one read: only the last of them tells how late it is. Where some reads bring
+//!   several lines the least lag must stand for 16 reads. Where most do, and always end near the
+//!   same phase of the period, lines are in doubt from 1.82 periods: such reads shift by a whole
+//!   line when the clocks drift past each other, and single lost lines cannot be told from that. At
+//!   the end lines in doubt are a loss where none of late was 0.3 periods late without one, else
+//!   from 0.1 s of bunching on.
+//! - A gap counted one too large shows when lines then come a period early; it is taken off the
+//!   next gap.
+//! - *Rate change*: lines in doubt that come evenly at a lower rate of the sensor, 32 of them. Or
+//!   lines that come too early: from the first one that is by 0.1 periods they are held, until 12
+//!   lines and 0.1 s pass without another, or two stretches in a row are at the same higher rate.
+//!   That then begins where the lag behind the mean of both periods is greatest. Time, and the
+//!   fitted rate, start anew there. Bunched lines are not even: a lower rate of theirs is taken for
+//!   losses.
+//! - *Stamps that go back* by more than 10 ms: up to two lines in a row are out of order, and came
+//!   no later than the next one that is not. With the third the clock was set back: by the new one,
+//!   the first of them came when it was due.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -73,11 +84,13 @@ use listed::fastest;
 use placer::{Change, Placer, Verdict};
 use start::{Beginning, Placing, Start};
 
-/// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a clock of its own.
+/// Places the lines of a stream by their arrival stamps; streaming, in bounded memory, without a
+/// clock of its own.
 ///
-/// Every line pushed comes out once, in order, in a [`Placed::Lines`]. No stamp is an error: stamps that are no time
-/// base are refused, see [`Refusal`], and lines are placed without gaps from there on. Rate and refusal come out at
-/// their place among the lines: what is made of them does not depend on when they are polled.
+/// Every line pushed comes out once, in order, in a [`Placed::Lines`]. No stamp is an error: stamps
+/// that are no time base are refused, see [`Refusal`], and lines are placed without gaps from there
+/// on. Rate and refusal come out at their place among the lines: what is made of them does not
+/// depend on when they are polled.
 ///
 /// ```
 /// use std::time::Duration;
@@ -124,18 +137,20 @@ enum State {
 }
 
 impl Timebase {
-    /// A time base for a sensor that has these rates, in Hz, finite and positive; for any sensor if there are none: then
-    /// the measured rate is kept, none is too fast, and a change of it is not told.
+    /// A time base for a sensor that has these rates, in Hz, finite and positive; for any sensor if
+    /// there are none: then the measured rate is kept, none is too fast, and a change of it is not
+    /// told.
     #[must_use]
     pub fn new(rates_hz: &'static [f64]) -> Self {
         Self::with_start(rates_hz, None)
     }
 
-    /// A time base for a sensor said to send at `known_hz`, one of its rates or not. Lines are held as by
-    /// [`new`](Self::new), or shorter where they come evenly, until the stamps agree. They are refused when the rate
-    /// measured is not within 5 % of it, see [`Refusal::OtherRate`], and is another of the sensor's, or still contradicts
-    /// it after 1024 lines. Few lines agree when bunching of 0.1 s explains the difference, or lost lines do. A change of
-    /// the rate later is told all the same. A rate that is not finite and positive is ignored.
+    /// A time base for a sensor said to send at `known_hz`, one of its rates or not. Lines are held
+    /// as by [`new`](Self::new), or shorter where they come evenly, until the stamps agree. They
+    /// are refused when the rate measured is not within 5 % of it, see [`Refusal::OtherRate`], and
+    /// is another of the sensor's, or still contradicts it after 1024 lines. Few lines agree when
+    /// bunching of 0.1 s explains the difference, or lost lines do. A change of the rate later is
+    /// told all the same. A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn with_known_rate(rates_hz: &'static [f64], known_hz: f64) -> Self {
         Self::with_start(rates_hz, is_rate(known_hz).then_some(known_hz))
@@ -158,8 +173,9 @@ impl Timebase {
         }
     }
 
-    /// The sensor is said to send at `known_hz`, as for [`with_known_rate`](Self::with_known_rate), from the lines on that are
-    /// still held; nothing changes once a rate was told, or the stamps refused.
+    /// The sensor is said to send at `known_hz`, as for [`with_known_rate`](Self::with_known_rate),
+    /// from the lines on that are still held; nothing changes once a rate was told, or the stamps
+    /// refused.
     pub fn know_rate(&mut self, known_hz: f64) {
         if let (State::Starting(start), true) = (&mut self.state, is_rate(known_hz)) {
             start.know(known_hz);

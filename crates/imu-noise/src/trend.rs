@@ -4,8 +4,8 @@ use ethnum::I256;
 
 /// Least-squares line through sums of blocks at their places.
 ///
-/// The blocks are short beside the record, so that this is the regression over the samples as far as noise lets one
-/// tell.
+/// The blocks are short beside the record, so that this is the regression over the samples as far
+/// as noise lets one tell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Trend {
     block: u64,

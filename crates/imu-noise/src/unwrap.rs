@@ -2,8 +2,8 @@
 
 /// Makes a continuous series of the counts of a wrapping angle, across any division into slices.
 ///
-/// Each step is taken the short way round: into (-half a turn, half a turn]. The first sample is brought to the principal
-/// branch, the same half-open interval.
+/// Each step is taken the short way round: into (-half a turn, half a turn]. The first sample is
+/// brought to the principal branch, the same half-open interval.
 ///
 /// ```
 /// use imu_noise::Unwrap;
@@ -28,7 +28,8 @@ struct Last {
 }
 
 impl Unwrap {
-    /// For an angle with `turn_counts` counts in a full turn: 360 000 for degrees with three decimals.
+    /// For an angle with `turn_counts` counts in a full turn: 360 000 for degrees with three
+    /// decimals.
     ///
     /// # Panics
     /// When `turn_counts` is not positive.
@@ -40,9 +41,9 @@ impl Unwrap {
 
     /// Replaces the counts by the continuous series and returns how many belong together.
     ///
-    /// Fewer than all when the angle has left the range of `i32` (after 5965 turns of 360 000 counts): the rest is
-    /// untouched, and unwrapping it restarts in the principal branch. Accumulators need a break without loss there
-    /// ([`gap(Some(0))`](crate::Octaves::gap)).
+    /// Fewer than all when the angle has left the range of `i32` (after 5965 turns of 360 000
+    /// counts): the rest is untouched, and unwrapping it restarts in the principal branch.
+    /// Accumulators need a break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
     #[must_use = "the counts behind the returned number still wrap"]
     pub fn unwrap(&mut self, counts: &mut [i32]) -> usize {
         for (i, count) in counts.iter_mut().enumerate() {
@@ -61,8 +62,9 @@ impl Unwrap {
         counts.len()
     }
 
-    /// The whole turns, in counts, to subtract from a mean of the continuous series to bring it to the principal
-    /// branch; subtract the same from minimum and maximum. 0 for a mean that is not finite.
+    /// The whole turns, in counts, to subtract from a mean of the continuous series to bring it to
+    /// the principal branch; subtract the same from minimum and maximum. 0 for a mean that is not
+    /// finite.
     #[must_use]
     pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
         let turn = self.turn_counts as f64;

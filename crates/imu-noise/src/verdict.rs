@@ -1,4 +1,5 @@
-//! A fitted parameter beside what somebody claims of the sensor: judged by the interval, never by the point.
+//! A fitted parameter beside what somebody claims of the sensor: judged by the interval, never by
+//! the point.
 
 use crate::{Parameter, Status};
 
@@ -13,8 +14,8 @@ pub enum Claim {
         from: f64,
         /// Upper end; the same for a single value.
         to: f64,
-        /// How far either may be rounded: half a unit of the last printed place of a single value. 0.0035 is what a maker prints of 0.00354,
-        /// too. The ends of a range are as they stand.
+        /// How far either may be rounded: half a unit of the last printed place of a single value.
+        /// 0.0035 is what a maker prints of 0.00354, too. The ends of a range are as they stand.
         rounding: f64,
     },
 }
@@ -26,7 +27,8 @@ pub struct StreamFactor {
     pub factor: f64,
     /// How far the factor may be off, relative; 0 and above.
     pub uncertainty: f64,
-    /// Whether the sensor said how it is set; otherwise the factor is a guess, and nothing can pass or fail by it.
+    /// Whether the sensor said how it is set; otherwise the factor is a guess, and nothing can pass
+    /// or fail by it.
     pub is_known: bool,
 }
 
@@ -63,10 +65,11 @@ impl Claim {
 
     /// Compares `parameter`, as measured in the stream.
     ///
-    /// A limit is kept where the upper end of the interval lies below the lowest that a sensor at the limit can read (the uncertainty
-    /// counts against passing, as in ISO 14253-1), and broken where the lower end lies above the highest. A typical value is kept up to the
-    /// highest that such a sensor can read, its rounding allowed for: beyond, a sensor is worse than what is typical, which nobody promised.
-    /// A bound can keep a claim and never break it.
+    /// A limit is kept where the upper end of the interval lies below the lowest that a sensor at
+    /// the limit can read (the uncertainty counts against passing, as in ISO 14253-1), and broken
+    /// where the lower end lies above the highest. A typical value is kept up to the highest that
+    /// such a sensor can read, its rounding allowed for: beyond, a sensor is worse than what is
+    /// typical, which nobody promised. A bound can keep a claim and never break it.
     #[must_use]
     pub fn judge(&self, parameter: &Parameter, stream: &StreamFactor) -> Verdict {
         if parameter.status == Status::NotMeasurable {
@@ -91,8 +94,9 @@ impl Claim {
     }
 }
 
-/// A class of gyroscopes by their drift, after N. El-Sheimy and A. Youssef, "Inertial sensors technologies for navigation applications:
-/// state of the art and future trends", Satellite Navigation 1 (2020), table 1.
+/// A class of gyroscopes by their drift, after N. El-Sheimy and A. Youssef, "Inertial sensors
+/// technologies for navigation applications: state of the art and future trends", Satellite
+/// Navigation 1 (2020), table 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Grade {
     /// Below 0.01 deg/h.
@@ -117,8 +121,8 @@ impl Grade {
         }
     }
 
-    /// The best and the worst grade that a bias instability B in rad/s leaves possible; equal where the interval tells. `None` where the
-    /// stream does not carry it, or nothing is known of it.
+    /// The best and the worst grade that a bias instability B in rad/s leaves possible; equal where
+    /// the interval tells. `None` where the stream does not carry it, or nothing is known of it.
     #[must_use]
     pub fn range(bias_instability: &Parameter) -> Option<(Self, Self)> {
         let of = |rad_s: f64| {

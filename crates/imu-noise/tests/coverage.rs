@@ -1,5 +1,5 @@
-//! Intervals and bounds hold as often as they say, on seeded records of known noise. The benchmark of the same name
-//! does the same with more records.
+//! Intervals and bounds hold as often as they say, on seeded records of known noise. The benchmark
+//! of the same name does the same with more records.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 #[path = "synthetic/score.rs"]

@@ -1,5 +1,5 @@
-//! Normality is affirmed of normal records, correlated and rounded ones too, denied of others, and left open where
-//! nobody can tell.
+//! Normality is affirmed of normal records, correlated and rounded ones too, denied of others, and
+//! left open where nobody can tell.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod synthetic;

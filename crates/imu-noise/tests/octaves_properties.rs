@@ -10,7 +10,8 @@ enum Step {
     Gap(Option<u64>),
 }
 
-/// Windows of the definition, over samples at their absolute indices. An unknown gap begins another record.
+/// Windows of the definition, over samples at their absolute indices. An unknown gap begins another
+/// record.
 #[derive(Default)]
 struct Definition {
     records: Vec<Vec<Option<i32>>>,

@@ -90,8 +90,9 @@ fn white_noise_is_known_as_well_as_planned() {
     }
 }
 
-/// What the plan promises: of 200 records 95 % lie so near the truth, with a standard deviation of 1.5 %. Records made with NumPy and read by
-/// the whole program agree: 96.6 % of 1200 within 5 % at the length planned for that.
+/// What the plan promises: of 200 records 95 % lie so near the truth, with a standard deviation of
+/// 1.5 %. Records made with NumPy and read by the whole program agree: 96.6 % of 1200 within 5 % at
+/// the length planned for that.
 #[test]
 fn white_noise_of_planned_records_is_as_near_the_truth_as_planned() {
     let noise = Noise { flicker: 0.094, step: 0.0 };

@@ -1,5 +1,5 @@
-//! Real recordings. One at rest with a vibration line: white noise is found beside it, and nothing is invented. One shaken by
-//! hand: said to be so.
+//! Real recordings. One at rest with a vibration line: white noise is found beside it, and nothing
+//! is invented. One shaken by hand: said to be so.
 //!
 //! Reads the folder named by `VN100_CAPTURES`; skipped where there is none.
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]

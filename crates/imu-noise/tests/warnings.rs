@@ -1,5 +1,5 @@
-//! Clean records of twelve channels say nothing, disturbed ones say what happened and where. The benchmark of the same
-//! name does the same with more and longer records.
+//! Clean records of twelve channels say nothing, disturbed ones say what happened and where. The
+//! benchmark of the same name does the same with more and longer records.
 
 #[path = "synthetic/disturbed.rs"]
 mod disturbed;

@@ -3,7 +3,8 @@
 use imu_noise::{Deviation, Estimator, OctaveSum, Octaves};
 use proptest::{collection::vec, prelude::*};
 
-/// Sums of runs of counts with so many samples missing before each, `slope` counts per sample added.
+/// Sums of runs of counts with so many samples missing before each, `slope` counts per sample
+/// added.
 fn sums(estimator: Estimator, deviation: Deviation, runs: &[(u64, Vec<i32>)], slope: i32) -> Vec<OctaveSum> {
     let mut octaves = Octaves::new(estimator, deviation).keeping_slope();
     let mut place = 0;

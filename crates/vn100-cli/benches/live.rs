@@ -1,8 +1,9 @@
-//! What it costs to measure live sensors: CPU time and memory of `vn100 attach`, and the time from the last byte of a line to its place
-//! in the sums. Linux only; it takes two minutes.
+//! What it costs to measure live sensors: CPU time and memory of `vn100 attach`, and the time from
+//! the last byte of a line to its place in the sums. Linux only; it takes two minutes.
 //!
-//! Sensors and feeders are processes of their own, on pseudo-terminals. CPU time is the kernel's account of the threads of `attach` over
-//! some seconds of steady running. `cargo bench -p vn100-cli --bench live` prints the tables.
+//! Sensors and feeders are processes of their own, on pseudo-terminals. CPU time is the kernel's
+//! account of the threads of `attach` over some seconds of steady running.
+//! `cargo bench -p vn100-cli --bench live` prints the tables.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
 
 #[cfg(target_os = "linux")]

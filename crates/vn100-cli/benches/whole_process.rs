@@ -1,8 +1,10 @@
-//! The program as its user runs it, from start to exit, beside `cat` and, where Python has them, pandas with allantools.
+//! The program as its user runs it, from start to exit, beside `cat` and, where Python has them,
+//! pandas with allantools.
 //!
-//! Five hours at 40 Hz, 720 000 lines, 88 MB, warm cache, as text and in every other form. Commands take turns; CPU time is the kernel's
-//! account of each finished process, wall time the median of the runs. `cargo bench -p vn100-cli` prints the tables; what they are of
-//! takes 0.7 GB in the target folder.
+//! Five hours at 40 Hz, 720 000 lines, 88 MB, warm cache, as text and in every other form. Commands
+//! take turns; CPU time is the kernel's account of each finished process, wall time the median of
+//! the runs. `cargo bench -p vn100-cli` prints the tables; what they are of takes 0.7 GB in the
+//! target folder.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops at the first surprise")]
 
 use std::{
@@ -35,7 +37,8 @@ for name in frame:
     allantools.oadev(y, rate=40.0, data_type='freq', taus='octave')
 ";
 
-/// What a serial script does at best: the checksum of every line, and its fields, to be looked at later.
+/// What a serial script does at best: the checksum of every line, and its fields, to be looked at
+/// later.
 const SCRIPT: &str = "
 import sys
 columns = [[] for _ in range(12)]
@@ -137,7 +140,8 @@ fn run(command: &[String]) -> Option<()> {
     status.ok()?.code().filter(|code| [0, NO_DATA].contains(code)).map(|_| ())
 }
 
-/// Feeds the capture several times through standard input: megabytes fed, and the most memory the program ever held.
+/// Feeds the capture several times through standard input: megabytes fed, and the most memory the
+/// program ever held.
 fn piped(capture: &Path, copies: u64) -> (u64, u64) {
     let mut command = Command::new(PROGRAM);
     let mut child = command

@@ -65,11 +65,13 @@ pub(crate) enum Command {
     Configure(ConfigureArgs),
     /// Run recorded captures through the pipeline, as fast as the machine can
     Replay(ReplayArgs),
-    /// Compare captures: which is the quietest, which is disturbed, and whether they differ beyond chance
+    /// Compare captures: which is the quietest, which is disturbed, and whether they differ beyond
+    /// chance
     Compare(CompareArgs),
     /// Plan a measurement: message, rate, window, line speed, and how long for what
     Plan(PlanArgs),
-    /// Write the report of captures: one page with every figure and table, and the numbers for other programs
+    /// Write the report of captures: one page with every figure and table, and the numbers for
+    /// other programs
     Report(ReportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     Sim(SimArgs),
@@ -83,12 +85,12 @@ pub(crate) enum Command {
 
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct AttachArgs {
-    /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for a serial server, or "-"
-    /// for bytes on standard input
+    /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for
+    /// a serial server, or "-" for bytes on standard input
     ///
-    /// A serial server is trusted as a cable is: what passes between is neither encrypted nor authenticated, so that whoever is on the
-    /// way can read, forge or change it, commands too. The checksums of the lines find accidents only. Keep it to a network you trust,
-    /// or tunnel it.
+    /// A serial server is trusted as a cable is: what passes between is neither encrypted nor
+    /// authenticated, so that whoever is on the way can read, forge or change it, commands too. The
+    /// checksums of the lines find accidents only. Keep it to a network you trust, or tunnel it.
     #[arg(required = true, value_name = "SOURCE")]
     pub(crate) sources: Vec<SourceName>,
 
@@ -98,7 +100,8 @@ pub(crate) struct AttachArgs {
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
 
-    /// Read temperature, pressure and uncompensated measurements every ten seconds between the lines
+    /// Read temperature, pressure and uncompensated measurements every ten seconds between the
+    /// lines
     #[arg(long, conflicts_with = "listen_only")]
     pub(crate) temperature: bool,
 
@@ -118,7 +121,8 @@ pub(crate) struct AttachArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RecordArgs {
-    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", tcp://host:port, or "-" for standard input
+    /// A serial port such as /dev/ttyUSB0 or COM3, "sim", tcp://host:port, or "-" for standard
+    /// input
     #[arg(value_name = "SOURCE")]
     pub(crate) source: SourceName,
 
@@ -130,7 +134,8 @@ pub(crate) struct RecordArgs {
     #[arg(long, value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
-    /// Read temperature, pressure and uncompensated measurements every ten seconds between the lines
+    /// Read temperature, pressure and uncompensated measurements every ten seconds between the
+    /// lines
     #[arg(long, conflicts_with = "listen_only")]
     pub(crate) temperature: bool,
 
@@ -201,8 +206,8 @@ pub(crate) struct ConfigureArgs {
 /// Diagnostics; without them, warnings only.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct LogArgs {
-    /// Tell on stderr what befalls the link, what is asked and answered, and which lines are refused and why; no view is shown on a
-    /// terminal that this goes to
+    /// Tell on stderr what befalls the link, what is asked and answered, and which lines are
+    /// refused and why; no view is shown on a terminal that this goes to
     #[arg(short, long)]
     pub(crate) verbose: bool,
 
@@ -213,8 +218,8 @@ pub(crate) struct LogArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlanArgs {
-    /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >= 0.02 mg"; a table of the usual wants
-    /// unless given
+    /// What the record shall show, as in "gyro N ±5%", "gyro B", "gyro K >= 2e-7" or "accel B >=
+    /// 0.02 mg"; a table of the usual wants unless given
     #[arg(long, value_name = "WANT")]
     pub(crate) want: Vec<Want>,
 
@@ -241,16 +246,18 @@ pub(crate) struct PlanArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SimArgs {
-    /// Write a capture at once instead of emulating a port, with a time for each line where the name ends in .mcap; "-" is
-    /// standard output
+    /// Write a capture at once instead of emulating a port, with a time for each line where the
+    /// name ends in .mcap; "-" is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Length of the capture [default: 60s], or how long to emulate the port [default: until stopped]; for example 5h
+    /// Length of the capture [default: 60s], or how long to emulate the port [default: until
+    /// stopped]; for example 5h
     #[arg(long, value_name = "T", value_parser = humantime::parse_duration)]
     pub(crate) duration: Option<Duration>,
 
-    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200 [default: 40]
+    /// Output rate of the capture in hertz, one the sensor has: 1 2 4 5 10 20 25 40 50 100 200
+    /// [default: 40]
     #[arg(long, value_name = "HZ", requires = "output")]
     pub(crate) rate: Option<u32>,
 
@@ -261,7 +268,8 @@ pub(crate) struct SimArgs {
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
 
-    /// A name that leads to the emulated port, whatever the system calls it; after an unplugging with `:other` it is PATH-1
+    /// A name that leads to the emulated port, whatever the system calls it; after an unplugging
+    /// with `:other` it is PATH-1
     #[arg(long, value_name = "PATH", conflicts_with = "output")]
     pub(crate) link: Option<PathBuf>,
 
@@ -312,7 +320,8 @@ pub(crate) struct CompletionsArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ManArgs {
-    /// Write vn100.1 and one page for each command into this folder; an existing page is never replaced
+    /// Write vn100.1 and one page for each command into this folder; an existing page is never
+    /// replaced
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -1,4 +1,5 @@
-//! `vn100 attach` and `vn100 record`: live sensors through the pipeline until stopped, one result each, in the order given.
+//! `vn100 attach` and `vn100 record`: live sensors through the pipeline until stopped, one result
+//! each, in the order given.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, sync::Arc};
 
@@ -209,7 +210,8 @@ async fn recorder(path: Option<PathBuf>, job: &Job) -> Result<Option<Recorder>> 
     Ok(Some(task::spawn_blocking(create).await.context("the recording stopped by a fault of this program")??))
 }
 
-/// Ends a recording. A new one in which nothing came is removed: it would only stand in the way of the next attempt.
+/// Ends a recording. A new one in which nothing came is removed: it would only stand in the way of
+/// the next attempt.
 async fn end_recording(recorder: Recorder, reason: &str, resumed: bool) -> RecordingState {
     let state = recorder.finish(reason).await;
     if state.bytes == 0 && state.error.is_none() && !resumed {
@@ -292,8 +294,9 @@ struct Ended {
     ceased: Option<Ceased>,
 }
 
-/// Measures one source to its end, showing where it is and writing the documents of every second meanwhile; tells what was left out.
-/// Where these cannot be written it ends as when it is stopped, and `told` says why.
+/// Measures one source to its end, showing where it is and writing the documents of every second
+/// meanwhile; tells what was left out. Where these cannot be written it ends as when it is stopped,
+/// and `told` says why.
 async fn measure(
     opened: Opened,
     recording: Option<watch::Receiver<RecordingState>>,

@@ -1,7 +1,9 @@
-//! The JSON document of several captures side by side, schema `vn100.comparison/1`: a contract with scripts.
+//! The JSON document of several captures side by side, schema `vn100.comparison/1`: a contract with
+//! scripts.
 //!
-//! SI units (magnetic field in gauss); what is not known is `null`. `record` is a place in `records`, from 0. A probability `p` is that of
-//! one test alone, `corrected` the same with Holm's correction; `differs` is `corrected` < 1 - `confidence`.
+//! SI units (magnetic field in gauss); what is not known is `null`. `record` is a place in
+//! `records`, from 0. A probability `p` is that of one test alone, `corrected` the same with Holm's
+//! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
 use vn100_pipeline::{Chance, ChannelMeans, Comparison, Ranking};
@@ -94,7 +96,8 @@ struct RankedDocument {
     lower: f64,
     upper: f64,
     axes: Vec<AxisDocument>,
-    /// What averaging and decimation on board make of the sensor's own white noise; `null` where nobody knows.
+    /// What averaging and decimation on board make of the sensor's own white noise; `null` where
+    /// nobody knows.
     white_factor: Option<f64>,
 }
 
@@ -116,7 +119,8 @@ struct MeansDocument {
     name: String,
     unit: String,
     means: Vec<MeanDocument>,
-    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle of one sensor at one attitude.
+    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle of
+    /// one sensor at one attitude.
     spread: Option<SpreadDocument>,
     /// The sensor takes the bias out of one record at least.
     bias_removed: bool,

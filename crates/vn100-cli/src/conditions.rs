@@ -1,4 +1,5 @@
-//! The conditions of a measurement, kept with its data: what the user writes down, and what was asked of it.
+//! The conditions of a measurement, kept with its data: what the user writes down, and what was
+//! asked of it.
 
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
@@ -8,14 +9,16 @@ use vn100_pipeline::{Goal, Settings};
 
 use crate::toml_file;
 
-/// Under this name a recording keeps the data time that its measurement was to last. A replay of it ends there too, and so equals it:
-/// a line more may have come by the time the measurement was over.
+/// Under this name a recording keeps the data time that its measurement was to last. A replay of it
+/// ends there too, and so equals it: a line more may have come by the time the measurement was
+/// over.
 const MEASURED_DURATION: &str = "measured.duration";
 
 /// Likewise what was to be known when the measurement ended, each goal between semicolons.
 const MEASURED_UNTIL: &str = "measured.until";
 
-/// What goes into a recording: the conditions in the user's file, and when the measurement was to end.
+/// What goes into a recording: the conditions in the user's file, and when the measurement was to
+/// end.
 pub(crate) fn read(file: Option<&Path>, settings: &Settings) -> Result<BTreeMap<String, String>> {
     let mut all = match file {
         Some(file) => {

@@ -26,7 +26,8 @@ pub(crate) fn vn100() -> Result<Datasheet> {
 /// A user's.
 ///
 /// # Errors
-/// When the file cannot be read, is not TOML, or a figure makes no sense; with file, line and the choices there are.
+/// When the file cannot be read, is not TOML, or a figure makes no sense; with file, line and the
+/// choices there are.
 pub(crate) fn open(path: &Path) -> Result<Datasheet> {
     let text = fs::read_to_string(path).with_context(|| format!("cannot read the data sheet {}", path.display()))?;
     parse(&text).with_context(|| format!("the data sheet {}", path.display()))
@@ -162,7 +163,8 @@ enum Typical {
     Range(Spanned<f64>, Spanned<f64>),
 }
 
-/// By hand: what serde tries one after the other it has copied before, and copies have no place in the text.
+/// By hand: what serde tries one after the other it has copied before, and copies have no place in
+/// the text.
 impl<'de> Deserialize<'de> for Typical {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct OneOrTwo;

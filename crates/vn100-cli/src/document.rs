@@ -125,7 +125,8 @@ struct Statistics {
     histogram: Option<Bars>,
 }
 
-/// Bars of equal width, in the unit of the channel; an angle's are of the unwrapped angle, in the branch of its mean.
+/// Bars of equal width, in the unit of the channel; an angle's are of the unwrapped angle, in the
+/// branch of its mean.
 #[derive(Debug, Serialize)]
 struct Bars {
     /// Lower end of the first bar.

@@ -1,4 +1,5 @@
-//! How the program speaks and ends: the exit codes scripts rely on, and the one place that writes results and errors.
+//! How the program speaks and ends: the exit codes scripts rely on, and the one place that writes
+//! results and errors.
 
 use std::{
     io::{self, Write},
@@ -48,8 +49,9 @@ pub(crate) fn print_json(json: &str) -> Result<()> {
     write(&json_line(json))
 }
 
-/// A JSON document and a line end. What steers a terminal is escaped, so that the document means the same: serde_json leaves DEL, the
-/// control characters above ASCII and those that turn the direction of text as they are.
+/// A JSON document and a line end. What steers a terminal is escaped, so that the document means
+/// the same: serde_json leaves DEL, the control characters above ASCII and those that turn the
+/// direction of text as they are.
 pub(crate) fn json_line(json: &str) -> String {
     let mut text = String::with_capacity(json.len() + 1);
     for c in json.chars() {
@@ -70,8 +72,8 @@ fn write(text: &str) -> Result<()> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
 }
 
-/// Tells of a wrong command line, or gives the help that was asked for, and ends the program. The line is repeated in it, and is no
-/// more ours than a file name: scripts pass on what they find.
+/// Tells of a wrong command line, or gives the help that was asked for, and ends the program. The
+/// line is repeated in it, and is no more ours than a file name: scripts pass on what they find.
 pub(crate) fn usage(error: &clap::Error) -> ! {
     if !error.use_stderr() {
         error.exit();
@@ -88,7 +90,8 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// The text in one line, with a mark for all that steers a terminal: file names, captures and what a sensor says are not ours.
+/// The text in one line, with a mark for all that steers a terminal: file names, captures and what
+/// a sensor says are not ours.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(shown).collect()
 }
@@ -103,8 +106,8 @@ fn shown(c: char) -> char {
     if steers(c) { char::REPLACEMENT_CHARACTER } else { c }
 }
 
-/// Control characters, ends of lines and paragraphs, and what turns the direction of text (Unicode's property Bidi_Control): with these a
-/// name can look like another.
+/// Control characters, ends of lines and paragraphs, and what turns the direction of text
+/// (Unicode's property Bidi_Control): with these a name can look like another.
 pub(crate) fn steers(c: char) -> bool {
     c.is_control()
         || matches!(

@@ -125,7 +125,8 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
     Ok(measured)
 }
 
-/// Runs one capture to its end, moving the progress bar and writing the documents of every second meanwhile.
+/// Runs one capture to its end, moving the progress bar and writing the documents of every second
+/// meanwhile.
 async fn measure(
     capture: Capture,
     read: ReadOptions,

@@ -1,4 +1,5 @@
-//! Ctrl-C, a request to terminate, a terminal that hangs up: the first of them ends the data, the second the program.
+//! Ctrl-C, a request to terminate, a terminal that hangs up: the first of them ends the data, the
+//! second the program.
 
 use std::io;
 

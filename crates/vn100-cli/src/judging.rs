@@ -1,4 +1,5 @@
-//! What is made of a result once it is there: models for filters, verdicts against a data sheet, and whether the command has failed by them.
+//! What is made of a result once it is there: models for filters, verdicts against a data sheet,
+//! and whether the command has failed by them.
 
 use anyhow::Result;
 use imu_noise::Verdict;

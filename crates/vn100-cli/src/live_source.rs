@@ -39,7 +39,8 @@ pub(crate) struct LiveSource {
     _emulated: Option<EmulatedPort>,
 }
 
-/// Waits until a link whose events nobody takes any more has let go of its port: whether an output that was found paused is so again.
+/// Waits until a link whose events nobody takes any more has let go of its port: whether an output
+/// that was found paused is so again.
 pub(crate) async fn closed(link: &LinkHandle) -> Option<bool> {
     // a link that is gone has no state any more
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
@@ -89,8 +90,8 @@ impl LiveSource {
         self.name.kind()
     }
 
-    /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too; `keep` is set again on a sensor that
-    /// comes back.
+    /// Begins to open it for measuring. What it delivers is stamped, and goes to the recording too;
+    /// `keep` is set again on a sensor that comes back.
     pub(crate) fn open(
         &self,
         read: ReadOptions,
@@ -118,8 +119,9 @@ impl LiveSource {
         self.log.watch(&self.name.to_string(), events)
     }
 
-    /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and closes it again. Once begun, `work` looks
-    /// after `stop` itself: it may have something to put back.
+    /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and
+    /// closes it again. Once begun, `work` looks after `stop` itself: it may have something to put
+    /// back.
     pub(crate) async fn ask<T, F: Future<Output = Result<T>>>(
         &self,
         stop: &CancellationToken,

@@ -1,6 +1,8 @@
-//! Diagnostics, for whoever looks for a fault: what befell a link, what was asked and answered, which lines were refused and why.
+//! Diagnostics, for whoever looks for a fault: what befell a link, what was asked and answered,
+//! which lines were refused and why.
 //!
-//! A thread of its own writes them: measuring never waits for it. What it does not take in time is left out, and counted in it.
+//! A thread of its own writes them: measuring never waits for it. What it does not take in time is
+//! left out, and counted in it.
 
 use std::{
     fs::File,
@@ -24,7 +26,8 @@ use crate::{
     exit::{printable, report},
 };
 
-/// Entries that may wait to be written; a stream of nothing but refused lines fills them within a second of a slow disk.
+/// Entries that may wait to be written; a stream of nothing but refused lines fills them within a
+/// second of a slow disk.
 const WAITING_ENTRIES: usize = 4096;
 
 /// Events that may wait between a source and its measurement beside those of the source itself.

@@ -15,7 +15,8 @@ use crate::{
     source_document::Origin,
 };
 
-/// One source's result. Where nothing could be read it is that of no samples, and `origin` says why.
+/// One source's result. Where nothing could be read it is that of no samples, and `origin` says
+/// why.
 pub(crate) struct Measured {
     pub(crate) origin: Origin,
     pub(crate) snapshot: Arc<Snapshot>,
@@ -85,7 +86,8 @@ impl Measured {
         Self { origin, snapshot, assessment, filter_models: Vec::new(), verdicts: None, unmet, exit }
     }
 
-    /// What became of the recording that was made meanwhile. Where it failed the result says so, and the command has failed.
+    /// What became of the recording that was made meanwhile. Where it failed the result says so,
+    /// and the command has failed.
     pub(crate) fn note_recording(&mut self, recording: &RecordingState, unrecorded_bytes: u64) {
         let path = recording.path.display();
         let text = match &recording.error {
@@ -109,7 +111,8 @@ impl Measured {
         self.exit = self.exit.max(Exit::Failed);
     }
 
-    /// A result cut short by a fault that is no error of the source says so, and the command has failed.
+    /// A result cut short by a fault that is no error of the source says so, and the command has
+    /// failed.
     pub(crate) fn note_failure(&mut self, text: String) {
         self.origin.error.get_or_insert(text);
         self.exit = self.exit.max(Exit::Failed);

@@ -6,7 +6,8 @@ use vn100_pipeline::{ChannelNoise, FilterModels};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct NoiseDocument {
-    /// Samples the parameters rest on; of a record that grows they may be a twentieth fewer than it has.
+    /// Samples the parameters rest on; of a record that grows they may be a twentieth fewer than it
+    /// has.
     samples: u64,
     fit: Option<Fit>,
     white: Option<ParameterDocument>,
@@ -14,7 +15,8 @@ pub(crate) struct NoiseDocument {
     rate_random_walk: Option<ParameterDocument>,
     rate_ramp: Option<ParameterDocument>,
     quantization: Option<ParameterDocument>,
-    /// Where this record is too short for the random walk: how small a one a longer record would show.
+    /// Where this record is too short for the random walk: how small a one a longer record would
+    /// show.
     rate_random_walk_seen_later: Option<SeenLater>,
     correlations: Vec<Correlation>,
     classical: Classical,
@@ -97,7 +99,8 @@ struct Correlation {
     value: f64,
 }
 
-/// What the graphical rules read off the Allan deviation, N, B and K; all `null` of another deviation.
+/// What the graphical rules read off the Allan deviation, N, B and K; all `null` of another
+/// deviation.
 #[derive(Debug, Serialize)]
 struct Classical {
     white: Option<f64>,

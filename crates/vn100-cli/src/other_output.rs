@@ -1,12 +1,13 @@
-//! Notices a sensor that is heard and sends no measurement, or not the one that a stream is about any more, or that at another rate.
+//! Notices a sensor that is heard and sends no measurement, or not the one that a stream is about
+//! any more, or that at another rate.
 
 use std::time::Duration;
 
 use tokio::time::Instant;
 use vn100_pipeline::{RateChange, Snapshot};
 
-/// A sensor that is heard and sends no measurement in this time, or none at its rate, will send none: it is set to something else. Bytes
-/// that were held back come at another rate for less.
+/// A sensor that is heard and sends no measurement in this time, or none at its rate, will send
+/// none: it is set to something else. Bytes that were held back come at another rate for less.
 const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 /// What came of one source, and since when only other things have come.
@@ -26,7 +27,8 @@ struct OtherRate {
 }
 
 impl OtherOutput {
-    /// Whether what comes has been left out for so long, because of its rate, that all will be. While the link is not up it waits.
+    /// Whether what comes has been left out for so long, because of its rate, that all will be.
+    /// While the link is not up it waits.
     pub(crate) fn is_at_another_rate(&mut self, snapshot: &Snapshot, is_up: bool) -> bool {
         let Some(other) = &mut self.other_rate else { return false };
         // time in which nothing comes is no time at that rate
@@ -54,7 +56,8 @@ impl OtherOutput {
         }
     }
 
-    /// Whether only other things have come for so long that no measurement will. While the link is not up it waits.
+    /// Whether only other things have come for so long that no measurement will. While the link is
+    /// not up it waits.
     pub(crate) fn is_all(&mut self, snapshot: &Snapshot, is_up: bool) -> bool {
         let link = &snapshot.link;
         let others = link.other_messages() + link.tally.packets;
@@ -80,7 +83,8 @@ pub(crate) struct Ceased {
     pub(crate) told: String,
 }
 
-/// Of a stream whose measurements have ceased while others come; `None` where there never was one, which the warnings tell.
+/// Of a stream whose measurements have ceased while others come; `None` where there never was one,
+/// which the warnings tell.
 pub(crate) fn ceased(name: &str, snapshot: &Snapshot) -> Option<Ceased> {
     let message = &snapshot.layout.as_ref()?.message;
     let instead =

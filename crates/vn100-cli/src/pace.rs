@@ -1,4 +1,5 @@
-//! A capture at the pace of the sensor: held back by the clock, let go at once, or stopped, as whoever watches wants it.
+//! A capture at the pace of the sensor: held back by the clock, let go at once, or stopped, as
+//! whoever watches wants it.
 
 use std::time::Duration;
 
@@ -12,7 +13,8 @@ use vn100_driver::{End, Event};
 /// Events that may wait for the analysis; a full queue holds the pace back.
 const WAITING_EVENTS: usize = 4;
 
-/// Rates of replay one steps through, in seconds of data a second; behind the last one it is as fast as the machine can.
+/// Rates of replay one steps through, in seconds of data a second; behind the last one it is as
+/// fast as the machine can.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
@@ -57,7 +59,8 @@ pub(crate) struct Position {
     pub(crate) rows: u64,
     pub(crate) speed: Speed,
     pub(crate) paused: bool,
-    /// Nothing more comes: the capture was replayed to its end, or as much of it as was to be measured.
+    /// Nothing more comes: the capture was replayed to its end, or as much of it as was to be
+    /// measured.
     pub(crate) at_end: bool,
 }
 
@@ -153,8 +156,8 @@ pub(crate) struct Beginning {
     pub(crate) run_to: u64,
 }
 
-/// The events of a capture, each sample when it is due by the rate of the moment, and where that is. They end with the capture, or on
-/// `stop`; the speed may be chosen behind the end too.
+/// The events of a capture, each sample when it is due by the rate of the moment, and where that
+/// is. They end with the capture, or on `stop`; the speed may be chosen behind the end too.
 ///
 /// # Panics
 /// Outside a tokio runtime with time enabled.
@@ -252,7 +255,8 @@ mod tests {
     }
 
     impl Replay {
-        /// Takes all that comes within so many seconds; how many samples that was, and whether the end was among it.
+        /// Takes all that comes within so many seconds; how many samples that was, and whether the
+        /// end was among it.
         async fn take(&mut self, seconds: f64) -> (usize, bool) {
             let until = Instant::now() + Duration::from_secs_f64(seconds);
             let mut rows = 0;

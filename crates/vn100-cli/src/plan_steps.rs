@@ -19,7 +19,8 @@ pub(crate) struct Steps {
 }
 
 impl Steps {
-    /// Of `plan`; with a length only if it was `asked` for something in particular that is within reach.
+    /// Of `plan`; with a length only if it was `asked` for something in particular that is within
+    /// reach.
     pub(crate) fn new(plan: &Plan, given: Given, asked: bool) -> Self {
         let message = plan.message.header().unwrap_or_default();
         let (rate_hz, window) = (plan.rate.hz(), plan.window);
@@ -47,7 +48,8 @@ impl Steps {
     }
 }
 
-/// A length of time in whole seconds, as "1 h 30 min" with `blank` as the blank; options take it without.
+/// A length of time in whole seconds, as "1 h 30 min" with `blank` as the blank; options take it
+/// without.
 pub(crate) fn span(seconds: f64, blank: &str) -> String {
     let seconds = seconds.ceil().max(0.0) as u64;
     let parts = [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")];

@@ -13,8 +13,8 @@ impl Progress {
     /// How often it is worth moving the bar.
     pub(crate) const PERIOD: Duration = Duration::from_millis(100);
 
-    /// A bar for sources of these sizes in bytes; without an end if one does not know its size. None where something `else_is_told` there
-    /// all the time.
+    /// A bar for sources of these sizes in bytes; without an end if one does not know its size.
+    /// None where something `else_is_told` there all the time.
     pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>, else_is_told: bool) -> Self {
         let total: Option<u64> = sizes.into_iter().sum();
         let target = if else_is_told { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };

@@ -46,8 +46,8 @@ impl RecordedDocument {
     }
 }
 
-/// To the millisecond, as the clock of a host is not better than that; `None` for a time before 1971: it is that of a clock that was not set,
-/// or of no clock.
+/// To the millisecond, as the clock of a host is not better than that; `None` for a time before
+/// 1971: it is that of a clock that was not set, or of no clock.
 fn utc(at_ns: i64) -> Option<String> {
     const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
     let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);

@@ -1,4 +1,5 @@
-//! `vn100 report`: one page with every figure and table of a noise measurement, and its numbers in the forms other programs read.
+//! `vn100 report`: one page with every figure and table of a noise measurement, and its numbers in
+//! the forms other programs read.
 
 mod capture_file;
 mod export;

@@ -24,8 +24,8 @@ pub(crate) struct SetUp {
 }
 
 impl SetUp {
-    /// Sets the sensor as asked, and tells what was changed. An interrupt is the end of the data and no error: nothing is changed then, or
-    /// left to be undone.
+    /// Sets the sensor as asked, and tells what was changed. An interrupt is the end of the data
+    /// and no error: nothing is changed then, or left to be undone.
     pub(crate) async fn new(
         live: &LiveSource,
         settings: Option<OutputSettings>,

@@ -1,5 +1,6 @@
-//! How a channel went through time and frequency, as it stands in the JSON document. Its times are of the record, in seconds of data since
-//! the first sample, those skipped included: `skipped_s` lie before the first sample that counts.
+//! How a channel went through time and frequency, as it stands in the JSON document. Its times are
+//! of the record, in seconds of data since the first sample, those skipped included: `skipped_s`
+//! lie before the first sample that counts.
 
 use imu_noise::{LevelChange, LevelShape, Normality, NotJudged};
 use serde::Serialize;

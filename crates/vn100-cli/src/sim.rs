@@ -105,7 +105,8 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
     Ok(Exit::Good)
 }
 
-/// Removes the capture that shall be replaced. Only a file of that very name: through a link another would be written over.
+/// Removes the capture that shall be replaced. Only a file of that very name: through a link
+/// another would be written over.
 fn make_room(output: &Path) -> Result<()> {
     match fs::symlink_metadata(output) {
         Ok(found) if found.is_file() => {

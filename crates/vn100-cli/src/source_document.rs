@@ -1,4 +1,5 @@
-//! What a document says of the source: which it was, which sensor, and what became of the lines of a CSV file.
+//! What a document says of the source: which it was, which sensor, and what became of the lines of
+//! a CSV file.
 
 use std::collections::BTreeMap;
 

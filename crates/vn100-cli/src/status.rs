@@ -1,4 +1,5 @@
-//! What is told of live sources while they are measured: a line on stderr for each, or words for the view where there is one.
+//! What is told of live sources while they are measured: a line on stderr for each, or words for
+//! the view where there is one.
 
 use std::{borrow::Cow, time::Duration};
 
@@ -22,7 +23,8 @@ impl Status {
     /// How often a line is worth writing anew.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// Lines on stderr, or none where a view takes what is to be told, or something `else_is_told` there all the time.
+    /// Lines on stderr, or none where a view takes what is to be told, or something `else_is_told`
+    /// there all the time.
     pub(crate) fn new(view: Option<Notices>, else_is_told: bool) -> Self {
         let target = if view.is_some() || else_is_told {
             ProgressDrawTarget::hidden()
@@ -98,8 +100,8 @@ impl StatusLine {
         self.bar.tick();
     }
 
-    /// Tells what befell the link, once: a link that is looked for fails again and again, and its first cause is the one that says why,
-    /// unless a later one is for its user to mend.
+    /// Tells what befell the link, once: a link that is looked for fails again and again, and its
+    /// first cause is the one that says why, unless a later one is for its user to mend.
     pub(crate) fn tell(&mut self, state: &LinkState) {
         if let Some(event) = event(self.told.as_ref(), state).filter(|_| is_news(self.told.as_ref(), state)) {
             self.report(&about(&self.name, &event));

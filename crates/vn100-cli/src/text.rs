@@ -1,4 +1,5 @@
-//! A capture's result as text for people: what is wrong first, then the statistics, then the deviations.
+//! A capture's result as text for people: what is wrong first, then the statistics, then the
+//! deviations.
 
 pub(crate) mod comparison;
 mod deviations;
@@ -41,7 +42,8 @@ pub(crate) fn result(measured: &Measured) -> String {
     out
 }
 
-/// What came and what may be wrong with it, without statistics and deviations. Ends with a line feed.
+/// What came and what may be wrong with it, without statistics and deviations. Ends with a line
+/// feed.
 pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
     let mut out = String::new();
     let _ = write_summary(&mut out, origin, snapshot, assessment);

@@ -65,7 +65,8 @@ pub(crate) struct BlockValues {
     pub(crate) max: f64,
 }
 
-/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the document.
+/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the
+/// document.
 pub(crate) const LEAST_EDF: f64 = 2.0;
 
 /// The deviation at one octave.
@@ -140,13 +141,15 @@ pub(crate) fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
     snapshot.norms.iter().map(norm).collect()
 }
 
-/// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times more.
+/// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times
+/// more.
 fn converted_decimals(decimals: u8, scale: f64) -> usize {
     // of a power of ten, no more for what its logarithm was rounded by
     (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
 }
 
-/// A value with so many decimals. Where these are wider than `width`, with fewer as long as three digits stay, or with a power of ten.
+/// A value with so many decimals. Where these are wider than `width`, with fewer as long as three
+/// digits stay, or with a power of ten.
 pub(crate) fn fitted(value: f64, decimals: usize, width: usize) -> String {
     let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
     let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));

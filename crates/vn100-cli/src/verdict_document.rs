@@ -18,7 +18,8 @@ pub(crate) struct VerdictDocument {
     /// As the sheet prints it.
     figure: String,
     claim: &'static str,
-    /// A bias instability that is the minimum of the deviation, not divided by 0.664; so is what it is compared with.
+    /// A bias instability that is the minimum of the deviation, not divided by 0.664; so is what it
+    /// is compared with.
     is_minimum: bool,
     source: Option<String>,
     unit: &'static str,

@@ -1,7 +1,8 @@
 //! The live view: what is measured, on the whole terminal, until somebody quits.
 //!
-//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]), and draws plain data ([`mod@draw`]) by what was
-//! chosen ([`state`]). It waits for its terminal, and nobody waits for it.
+//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]),
+//! and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits for its terminal,
+//! and nobody waits for it.
 
 mod allan;
 mod curve;
@@ -92,8 +93,9 @@ impl View {
         Ok(Self { close, ended, notices })
     }
 
-    /// Shows until `work` is done; then gives the terminal back, with the last screen where that was asked for, and tells what was to be
-    /// told meanwhile. If the terminal goes away before, `alone` is called, and the work goes on.
+    /// Shows until `work` is done; then gives the terminal back, with the last screen where that
+    /// was asked for, and tells what was to be told meanwhile. If the terminal goes away before,
+    /// `alone` is called, and the work goes on.
     ///
     /// # Errors
     /// That of the work.

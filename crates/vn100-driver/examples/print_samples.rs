@@ -1,4 +1,5 @@
-//! Attaches to a sensor and prints its samples: `cargo run --example print_samples -- /dev/ttyUSB0`.
+//! Attaches to a sensor and prints its samples:
+//! `cargo run --example print_samples -- /dev/ttyUSB0`.
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use tokio_util::sync::CancellationToken;

@@ -1,4 +1,5 @@
-//! Reads a register of a sensor while it streams: `cargo run --example read_register -- /dev/ttyUSB0 7`.
+//! Reads a register of a sensor while it streams:
+//! `cargo run --example read_register -- /dev/ttyUSB0 7`.
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use tokio_util::sync::CancellationToken;

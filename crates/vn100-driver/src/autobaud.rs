@@ -10,13 +10,15 @@ use crate::{
     source::{Chunk, Input},
 };
 
-/// The speeds of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the order they are tried: the one it is delivered with, the other fast ones, the slow ones.
+/// The speeds of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the order
+/// they are tried: the one it is delivered with, the other fast ones, the slow ones.
 pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
 
 /// How long to listen before asking: three lines of the usual 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// How long to listen where asking is not allowed: a whole line of the slowest output, 1 Hz, with its pause before it.
+/// How long to listen where asking is not allowed: a whole line of the slowest output, 1 Hz, with
+/// its pause before it.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
 /// How long the sensor may take to answer, besides the time on the line.
@@ -47,14 +49,16 @@ pub(crate) struct Trial {
 pub(crate) struct Heard {
     /// What came before anything good; all of it where nothing good came.
     pub(crate) before: Vec<Input>,
-    /// What came from the beginning of the first good line or packet on; `None` where no sensor was heard.
+    /// What came from the beginning of the first good line or packet on; `None` where no sensor was
+    /// heard.
     pub(crate) sensor: Option<Vec<Input>>,
     /// How often the question itself came back: such a line says nothing of a sensor.
     pub(crate) echoes: u64,
 }
 
 impl Trial {
-    /// Listens, and asks unless that is not allowed; the question, if it was written, is told to `sent`.
+    /// Listens, and asks unless that is not allowed; the question, if it was written, is told to
+    /// `sent`.
     ///
     /// # Errors
     /// When the link goes down.
@@ -73,7 +77,8 @@ impl Trial {
     }
 }
 
-/// Takes what has come at the speed before, and what comes of it for so long yet, so that it is not taken for something of the next.
+/// Takes what has come at the speed before, and what comes of it for so long yet, so that it is not
+/// taken for something of the next.
 pub(crate) async fn drain(connection: &mut impl Connection, time: Duration) -> io::Result<Vec<Input>> {
     let end = Instant::now() + time;
     let mut inputs = Vec::new();

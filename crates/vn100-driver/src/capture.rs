@@ -49,12 +49,14 @@ enum Input {
 }
 
 impl Capture {
-    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says; zeros behind gzip data are its end. A file
-    /// `NAME.timing` beside it, with a row `t_ns,offset` for each read of the port, gives the bytes their arrival times. Where its rows
-    /// end too early, so does the capture, with an error.
+    /// Opens a file. Gzip and zstd content is decompressed, whatever the name says; zeros behind
+    /// gzip data are its end. A file `NAME.timing` beside it, with a row `t_ns,offset` for each
+    /// read of the port, gives the bytes their arrival times. Where its rows end too early, so does
+    /// the capture, with an error.
     ///
     /// # Errors
-    /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds nothing of a VN-100.
+    /// [`OpenError`] when the file cannot be read, or when it is text or an MCAP file that holds
+    /// nothing of a VN-100.
     pub fn open(path: impl AsRef<Path>, columns: Option<&ColumnMap>) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let failed = |source| OpenError::Io { path: path.to_owned(), source };

@@ -7,7 +7,8 @@ use rustix::time::{ClockId, clock_gettime};
 
 /// Unix time that runs evenly: what the wall clock said at the start, plus what has passed since.
 ///
-/// Steps of the wall clock do not bend it. On Linux the time in suspend counts; elsewhere that is up to the system.
+/// Steps of the wall clock do not bend it. On Linux the time in suspend counts; elsewhere that is
+/// up to the system.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     wall_at_start: Duration,

@@ -1,14 +1,16 @@
-//! The parser as a `tokio_util` codec, for users of this library who hold an `AsyncRead` instead of a [`Source`](crate::Source).
+//! The parser as a `tokio_util` codec, for users of this library who hold an `AsyncRead` instead of
+//! a [`Source`](crate::Source).
 
 use std::io;
 
 use bytes::{Buf, Bytes, BytesMut};
 use vn100_protocol::{BadKind, Decoder, Imu, Item, Options, Tally, Ymr};
 
-/// For programs of their own that read a sensor with tokio: decodes a byte stream into [`Decoded`] items.
+/// For programs of their own that read a sensor with tokio: decodes a byte stream into [`Decoded`]
+/// items.
 ///
-/// Bad lines are items: the codec's only errors are those of the reader around it, so that a `FramedRead` ends when its reader does and
-/// never before.
+/// Bad lines are items: the codec's only errors are those of the reader around it, so that a
+/// `FramedRead` ends when its reader does and never before.
 ///
 /// ```
 /// use tokio_stream::StreamExt;
@@ -28,7 +30,8 @@ pub struct SentenceCodec {
     decoder: Decoder,
 }
 
-/// What [`SentenceCodec`] gives to programs of their own: an item of the stream that owns its bytes.
+/// What [`SentenceCodec`] gives to programs of their own: an item of the stream that owns its
+/// bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Decoded {
     /// A `$VNYMR` measurement.

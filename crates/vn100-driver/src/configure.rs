@@ -1,4 +1,5 @@
-//! Changes what a sensor sends, step by step: checked before it is written, read back after, and undone on request.
+//! Changes what a sensor sends, step by step: checked before it is written, read back after, and
+//! undone on request.
 
 use std::time::Duration;
 
@@ -14,19 +15,22 @@ use crate::{
     output_plan::{Change, OutputSettings, PlanError, plan},
 };
 
-/// How long after the output was paused the last of it may still come: a long line at the slowest speed.
+/// How long after the output was paused the last of it may still come: a long line at the slowest
+/// speed.
 const DRAIN: Duration = Duration::from_millis(150);
 
 /// How long to leave the output to settle, at least, and how long to count it.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How long to listen for a line: longer than the pause between two of the slowest output, 1 Hz, and as often is looked whether one came.
+/// How long to listen for a line: longer than the pause between two of the slowest output, 1 Hz,
+/// and as often is looked whether one came.
 const LISTEN: Duration = Duration::from_millis(1200);
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often it is tried where the link is lost meanwhile, and how long the sensor is waited for then: the longest pause before a link is
-/// opened again, the start of the sensor and the search for its speed.
+/// How often it is tried where the link is lost meanwhile, and how long the sensor is waited for
+/// then: the longest pause before a link is opened again, the start of the sensor and the search
+/// for its speed.
 const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
 
@@ -35,8 +39,8 @@ const RETURN: Duration = Duration::from_secs(10);
 pub struct Configured {
     /// The registers in the order they were written; empty where all was as asked.
     pub changes: Vec<Change>,
-    /// Lines a second of the message that the sensor is set to, counted for two seconds after. Others that come beside them, as those
-    /// that the other port is set to, are not among them.
+    /// Lines a second of the message that the sensor is set to, counted for two seconds after.
+    /// Others that come beside them, as those that the other port is set to, are not among them.
     pub measured_hz: f64,
     /// The rate the sensor is set to; 0 where it sends no lines.
     pub rate_hz: u32,
@@ -53,7 +57,8 @@ impl Configured {
     }
 }
 
-/// Why a sensor is not set as asked. What was written by then is put back, and its output goes on, as far as the link is up.
+/// Why a sensor is not set as asked. What was written by then is put back, and its output goes on,
+/// as far as the link is up.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigureError {
@@ -99,15 +104,17 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
     list.join(", ")
 }
 
-/// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output, writes, reads back, resumes it and
-/// counts what comes; all of it once more where the link was lost meanwhile. Nothing is kept through switching off unless `settings` say so.
+/// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output,
+/// writes, reads back, resumes it and counts what comes; all of it once more where the link was
+/// lost meanwhile. Nothing is kept through switching off unless `settings` say so.
 ///
-/// All or nothing: when anything fails, or on `stop`, what was written is put back before this returns, and an output that was found paused
-/// is paused again. Only what the sensor was told to keep through switching off stays. When all is well the output is on, however it was
-/// found: whoever sets it wants it.
+/// All or nothing: when anything fails, or on `stop`, what was written is put back before this
+/// returns, and an output that was found paused is paused again. Only what the sensor was told to
+/// keep through switching off stays. When all is well the output is on, however it was found:
+/// whoever sets it wants it.
 ///
-/// The events of the link must be taken meanwhile. Dropped before it returns, it leaves the sensor as it is then, with its output paused
-/// perhaps: cancel `stop` instead.
+/// The events of the link must be taken meanwhile. Dropped before it returns, it leaves the sensor
+/// as it is then, with its output paused perhaps: cancel `stop` instead.
 ///
 /// # Errors
 /// When it cannot be so, when the sensor refuses, or when it does not keep what was written.
@@ -147,7 +154,8 @@ struct Written {
     kept: bool,
     /// Whether its output was found paused.
     was_paused: bool,
-    /// Whether it was told to pause its output, or to go on where it was found paused: whether it took that, nobody knows.
+    /// Whether it was told to pause its output, or to go on where it was found paused: whether it
+    /// took that, nobody knows.
     touched: bool,
 }
 
@@ -157,7 +165,8 @@ struct Counted {
     measured_hz: f64,
     /// Those the sensor is set to send.
     rate_hz: u32,
-    /// Whether the link was lost or silent meanwhile: the sensor may have been without power, and what was written is gone then.
+    /// Whether the link was lost or silent meanwhile: the sensor may have been without power, and
+    /// what was written is gone then.
     is_disturbed: bool,
 }
 
@@ -271,7 +280,8 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     Err(ConfigureError::Left { cause: Box::new(cause), changes, is_read, may_be_paused })
 }
 
-/// Writes how it was where it is not so already, as behind a loss of power, and leaves the output paused.
+/// Writes how it was where it is not so already, as behind a loss of power, and leaves the output
+/// paused.
 async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let mut written = Written::default();
     pause(link, &mut written).await?;
@@ -284,7 +294,8 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// Those of the changes that the sensor has still, and whether it says so; all that it may have where it does not.
+/// Those of the changes that the sensor has still, and whether it says so; all that it may have
+/// where it does not.
 async fn left(link: &LinkHandle, changes: &[Change]) -> (Vec<Change>, bool) {
     let mut left = Vec::new();
     for change in changes {

@@ -1,4 +1,5 @@
-//! The seam between the link's owner and whatever carries the bytes: a port, a socket, a script in a test.
+//! The seam between the link's owner and whatever carries the bytes: a port, a socket, a script in
+//! a test.
 
 use std::{future::Future, io};
 
@@ -18,7 +19,8 @@ pub trait Connect: Send + 'static {
     /// Why not, and what to do about it.
     fn open(&mut self, baud: u32) -> impl Future<Output = Result<Self::Connection, ConnectError>> + Send;
 
-    /// The time now, in nanoseconds from the origin that the connection's [`Chunk`](crate::Chunk)s are stamped from.
+    /// The time now, in nanoseconds from the origin that the connection's [`Chunk`](crate::Chunk)s
+    /// are stamped from.
     fn now_ns(&self) -> i64;
 
     /// The link by the name the user gave it.

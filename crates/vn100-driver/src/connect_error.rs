@@ -49,7 +49,8 @@ pub enum ConnectError {
         port: String,
         /// The speed it was to have.
         baud: u32,
-        /// The group that may, `dialout` where that cannot be told; `None` where there is none but root's.
+        /// The group that may, `dialout` where that cannot be told; `None` where there is none but
+        /// root's.
         group: Option<String>,
     },
     /// It is something else than a serial port.
@@ -89,7 +90,8 @@ pub enum ConnectError {
 }
 
 impl ConnectError {
-    /// Of what a port, `given` by the user, said when it was opened by `name`, which leads to it now.
+    /// Of what a port, `given` by the user, said when it was opened by `name`, which leads to it
+    /// now.
     pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
         use serialport::ErrorKind::{Io, NoDevice};
         let path = Path::new(name);
@@ -107,8 +109,8 @@ impl ConnectError {
         }
     }
 
-    /// Whether trying again can help without anybody doing something about it first. A port that is away comes back when it is plugged
-    /// in; one that is not a serial port will not become one.
+    /// Whether trying again can help without anybody doing something about it first. A port that is
+    /// away comes back when it is plugged in; one that is not a serial port will not become one.
     #[must_use]
     pub fn is_passing(&self) -> bool {
         match self {
@@ -138,8 +140,8 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
-/// The group whose members may read and write, `dialout` where that cannot be told. To join that of root would give away far more than a
-/// port.
+/// The group whose members may read and write, `dialout` where that cannot be told. To join that of
+/// root would give away far more than a port.
 #[cfg(unix)]
 fn group_of(path: &Path) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
@@ -189,8 +191,9 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
     })
 }
 
-/// The program that has a port open, as far as `/proc` shows it: another user's is not shown. Whoever has the other side of a
-/// pseudo-terminal, as an emulated sensor does, is what is behind the port and not its user.
+/// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
+/// Whoever has the other side of a pseudo-terminal, as an emulated sensor does, is what is behind
+/// the port and not its user.
 fn holder_of(path: &Path) -> Option<String> {
     let port = fs::canonicalize(path).ok()?;
     fs::read_dir("/proc").ok()?.flatten().find_map(|process| {

@@ -1,4 +1,5 @@
-//! What is said to the sensor over a link: the callers' requests, and what the link itself wants to know.
+//! What is said to the sensor over a link: the callers' requests, and what the link itself wants to
+//! know.
 
 #[cfg(test)]
 mod junk_tests;
@@ -17,8 +18,9 @@ use vn100_protocol::{
 use self::temperature::TemperaturePoll;
 use crate::{autobaud::BAUD_RATES, command_error::CommandError};
 
-/// What a measurement is to be read with: the output, then the filters, the sensor and its calibration. First comes what the first numbers
-/// rest on, as all of them take five seconds; before all but one, by what a sensor that is lost early is known again.
+/// What a measurement is to be read with: the output, then the filters, the sensor and its
+/// calibration. First comes what the first numbers rest on, as all of them take five seconds;
+/// before all but one, by what a sensor that is lost early is known again.
 const IDENTITY: [Register; 24] = [
     Register::ASYNC_RATE,
     Register::SERIAL_NUMBER,
@@ -46,12 +48,13 @@ const IDENTITY: [Register; 24] = [
     Register::REFERENCE_MODEL,
 ];
 
-/// From one question of the link's own to the next. On a line that is nearly full, as with `$VNIMU` at 100 Hz and 115 200 baud, an answer
-/// puts all lines behind it off until the idle time of the line has made up for it; answers without a pause would add up to what looks
-/// like lost lines.
+/// From one question of the link's own to the next. On a line that is nearly full, as with `$VNIMU`
+/// at 100 Hz and 115 200 baud, an answer puts all lines behind it off until the idle time of the
+/// line has made up for it; answers without a pause would add up to what looks like lost lines.
 const READ_EVERY: Duration = Duration::from_millis(200);
 
-/// A sensor that runs and is to send has sent a line by then: the slowest output sends each second, and a restart takes 1.25 s.
+/// A sensor that runs and is to send has sent a line by then: the slowest output sends each second,
+/// and a restart takes 1.25 s.
 const SURELY_PAUSED: Duration = Duration::from_secs(3);
 
 /// Where an answer goes.
@@ -114,7 +117,8 @@ pub(crate) enum Consequence {
     Absent,
     /// The sensor has restarted by itself: why.
     Restarted(DeviceError),
-    /// The sensor refused what nobody here asked for. Errors that only ever come unasked are known as such in the stream itself.
+    /// The sensor refused what nobody here asked for. Errors that only ever come unasked are known
+    /// as such in the stream itself.
     Unasked(DeviceError),
 }
 
@@ -134,7 +138,8 @@ impl Conversation {
         }
     }
 
-    /// A sensor is heard, perhaps another one, perhaps after a restart: asks for all that identifies it.
+    /// A sensor is heard, perhaps another one, perhaps after a restart: asks for all that
+    /// identifies it.
     pub(crate) fn meet(&mut self, now: Duration) {
         if self.listen_only {
             return;
@@ -147,8 +152,9 @@ impl Conversation {
         }
     }
 
-    /// The sensor was asked while its speed was looked for: at all speeds but its own that was junk to it. Until the first good answer it may
-    /// refuse that, once for each speed and for each question more, or what it took with the rest of it.
+    /// The sensor was asked while its speed was looked for: at all speeds but its own that was junk
+    /// to it. Until the first good answer it may refuse that, once for each speed and for each
+    /// question more, or what it took with the rest of it.
     pub(crate) fn expect_junk_answers(&mut self) {
         self.junk_answers = (self.junk_answers + 1).max(BAUD_RATES.len());
     }
@@ -167,8 +173,9 @@ impl Conversation {
         }
     }
 
-    /// Asks a sensor that says nothing since `silent_since` whether it is there. One that has answered since then, and yet sends nothing, is
-    /// asked by the command that makes it send, unless it is silent on request: its output may have been paused by a program that broke off.
+    /// Asks a sensor that says nothing since `silent_since` whether it is there. One that has
+    /// answered since then, and yet sends nothing, is asked by the command that makes it send,
+    /// unless it is silent on request: its output may have been paused by a program that broke off.
     pub(crate) fn ask_presence(&mut self, silent_since: Duration, now: Duration) {
         let runs = self.answered_at.is_some_and(|at| at > silent_since);
         let may_be_paused = !self.paused && runs && now >= silent_since + SURELY_PAUSED;
@@ -179,7 +186,8 @@ impl Conversation {
         self.submit(question, Asker::Presence);
     }
 
-    /// The sensor sends by itself: whether it does so because its output was paused and was resumed from here, the first time.
+    /// The sensor sends by itself: whether it does so because its output was paused and was resumed
+    /// from here, the first time.
     pub(crate) fn sends(&mut self) -> bool {
         let is_resumed = self.output == FoundOutput::ToldToSend;
         if is_resumed {
@@ -188,7 +196,8 @@ impl Conversation {
         is_resumed
     }
 
-    /// Whether the output was found paused, and is on because of that alone: it is to be paused again.
+    /// Whether the output was found paused, and is on because of that alone: it is to be paused
+    /// again.
     pub(crate) fn owes_pause(&self) -> bool {
         self.output == FoundOutput::Resumed && !self.paused
     }
@@ -270,7 +279,8 @@ impl Conversation {
         }
     }
 
-    /// Answers those who wait. One command is under way at a time, so that there is one consequence at most.
+    /// Answers those who wait. One command is under way at a time, so that there is one consequence
+    /// at most.
     fn settle(&mut self) -> Option<Consequence> {
         let mut consequence = None;
         while let Some((id, result)) = self.session.poll_completion() {

@@ -1,8 +1,10 @@
-//! Recordings as CSV, made by the scripts of laboratories: recognised by their content, read exactly.
+//! Recordings as CSV, made by the scripts of laboratories: recognised by their content, read
+//! exactly.
 //!
-//! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a column beside a stamp; and any inertial
-//! sensor's numbers, in columns and units named by a [`ColumnMap`]. Numbers become counts of their last digit without the way through
-//! a float, stamps become nanoseconds, and a row that is not understood is counted with its reason.
+//! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a
+//! column beside a stamp; and any inertial sensor's numbers, in columns and units named by a
+//! [`ColumnMap`]. Numbers become counts of their last digit without the way through a float, stamps
+//! become nanoseconds, and a row that is not understood is counted with its reason.
 
 use thiserror::Error;
 

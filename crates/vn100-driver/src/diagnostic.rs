@@ -4,7 +4,8 @@ use std::fmt;
 
 use vn100_protocol::{BadLine, Sentence};
 
-/// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no terminal, whatever came.
+/// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no
+/// terminal, whatever came.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Diagnostic {
     /// A command was written to the sensor.

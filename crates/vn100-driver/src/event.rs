@@ -12,22 +12,23 @@ use crate::{csv::OddRowCounts, diagnostic::Diagnostic, source::LinkEvent, unaske
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
-    /// Something befell the link to a live sensor, or the one that a recording was made of. What it changes in the counts, the batch
-    /// before it tells.
+    /// Something befell the link to a live sensor, or the one that a recording was made of. What it
+    /// changes in the counts, the batch before it tells.
     Link(LinkEvent),
     /// The stream is over; nothing follows.
     End(End),
 }
 
-/// Everything that one read completed: samples, and between them the places where something else was.
+/// Everything that one read completed: samples, and between them the places where something else
+/// was.
 ///
 /// One batch per read, never one per sample: the price of handing it over is paid once.
 #[derive(Debug, Clone, Default)]
 pub struct Batch {
     /// The message these samples came in; `None` while the stream has shown none.
     pub layout: Option<Arc<Layout>>,
-    /// The samples, one row of exact integer counts per line, in the order of `layout`; each count is in units of its channel's
-    /// last decimal.
+    /// The samples, one row of exact integer counts per line, in the order of `layout`; each count
+    /// is in units of its channel's last decimal.
     pub counts: Vec<i32>,
     /// When the rows arrived, in the order of the rows; empty where the source does not know.
     pub arrivals: Vec<Arrival>,
@@ -37,7 +38,8 @@ pub struct Batch {
     pub marks: Vec<Mark>,
     /// What the sensor said of its registers, in order.
     pub registers: Vec<RegisterValue>,
-    /// What passed beside the samples, in order; empty unless [`ReadOptions`](crate::ReadOptions) ask for it.
+    /// What passed beside the samples, in order; empty unless [`ReadOptions`](crate::ReadOptions)
+    /// ask for it.
     pub diagnostics: Vec<Diagnostic>,
     /// All that the stream has carried from its beginning to the end of this batch.
     pub link: LinkCounts,
@@ -62,7 +64,8 @@ impl Batch {
 pub struct Arrival {
     /// The first of them.
     pub from_row: usize,
-    /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may hold stamps that go backwards.
+    /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may
+    /// hold stamps that go backwards.
     pub at_ns: i64,
 }
 
@@ -75,7 +78,8 @@ pub struct RowCounter {
     pub count: u64,
 }
 
-/// What the sensor said of one of its registers, in reply to a command: the value read, or the one just written.
+/// What the sensor said of one of its registers, in reply to a command: the value read, or the one
+/// just written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RegisterValue {
     /// The row it stands before; the number of rows for the end of the batch.
@@ -112,18 +116,21 @@ pub enum MarkKind {
 
 /// What a stream has carried so far, byte by byte and line by line.
 ///
-/// In a CSV file a row is a line, good or bad, with all its columns and its line end; header, comments and blank lines are skipped.
+/// In a CSV file a row is a line, good or bad, with all its columns and its line end; header,
+/// comments and blank lines are skipped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LinkCounts {
     /// The parser's own count; its byte classes add up to the bytes read.
     pub tally: Tally,
-    /// Lines of a measurement other than the one this stream began with; part of the good lines, not of the samples.
+    /// Lines of a measurement other than the one this stream began with; part of the good lines,
+    /// not of the samples.
     pub foreign_samples: u64,
     /// Bytes that came while the speed of the line was looked for; not in the tally.
     pub probed_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
-    /// Questions of the host that the line brought back; part of the tally's replies, and no answers.
+    /// Questions of the host that the line brought back; part of the tally's replies, and no
+    /// answers.
     pub echoes: u64,
     /// Errors that the sensor told without having been asked anything they answer.
     pub unasked_errors: UnaskedErrors,
@@ -133,7 +140,8 @@ pub struct LinkCounts {
     pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
-    /// Rows of a CSV file that were not let in; they are part of the bad lines. `None` where the source is none.
+    /// Rows of a CSV file that were not let in; they are part of the bad lines. `None` where the
+    /// source is none.
     pub odd_rows: Option<OddRowCounts>,
 }
 

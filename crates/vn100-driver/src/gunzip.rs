@@ -1,4 +1,5 @@
-//! Gzip data, unpacked: one member behind the other, and behind the last one the zeros that fill up a block of a tape or an archive.
+//! Gzip data, unpacked: one member behind the other, and behind the last one the zeros that fill up
+//! a block of a tape or an archive.
 
 use std::io::{self, BufRead, BufReader, Read};
 

@@ -2,14 +2,15 @@
 
 use std::time::Duration;
 
-/// Without a good line for this long, while bytes arrive, nothing on the line is understood: another speed, or a receiver that flips bits
-/// for the whole session.
+/// Without a good line for this long, while bytes arrive, nothing on the line is understood:
+/// another speed, or a receiver that flips bits for the whole session.
 const GARBLED_AFTER: Duration = Duration::from_millis(300);
 
 /// So many bytes without a good line are no single damaged line: four of the usual ones.
 const GARBLED_BYTES: u64 = 512;
 
-/// A stream is silent after so many of its own line periods, and not before the pauses of an adapter and of a busy machine.
+/// A stream is silent after so many of its own line periods, and not before the pauses of an
+/// adapter and of a busy machine.
 const SILENT_PERIODS: u32 = 5;
 const SILENT_AT_LEAST: Duration = Duration::from_millis(250);
 

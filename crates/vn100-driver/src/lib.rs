@@ -2,9 +2,10 @@
 //!
 //! # A recording
 //!
-//! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of that read. [`read_samples`] turns
-//! them into [`Event`]s: one [`Batch`] of samples per chunk, with everything that was not a sample counted and placed between them.
-//! Only a failing read ends a stream; bad content never does.
+//! A [`Source`] hands out [`Chunk`]s: bytes exactly as one read returned them, with the time of
+//! that read. [`read_samples`] turns them into [`Event`]s: one [`Batch`] of samples per chunk, with
+//! everything that was not a sample counted and placed between them. Only a failing read ends a
+//! stream; bad content never does.
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;
@@ -26,8 +27,9 @@
 //!
 //! # A sensor on a port
 //!
-//! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), finds the speed, hands out [`Event`]s, and opens the link again
-//! when it is lost. [`LinkHandle`] asks the sensor for things meanwhile; [`configure`](configure()) changes what it sends.
+//! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), finds the speed, hands
+//! out [`Event`]s, and opens the link again when it is lost. [`LinkHandle`] asks the sensor for
+//! things meanwhile; [`configure`](configure()) changes what it sends.
 //!
 //! ```no_run
 //! use tokio_util::sync::CancellationToken;

@@ -30,10 +30,11 @@ pub struct LinkHandle {
 }
 
 impl LinkHandle {
-    /// Asks the sensor for something. Samples keep flowing meanwhile, and the answer is also among them.
+    /// Asks the sensor for something. Samples keep flowing meanwhile, and the answer is also among
+    /// them.
     ///
-    /// Commands are sent one at a time, in the order they are asked for; those that do no harm twice are sent up to three times. While the
-    /// speed of the line is looked for, they wait.
+    /// Commands are sent one at a time, in the order they are asked for; those that do no harm
+    /// twice are sent up to three times. While the speed of the line is looked for, they wait.
     ///
     /// # Errors
     /// When it refuses, or does not answer, or the link is lost, closed, or only listened to.
@@ -44,7 +45,8 @@ impl LinkHandle {
         answered.await.unwrap_or(Err(CommandError::LinkClosed))
     }
 
-    /// Reads a register; `None` where the sensor has none such, as registers differ with model and firmware.
+    /// Reads a register; `None` where the sensor has none such, as registers differ with model and
+    /// firmware.
     ///
     /// # Errors
     /// As [`request`](Self::request).
@@ -81,11 +83,12 @@ impl LinkHandle {
     }
 }
 
-/// Opens a link and keeps it: looks for the sensor's speed, hands out what it sends, and opens the link again when it is lost.
+/// Opens a link and keeps it: looks for the sensor's speed, hands out what it sends, and opens the
+/// link again when it is lost.
 ///
-/// The events are those of [`read_samples`](crate::read_samples), with one [`Event::Link`] for each thing that befell the link. They end
-/// on `stop`, and with an error when the link cannot be opened in the first place or no sensor is heard on it: no link that never was up
-/// is waited for.
+/// The events are those of [`read_samples`](crate::read_samples), with one [`Event::Link`] for each
+/// thing that befell the link. They end on `stop`, and with an error when the link cannot be opened
+/// in the first place or no sensor is heard on it: no link that never was up is waited for.
 ///
 /// When the events are not taken, the link waits; a port then loses bytes, which are counted.
 ///

@@ -1,4 +1,5 @@
-//! What becomes of everything that a link delivers: a copy for the recording, the parser, the events.
+//! What becomes of everything that a link delivers: a copy for the recording, the parser, the
+//! events.
 
 use std::{
     collections::BTreeMap,
@@ -90,8 +91,8 @@ impl LinkOutput {
         self.parser.note_sent(line);
     }
 
-    /// What the stream has carried so far. A line with a right checksum counts, whatever else may be wrong with it: the link carries a
-    /// sensor.
+    /// What the stream has carried so far. A line with a right checksum counts, whatever else may
+    /// be wrong with it: the link carries a sensor.
     pub(crate) fn seen(&self) -> Seen {
         let tally = self.parser.tally();
         let unasked = tally.samples + tally.other + tally.packets + tally.bad.grammar + tally.bad.range;

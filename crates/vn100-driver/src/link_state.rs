@@ -29,16 +29,16 @@ pub enum LinkState {
         was_up: bool,
         /// What happened, in words.
         cause: String,
-        /// Whether somebody must do something before it can come back: the port is taken or not allowed to this user, or the sensor
-        /// cannot be set as it was.
+        /// Whether somebody must do something before it can come back: the port is taken or not
+        /// allowed to this user, or the sensor cannot be set as it was.
         needs_help: bool,
         /// The wait before the next attempt.
         retry_in: Duration,
     },
     /// It is over; the last event says why.
     Closed {
-        /// Whether an output that was found paused by somebody else, and was made to go on, is paused again; `None` where there was none
-        /// such.
+        /// Whether an output that was found paused by somebody else, and was made to go on, is
+        /// paused again; `None` where there was none such.
         paused_again: Option<bool>,
     },
 }
@@ -52,11 +52,13 @@ pub struct Up {
     pub baud: Option<u32>,
     /// Since when, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter, where it has one, and how to shorten it where the link was not allowed to.
+    /// The latency timer of the adapter, where it has one, and how to shorten it where the link was
+    /// not allowed to.
     pub latency_timer: Option<LatencyTimer>,
-    /// The error with which the sensor has restarted by itself while the link was up, where that is why it is up anew.
+    /// The error with which the sensor has restarted by itself while the link was up, where that is
+    /// why it is up anew.
     pub restarted: Option<DeviceError>,
-    /// Whether the output of the sensor was found paused by somebody else, and was made to go on. It is paused again when the link is
-    /// stopped, unless a request has asked for it.
+    /// Whether the output of the sensor was found paused by somebody else, and was made to go on.
+    /// It is paused again when the link is stopped, unless a request has asked for it.
     pub output_resumed: bool,
 }

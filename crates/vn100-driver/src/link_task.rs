@@ -1,4 +1,5 @@
-//! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again when the link is lost.
+//! The one owner of a live link: opens it, finds the sensor, passes on what comes, and begins again
+//! when the link is lost.
 
 mod find;
 mod resumed;
@@ -29,14 +30,17 @@ use crate::{
     trouble::Trouble,
 };
 
-/// How often all speeds are tried before a link that never was up is given up: a sensor that was just switched on says nothing for 1.25 s.
+/// How often all speeds are tried before a link that never was up is given up: a sensor that was
+/// just switched on says nothing for 1.25 s.
 const FIRST_SWEEPS: u32 = 2;
 
-/// The same where bytes come at every speed and make no line: the receiver of the host may flip bits until it is opened anew.
+/// The same where bytes come at every speed and make no line: the receiver of the host may flip
+/// bits until it is opened anew.
 const FIRST_SWEEPS_OF_JUNK: u32 = 5;
 
-/// How long a silence lasts, at least, before a sensor that does not answer is taken for gone: a machine or an adapter that stands still
-/// for two seconds hands on all that came meanwhile, and the answer with it.
+/// How long a silence lasts, at least, before a sensor that does not answer is taken for gone: a
+/// machine or an adapter that stands still for two seconds hands on all that came meanwhile, and
+/// the answer with it.
 const STALL: Duration = Duration::from_millis(2500);
 
 pub(crate) struct LinkTask<C> {
@@ -237,7 +241,8 @@ impl<C: Connect> LinkTask<C> {
         }
     }
 
-    /// Takes inputs that were held. When the link is lost amid them, the others are no part of the measurement.
+    /// Takes inputs that were held. When the link is lost amid them, the others are no part of the
+    /// measurement.
     async fn hear_all(
         &mut self,
         connection: &mut C::Connection,

@@ -1,4 +1,5 @@
-//! A channel that never makes its sender wait: what finds no room is dropped, counted, and told as soon as there is room.
+//! A channel that never makes its sender wait: what finds no room is dropped, counted, and told as
+//! soon as there is room.
 
 use std::collections::VecDeque;
 
@@ -6,11 +7,12 @@ use tokio::sync::mpsc;
 
 use crate::source::{Input, LinkEvent, LinkEventKind};
 
-/// Link events that may wait for room; later ones are dropped. A link brings two each time it goes down and comes back.
+/// Link events that may wait for room; later ones are dropped. A link brings two each time it goes
+/// down and comes back.
 const WAITING_EVENTS: usize = 64;
 
-/// Sends [`Input`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at their place; what befell the link waits for
-/// room, so that bytes of before and after are not joined.
+/// Sends [`Input`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at their
+/// place; what befell the link waits for room, so that bytes of before and after are not joined.
 #[derive(Debug)]
 pub(crate) struct LossySender {
     inputs: mpsc::Sender<Input>,

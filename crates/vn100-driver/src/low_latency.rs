@@ -15,13 +15,16 @@ const SHORTEST_MS: u32 = 1;
 pub struct LatencyTimer {
     /// Its time in milliseconds, as it is now.
     pub ms: u32,
-    /// How to shorten it, where this program was not allowed to; `None` where there is nothing left to shorten.
+    /// How to shorten it, where this program was not allowed to; `None` where there is nothing left
+    /// to shorten.
     pub advice: Option<String>,
 }
 
-/// Sets the latency timer behind `port` to 1 ms where that is allowed, and says what it is then. `port` may be a symlink.
+/// Sets the latency timer behind `port` to 1 ms where that is allowed, and says what it is then.
+/// `port` may be a symlink.
 ///
-/// `None` where there is no such timer: another adapter, a pseudo terminal, a system other than Linux.
+/// `None` where there is no such timer: another adapter, a pseudo terminal, a system other than
+/// Linux.
 #[must_use]
 pub fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
     let device = fs::canonicalize(port).ok()?;

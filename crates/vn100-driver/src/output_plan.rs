@@ -1,4 +1,5 @@
-//! From what a sensor is set to send to what it shall send: which registers to write, and in which order. Pure.
+//! From what a sensor is set to send to what it shall send: which registers to write, and in which
+//! order. Pure.
 
 use std::fmt;
 
@@ -17,9 +18,11 @@ pub struct OutputSettings {
     pub message: Option<String>,
     /// How many a second.
     pub rate_hz: Option<u32>,
-    /// How many of its 800 samples a second the sensor averages for a measurement, of acceleration and angular rate (register 85).
+    /// How many of its 800 samples a second the sensor averages for a measurement, of acceleration
+    /// and angular rate (register 85).
     pub window: Option<u32>,
-    /// Whether each line carries a count of the sensor's samples (registers 32 and 30), so that lost lines can be told.
+    /// Whether each line carries a count of the sensor's samples (registers 32 and 30), so that
+    /// lost lines can be told.
     pub count: Option<bool>,
     /// Whether the sensor keeps the settings, these and all it has, when it is switched off.
     pub save: bool,
@@ -71,7 +74,8 @@ pub enum PlanError {
         baud: BaudRate,
         /// What the lines need.
         lines: LinkLoad,
-        /// What the binary outputs need beside them. To which port they go is not asked: which one this is, the sensor does not say.
+        /// What the binary outputs need beside them. To which port they go is not asked: which one
+        /// this is, the sensor does not say.
         packets: LinkLoad,
         /// The highest rate of the message that fits.
         highest: Option<AsyncRate>,
@@ -152,7 +156,8 @@ struct Output {
 
 /// The registers to write in their order, and the message and the rate that the sensor then has.
 ///
-/// At no step more is asked for than the line carries: a faster line comes before more output, less output before a slower line.
+/// At no step more is asked for than the line carries: a faster line comes before more output, less
+/// output before a slower line.
 pub(crate) fn plan(
     current: &[RegisterContents],
     settings: &OutputSettings,

@@ -33,7 +33,8 @@ impl PortAddress {
         self.usb = port.usb.clone();
     }
 
-    /// The names to try, the surest first: another adapter may have taken the name of one that was pulled out.
+    /// The names to try, the surest first: another adapter may have taken the name of one that was
+    /// pulled out.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
         let known = stable.into_iter().chain([self.given.clone()]).filter(|name| !self.is_anothers(name, ports));

@@ -10,7 +10,8 @@ use serialport::{SerialPortInfo, SerialPortType};
 /// Where udev keeps names that follow the adapter from one socket, and one boot, to the next.
 const STABLE_NAMES: &str = "/dev/serial/by-id";
 
-/// The USB vendor of the chip in VN-100 cables, and its products: FT232, FT2232-family and FT-X with one channel.
+/// The USB vendor of the chip in VN-100 cables, and its products: FT232, FT2232-family and FT-X
+/// with one channel.
 const FTDI: u16 = 0x0403;
 const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
 
@@ -19,7 +20,8 @@ const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
 pub struct PortEntry {
     /// Its name, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// A name that stays the same when the adapter is plugged in again; `None` where the system has none.
+    /// A name that stays the same when the adapter is plugged in again; `None` where the system has
+    /// none.
     pub stable_name: Option<PathBuf>,
     /// What the USB adapter says of itself; `None` for a port that is not on USB.
     pub usb: Option<UsbAdapter>,

@@ -19,23 +19,28 @@ use crate::{
 pub struct ReadOptions {
     /// Take lines that carry no checksum. Nothing then protects a value but its own grammar.
     pub accept_unchecked: bool,
-    /// Give every sample a batch of its own, whose counts end with its line: what was known at each sample is then the same however
-    /// the bytes were cut into reads. Costs a channel send per sample.
+    /// Give every sample a batch of its own, whose counts end with its line: what was known at each
+    /// sample is then the same however the bytes were cut into reads. Costs a channel send per
+    /// sample.
     pub line_by_line: bool,
-    /// Keep commands, answers and refused lines in the batches, as [`diagnostics`](Batch::diagnostics). The rows of a CSV file that are
-    /// not let in are not among them: its [report](crate::CsvReport) names the first of each kind.
+    /// Keep commands, answers and refused lines in the batches, as
+    /// [`diagnostics`](Batch::diagnostics). The rows of a CSV file that are not let in are not
+    /// among them: its [report](crate::CsvReport) names the first of each kind.
     pub diagnostics: bool,
 }
 
-/// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory flat.
+/// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory
+/// flat.
 pub(crate) const WAITING_BATCHES: usize = 4;
 
-/// Starts a task that reads `source` to its end, or until `stop`, and tells what it holds: a [`Batch`] for each chunk, then one
-/// [`Event::End`].
+/// Starts a task that reads `source` to its end, or until `stop`, and tells what it holds: a
+/// [`Batch`] for each chunk, then one [`Event::End`].
 ///
-/// When the channel is full the task waits, and so does the source behind it; when the receiver is dropped it ends.
+/// When the channel is full the task waits, and so does the source behind it; when the receiver is
+/// dropped it ends.
 ///
-/// The first measurement decides which message the stream is about; lines of another one are counted, not mixed in.
+/// The first measurement decides which message the stream is about; lines of another one are
+/// counted, not mixed in.
 ///
 /// # Panics
 /// Outside a tokio runtime.
@@ -90,7 +95,8 @@ struct Stream {
     printed: Option<PrintFormat>,
     /// The counts but for the tally, which is the decoder's.
     link: LinkCounts,
-    /// Good lines of each message but that of the samples, by its code; those without a code of their own by [`AsyncType::OFF`].
+    /// Good lines of each message but that of the samples, by its code; those without a code of
+    /// their own by [`AsyncType::OFF`].
     other_lines: BTreeMap<u8, u64>,
     open: Batch,
     sealed: Vec<Batch>,
@@ -290,8 +296,9 @@ impl Stream {
         *self.other_lines.entry(code(header)).or_default() += 1;
     }
 
-    /// Whether a bad line may have been one of this stream's measurements: by its name, as far as that is there, or by its length. A
-    /// damaged reply, or a `$` in some text, takes no sample's place.
+    /// Whether a bad line may have been one of this stream's measurements: by its name, as far as
+    /// that is there, or by its length. A damaged reply, or a `$` in some text, takes no sample's
+    /// place.
     fn may_be_sample(&self, raw: &[u8]) -> bool {
         const LONG: usize = 60;
         let message = self.layout.as_ref().map_or("VN", |layout| &layout.message).as_bytes();

@@ -9,10 +9,12 @@ use crate::{
     recording,
 };
 
-/// How much of a file is searched for a first sentence: much may stand before it, such as the log of a boot.
+/// How much of a file is searched for a first sentence: much may stand before it, such as the log
+/// of a boot.
 const HEAD_BYTES: usize = 1024 * 1024;
 
-/// Files that are known by their first bytes not to be captures, unless a sentence is found in them.
+/// Files that are known by their first bytes not to be captures, unless a sentence is found in
+/// them.
 const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
@@ -32,11 +34,13 @@ const OTHERS: &[(&[u8], &str)] = &[
 pub enum Format {
     /// Sentences in text, any line ending, anything else between them.
     Text,
-    /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was on the line.
+    /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was
+    /// on the line.
     Raw,
     /// Rows of a CSV file, numbers or sentences with their stamps.
     Csv,
-    /// A recording of this program: the bytes with the times of their reads, and what befell the link.
+    /// A recording of this program: the bytes with the times of their reads, and what befell the
+    /// link.
     Mcap,
 }
 
@@ -53,7 +57,8 @@ pub(crate) enum Recognised {
     Unknown(String),
 }
 
-/// The first bytes of a capture, and the error that ended them early if one did. Reads as what it was read from.
+/// The first bytes of a capture, and the error that ended them early if one did. Reads as what it
+/// was read from.
 #[derive(Debug, Default)]
 pub(crate) struct Head {
     bytes: Vec<u8>,
@@ -74,8 +79,9 @@ impl Read for Head {
 
 /// Reads the head of `reader` (no more than is needed to be sure) and says what it is.
 ///
-/// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud rate looks exactly like that,
-/// and reading on is how its owner learns it. A map of columns says that it is a CSV file.
+/// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
+/// rate looks exactly like that, and reading on is how its owner learns it. A map of columns says
+/// that it is a CSV file.
 pub(crate) fn recognise(reader: &mut impl Read, columns: Option<&ColumnMap>) -> io::Result<(Head, Recognised)> {
     let mut head = Head::default();
     while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
@@ -143,7 +149,8 @@ impl Head {
     }
 }
 
-/// A measurement or packet, a sentence that its checksum bears out, or one without that names a VectorNav message.
+/// A measurement or packet, a sentence that its checksum bears out, or one without that names a
+/// VectorNav message.
 fn is_evidence(item: &Item<'_>) -> bool {
     match item {
         Item::Ymr(_) | Item::Imu(_) | Item::Packet(_) => true,
@@ -154,7 +161,8 @@ fn is_evidence(item: &Item<'_>) -> bool {
     }
 }
 
-/// Whether the first two lines, those of the names of columns and of the first row, may be text in some encoding.
+/// Whether the first two lines, those of the names of columns and of the first row, may be text in
+/// some encoding.
 fn begins_legibly(head: &[u8]) -> bool {
     head.splitn(3, |&byte| byte == b'\n').take(2).all(has_no_controls)
 }

@@ -1,4 +1,5 @@
-//! Recordings: everything that a link delivered, in an MCAP file, so that a replay takes the same path as the measurement did.
+//! Recordings: everything that a link delivered, in an MCAP file, so that a replay takes the same
+//! path as the measurement did.
 //!
 //! | in the file | is |
 //! |---|---|
@@ -8,9 +9,10 @@
 //! | topic `/vn100/link` | one JSON object for each [`LinkEvent`](crate::LinkEvent), with its time as log time |
 //! | metadata `vn100.end` | `reason`: why the recording ended, where that is known |
 //!
-//! Times are nanoseconds since 1970-01-01 UTC. There are no chunks and there is no compression, so that a file which was cut anywhere
-//! holds everything up to the last whole record. The payloads of `/vn100/bytes`, one behind the other, are the stream. Files that
-//! other tools have put into chunks and compressed are read as well.
+//! Times are nanoseconds since 1970-01-01 UTC. There are no chunks and there is no compression, so
+//! that a file which was cut anywhere holds everything up to the last whole record. The payloads of
+//! `/vn100/bytes`, one behind the other, are the stream. Files that other tools have put into
+//! chunks and compressed are read as well.
 
 mod link_json;
 mod named_file;
@@ -38,7 +40,8 @@ const BYTES_TOPIC: &str = "/vn100/bytes";
 const BYTES_ENCODING: &str = "application/octet-stream";
 const LINK_TOPIC: &str = "/vn100/link";
 const LINK_ENCODING: &str = "json";
-/// Metadata of a channel of `/vn100/bytes` whose log times are not those of the reads, because these are not known.
+/// Metadata of a channel of `/vn100/bytes` whose log times are not those of the reads, because
+/// these are not known.
 const UNSTAMPED: (&str, &str) = ("arrival", "unknown");
 
 const RECORDING_METADATA: &str = "vn100.recording";

@@ -16,7 +16,8 @@ use crate::{
     read_samples::{Parser, ReadOptions, WAITING_BATCHES},
 };
 
-/// Starts a thread that reads a CSV file to its end, or until `stop`; tells as [`read_samples`](crate::read_samples) does.
+/// Starts a thread that reads a CSV file to its end, or until `stop`; tells as
+/// [`read_samples`](crate::read_samples) does.
 pub(crate) fn read_rows(
     plan: Plan,
     reader: impl Read + Send + 'static,
@@ -197,8 +198,8 @@ impl Sink for Sentences {
     }
 }
 
-/// Adds what the file holds beside its samples. All bytes of a row are those of its line: stamp, other columns and line end too, even
-/// where its sentence is damaged.
+/// Adds what the file holds beside its samples. All bytes of a row are those of its line: stamp,
+/// other columns and line end too, even where its sentence is damaged.
 fn add_file(link: &mut LinkCounts, odd: OddRowCounts, bytes: LineBytes) {
     let tally = &mut link.tally;
     tally.good_line_bytes += bytes.rows.saturating_sub(tally.bytes());

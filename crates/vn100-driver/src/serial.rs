@@ -1,4 +1,5 @@
-//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on line by line.
+//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on line by
+//! line.
 
 use std::{
     fmt,
@@ -27,13 +28,13 @@ use crate::{
     source::{Chunk, Input, Source},
 };
 
-/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01 % of a core. A piece of a line that
-/// is not gone on with in this time is handed on as it is.
+/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01
+/// % of a core. A piece of a line that is not gone on with in this time is handed on as it is.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are handed on together, and how many such may wait to be used: together 256 KiB at most, 2.8 s of a line at 921 600 baud
-/// that comes in full buffers. At 200 lines a second, each by itself, it is 2.5 s. When that is full, what comes is dropped and counted:
-/// a port cannot wait.
+/// Bytes that are handed on together, and how many such may wait to be used: together 256 KiB at
+/// most, 2.8 s of a line at 921 600 baud that comes in full buffers. At 200 lines a second, each by
+/// itself, it is 2.5 s. When that is full, what comes is dropped and counted: a port cannot wait.
 const READ_BYTES: usize = 512;
 const WAITING_INPUTS: usize = 512;
 
@@ -42,8 +43,8 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
 ///
-/// When it is opened again it is looked for by its stable name, by its own name, and by the serial number of its USB adapter. What one
-/// clone has learned of the adapter the others know.
+/// When it is opened again it is looked for by its stable name, by its own name, and by the serial
+/// number of its USB adapter. What one clone has learned of the adapter the others know.
 #[derive(Clone)]
 pub struct SerialPorts {
     address: Arc<Mutex<PortAddress>>,
@@ -58,8 +59,9 @@ impl SerialPorts {
         Self::among(name, clock, list_ports)
     }
 
-    /// The port named `name` on a machine whose ports `list` tells each time one is opened, the likely ones first: for ports that
-    /// [`list_ports`] does not know of. The name of an entry is that of the device itself, and no symlink to it.
+    /// The port named `name` on a machine whose ports `list` tells each time one is opened, the
+    /// likely ones first: for ports that [`list_ports`] does not know of. The name of an entry is
+    /// that of the device itself, and no symlink to it.
     #[must_use]
     pub fn among(name: &str, clock: Clock, list: impl Fn() -> Vec<PortEntry> + Send + Sync + 'static) -> Self {
         Self { address: Arc::new(Mutex::new(PortAddress::new(name))), list: Arc::new(list), clock }
@@ -126,7 +128,8 @@ impl Connect for SerialPorts {
     }
 }
 
-/// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for that.
+/// An open serial port. Dropping it closes it within 50 ms; [`close`](Connection::close) waits for
+/// that.
 pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
@@ -209,10 +212,12 @@ struct Reader {
 }
 
 impl Reader {
-    /// Reads until told to stop or until the port is gone. The port is closed before the channel is, which tells the other side so.
+    /// Reads until told to stop or until the port is gone. The port is closed before the channel
+    /// is, which tells the other side so.
     ///
-    /// An adapter hands a line on in up to a dozen pieces, and to wake whoever uses them costs far more than their use. So pieces are kept
-    /// until a line ends, which is when the first of them can be used. The time is that of the last read, where the line ended.
+    /// An adapter hands a line on in up to a dozen pieces, and to wake whoever uses them costs far
+    /// more than their use. So pieces are kept until a line ends, which is when the first of them
+    /// can be used. The time is that of the last read, where the line ended.
     fn run(mut self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
         let mut length = 0;

@@ -1,5 +1,5 @@
-//! Asks a sensor that has come back which one it is and how it is set, and sets it as it was before: it may have lost its power, and with it all that was
-//! not saved.
+//! Asks a sensor that has come back which one it is and how it is set, and sets it as it was
+//! before: it may have lost its power, and with it all that was not saved.
 
 use std::time::Duration;
 
@@ -15,8 +15,8 @@ use crate::{
     trouble::Trouble,
 };
 
-/// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is put behind `aside`; each line
-/// written is told to `sent`.
+/// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is
+/// put behind `aside`; each line written is told to `sent`.
 ///
 /// # Errors
 /// When the sensor refuses or does not answer, or the link goes down.
@@ -35,7 +35,8 @@ pub(crate) async fn set_again(
     all_done(results)
 }
 
-/// Sets the sensor and the port to another speed. All that comes meanwhile is put behind `aside`; each line written is told to `sent`.
+/// Sets the sensor and the port to another speed. All that comes meanwhile is put behind `aside`;
+/// each line written is told to `sent`.
 ///
 /// # Errors
 /// When the sensor refuses or does not answer, or the link goes down.
@@ -56,8 +57,9 @@ fn all_done(results: Vec<Result<Answer, RequestFailure>>) -> Result<(), Trouble>
     results.into_iter().find_map(Result::err).map_or(Ok(()), |failure| Err(failure.into()))
 }
 
-/// Checks that the sensor that has come back is the `known` one, by its serial number; one that does not say is taken for it. All that
-/// comes meanwhile is put behind `held`; each line written is told to `sent`.
+/// Checks that the sensor that has come back is the `known` one, by its serial number; one that
+/// does not say is taken for it. All that comes meanwhile is put behind `held`; each line written
+/// is told to `sent`.
 ///
 /// # Errors
 /// When it is another one, or the link goes down.
@@ -83,8 +85,9 @@ pub(crate) async fn check_serial(
     }
 }
 
-/// Whether the sensor has kept the changes; not where it does not say. The speed of the line is one that the sensor is heard at. All that
-/// comes meanwhile is put behind `held`; each line written is told to `sent`.
+/// Whether the sensor has kept the changes; not where it does not say. The speed of the line is one
+/// that the sensor is heard at. All that comes meanwhile is put behind `held`; each line written is
+/// told to `sent`.
 ///
 /// # Errors
 /// When the link goes down.
@@ -100,8 +103,8 @@ pub(crate) async fn still_set(
     Ok(changes.iter().zip(&results).all(holds))
 }
 
-/// Says all `commands` one after the other: what became of each, in their order. All that comes meanwhile is put behind `aside`; each line
-/// written is told to `sent`.
+/// Says all `commands` one after the other: what became of each, in their order. All that comes
+/// meanwhile is put behind `aside`; each line written is told to `sent`.
 ///
 /// # Errors
 /// When the link goes down.

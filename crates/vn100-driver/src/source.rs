@@ -12,13 +12,15 @@ use vn100_protocol::DeviceError;
 
 use crate::clock::Clock;
 
-/// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small enough for the second-level cache.
+/// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small
+/// enough for the second-level cache.
 pub(crate) const READ_BYTES: usize = 128 * 1024;
 
 /// Bytes of one read of a live stream, which brings a few lines.
 const LIVE_READ_BYTES: usize = 4096;
 
-/// Chunks that may wait between the reading thread and the parser. When they are full the reading thread waits: a capture can.
+/// Chunks that may wait between the reading thread and the parser. When they are full the reading
+/// thread waits: a capture can.
 const WAITING_CHUNKS: usize = 2;
 
 /// Bytes as one read returned them.
@@ -26,8 +28,8 @@ const WAITING_CHUNKS: usize = 2;
 pub struct Chunk {
     /// The bytes; never empty.
     pub bytes: Bytes,
-    /// When the read returned, in nanoseconds from an origin of the source's choice; `None` where it does not know, as for a plain
-    /// file.
+    /// When the read returned, in nanoseconds from an origin of the source's choice; `None` where
+    /// it does not know, as for a plain file.
     pub at_ns: Option<i64>,
 }
 
@@ -80,8 +82,8 @@ pub enum LinkEventKind {
         /// How many.
         bytes: u64,
     },
-    /// The sensor refused a command that did not come from here. Errors that it never tells but unasked stand in the stream and have no
-    /// such event.
+    /// The sensor refused a command that did not come from here. Errors that it never tells but
+    /// unasked stand in the stream and have no such event.
     UnaskedError {
         /// What it said.
         error: DeviceError,
@@ -117,9 +119,11 @@ impl ReaderSource {
         Self::start(reader, READ_BYTES, None)
     }
 
-    /// Starts reading a live stream, such as the output of another program on standard input; each read is stamped where it returns.
+    /// Starts reading a live stream, such as the output of another program on standard input; each
+    /// read is stamped where it returns.
     ///
-    /// A stream that brings nothing keeps its thread until it ends: a blocking read cannot be called off.
+    /// A stream that brings nothing keeps its thread until it ends: a blocking read cannot be
+    /// called off.
     ///
     /// # Errors
     /// When no thread can be started.

@@ -22,7 +22,8 @@ use crate::{
 /// Bytes of one read.
 const READ_BYTES: usize = 4096;
 
-/// How long a server may take to answer: the system alone would wait for minutes, and find a network that is back that late.
+/// How long a server may take to answer: the system alone would wait for minutes, and find a
+/// network that is back that late.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 
 /// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.

@@ -1,4 +1,5 @@
-//! Raw captures with the times of their reads: beside the bytes, `NAME.timing` has a row `t_ns,offset` for each read of the port.
+//! Raw captures with the times of their reads: beside the bytes, `NAME.timing` has a row
+//! `t_ns,offset` for each read of the port.
 
 use std::{
     fs::File,
@@ -88,8 +89,9 @@ impl Sidecar {
         }
     }
 
-    /// How far the rows reach, when there are no more of them. The last read is not longer than the longest one before it, or than any
-    /// that a port is likely to bring: what comes behind it was read later.
+    /// How far the rows reach, when there are no more of them. The last read is not longer than the
+    /// longest one before it, or than any that a port is likely to bring: what comes behind it was
+    /// read later.
     fn reach(&self) -> u64 {
         let last_read = self.longest_read.max(PORT_READ_BYTES);
         self.last_offset.map_or(0, |offset| offset.saturating_add(last_read))
@@ -122,7 +124,8 @@ impl ReadStamp {
 }
 
 /// Starts a thread that reads a capture with its stamps to the end, or until `stop`; tells as
-/// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read can bring a few bytes.
+/// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read
+/// can bring a few bytes.
 pub(crate) fn read_timed(
     reader: impl Read + Send + 'static,
     sidecar: Sidecar,

@@ -23,7 +23,8 @@ impl UnaskedErrors {
         }
     }
 
-    /// Those that were told, with how often, by code. Codes that the manual does not have count as the first of them.
+    /// Those that were told, with how often, by code. Codes that the manual does not have count as
+    /// the first of them.
     pub fn iter(&self) -> impl Iterator<Item = (DeviceError, u64)> {
         let codes = KNOWN.into_iter().map(Some).chain([self.first_unknown]);
         codes.zip(self.counts).filter(|(_, count)| *count > 0).filter_map(|(code, count)| {

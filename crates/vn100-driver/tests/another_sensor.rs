@@ -1,5 +1,5 @@
-//! No line of another sensor gets into a measurement, whether it is on the port when that comes back or behind an adapter that stays, and
-//! every line of the same one does.
+//! No line of another sensor gets into a measurement, whether it is on the port when that comes
+//! back or behind an adapter that stays, and every line of the same one does.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

@@ -1,4 +1,5 @@
-//! Setting a sensor over a live link: what is written, what is undone, and that its output goes on whatever happens.
+//! Setting a sensor over a live link: what is written, what is undone, and that its output goes on
+//! whatever happens.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;
@@ -275,8 +276,8 @@ fn power_fails(sensor: &Sensor, port_stays: bool) {
     }
 }
 
-/// Sets it and closes the link right behind that, as whoever wants no more of it; tells it to stop so long after so many lines were
-/// written.
+/// Sets it and closes the link right behind that, as whoever wants no more of it; tells it to stop
+/// so long after so many lines were written.
 async fn configured_and_closed(
     sensor: &Sensor,
     settings: OutputSettings,

@@ -1,4 +1,5 @@
-//! A port that is opened first, or again: a sensor that boots, none at all, and a receiver that flips bits.
+//! A port that is opened first, or again: a sensor that boots, none at all, and a receiver that
+//! flips bits.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

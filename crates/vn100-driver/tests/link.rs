@@ -1,4 +1,5 @@
-//! A live link on a scripted sensor: the search for its speed, losses of the link, and what is told of both.
+//! A live link on a scripted sensor: the search for its speed, losses of the link, and what is told
+//! of both.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

@@ -1,4 +1,5 @@
-//! What is asked of a scripted sensor over a live link, and what it answers between its lines, also where the line echoes.
+//! What is asked of a scripted sensor over a live link, and what it answers between its lines, also
+//! where the line echoes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

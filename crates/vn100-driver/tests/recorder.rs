@@ -230,7 +230,8 @@ async fn what_is_no_recording_is_left_alone() {
     }
 }
 
-/// All that events tell of samples and of the link: rows, the times they came, events with the rows before them, counts.
+/// All that events tell of samples and of the link: rows, the times they came, events with the rows
+/// before them, counts.
 async fn told(mut events: mpsc::Receiver<Event>) -> (Vec<i32>, Vec<Arrival>, Vec<(usize, LinkEvent)>, LinkCounts) {
     let (mut counts, mut arrivals, mut link, mut totals) = (Vec::new(), Vec::new(), Vec::new(), LinkCounts::default());
     let mut rows = 0;

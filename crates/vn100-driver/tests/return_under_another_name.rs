@@ -1,4 +1,5 @@
-//! An adapter that is pulled out and comes back under another name, on pseudo-terminals: it is followed, and no other adapter is opened.
+//! An adapter that is pulled out and comes back under another name, on pseudo-terminals: it is
+//! followed, and no other adapter is opened.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -80,7 +81,8 @@ async fn refusal(state: &mut watch::Receiver<LinkState>) -> String {
     cause
 }
 
-/// The machine, with a link by `name` that is up on a port of adapter A1; the sensor's end of it, and the name of the port.
+/// The machine, with a link by `name` that is up on a port of adapter A1; the sensor's end of it,
+/// and the name of the port.
 async fn attached(name: &Path) -> (Machine, watch::Receiver<LinkState>, TTYPort, String) {
     let machine = Machine::default();
     let (mut sensor, port) = machine.plug_in("A1");

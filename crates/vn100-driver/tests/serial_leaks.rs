@@ -1,4 +1,5 @@
-//! A thousand times opened and closed, a port leaves no thread and no open file behind. Alone in its process, to count them.
+//! A thousand times opened and closed, a port leaves no thread and no open file behind. Alone in
+//! its process, to count them.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -1,5 +1,6 @@
-//! A machine or an adapter that stands still for a while and then hands on all at once: in two seconds a link loses nothing by it, and in
-//! longer ones it is lost, and found at the speed it had.
+//! A machine or an adapter that stands still for a while and then hands on all at once: in two
+//! seconds a link loses nothing by it, and in longer ones it is lost, and found at the speed it
+//! had.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

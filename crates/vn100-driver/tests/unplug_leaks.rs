@@ -1,5 +1,5 @@
-//! A thousand times unplugged and plugged in again, a link that is recorded leaves no thread, no open file and no memory behind. Alone in
-//! its process, to count them.
+//! A thousand times unplugged and plugged in again, a link that is recorded leaves no thread, no
+//! open file and no memory behind. Alone in its process, to count them.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -171,7 +171,8 @@ impl Port {
         self
     }
 
-    /// Takes the port away and puts another of its name in its place, which the link then looks for.
+    /// Takes the port away and puts another of its name in its place, which the link then looks
+    /// for.
     async fn unplug(mut self) -> Self {
         self.sensor = plug_in(&self.name);
         self.state.wait_for(|state| matches!(state, LinkState::Down { .. })).await.unwrap();

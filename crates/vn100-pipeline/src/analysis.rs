@@ -26,7 +26,8 @@ use crate::{
 /// So many channels never repeat all at once while a sensor lives.
 const TELLING_CHANNELS: usize = 9;
 
-/// One stream's statistics, growing batch by batch. How the stream was cut into batches changes nothing.
+/// One stream's statistics, growing batch by batch. How the stream was cut into batches changes
+/// nothing.
 #[derive(Debug)]
 pub struct Analysis {
     settings: Settings,
@@ -51,10 +52,12 @@ pub struct Analysis {
     waiting: Option<Waiting>,
     /// Lines lost whole are told of, by counters or arrival times.
     missing_by_evidence: bool,
-    /// Why the stamps of a stretch of the link that is over were no time base; the first such reason.
+    /// Why the stamps of a stretch of the link that is over were no time base; the first such
+    /// reason.
     refused_before: Option<Refusal>,
     rate_change: Option<RateChange>,
-    /// What the stamps said until the rate changed; `None` where they said nothing, or it has not changed.
+    /// What the stamps said until the rate changed; `None` where they said nothing, or it has not
+    /// changed.
     arrivals_until: Option<TimebaseSummary>,
     /// What they said in the last stretch of the link that is over and bore out the rate.
     borne_out: Option<TimebaseSummary>,
@@ -74,7 +77,8 @@ pub struct Analysis {
     index: u64,
     /// Whether the next sample goes on with the segment of the last one.
     in_segment: bool,
-    /// Bad lines since the last good one: each takes the place of a sample, once a good one follows.
+    /// Bad lines since the last good one: each takes the place of a sample, once a good one
+    /// follows.
     bad_lines_pending: u64,
     printed: Option<PrintFormat>,
     coarsest: PrintFormat,
@@ -156,7 +160,8 @@ impl Analysis {
         }
     }
 
-    /// Takes what befell the link. Nobody knows what went by while it was down: no window spans that, and arrival times start anew.
+    /// Takes what befell the link. Nobody knows what went by while it was down: no window spans
+    /// that, and arrival times start anew.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
         // each row is before one outage
         self.outages.take(event, self.last_row_ns.take());
@@ -182,8 +187,8 @@ impl Analysis {
         &self.settings
     }
 
-    /// Whether all the data time asked for has passed: by the samples, and by the stamps of lines that are held because their rate is not
-    /// sure. For these [`finish`](Self::finish) decides.
+    /// Whether all the data time asked for has passed: by the samples, and by the stamps of lines
+    /// that are held because their rate is not sure. For these [`finish`](Self::finish) decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         (self.index > 0 && self.index >= self.end_index()) || self.is_complete_by_lines_held()
@@ -301,7 +306,8 @@ impl Analysis {
         }
     }
 
-    /// So many samples are missing before the next row; before the first row of all nothing is. Gives how many of them count.
+    /// So many samples are missing before the next row; before the first row of all nothing is.
+    /// Gives how many of them count.
     fn take_gap(&mut self, missing: u64) -> u64 {
         if missing == 0 || self.index == 0 {
             return 0;
@@ -369,7 +375,8 @@ impl Analysis {
         Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text })
     }
 
-    /// Values of another resolution are not comparable at the level of the last digit: no window spans the change.
+    /// Values of another resolution are not comparable at the level of the last digit: no window
+    /// spans the change.
     fn change_print_format(&mut self, format: PrintFormat) {
         let before = self.printed.replace(format);
         if format != PrintFormat::Current {
@@ -383,7 +390,8 @@ impl Analysis {
         }
     }
 
-    /// The next sample begins another segment, if one comes. `missing` is `None` where nobody knows.
+    /// The next sample begins another segment, if one comes. `missing` is `None` where nobody
+    /// knows.
     fn break_segment(&mut self, missing: Option<u64>) {
         self.in_segment = false;
         for channel in &mut self.channels {

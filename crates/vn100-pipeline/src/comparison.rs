@@ -1,4 +1,5 @@
-//! Several records side by side: which octaves differ beyond chance, which record is the quietest, and how far means lie apart.
+//! Several records side by side: which octaves differ beyond chance, which record is the quietest,
+//! and how far means lie apart.
 
 mod caveat;
 mod folding;
@@ -32,9 +33,11 @@ pub struct Record<'a> {
 /// What several records say of each other. Records are numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// Two-sided level of every interval; a difference is beyond chance where its corrected probability is below 1 - confidence.
+    /// Two-sided level of every interval; a difference is beyond chance where its corrected
+    /// probability is below 1 - confidence.
     pub confidence: f64,
-    /// Every octave of every channel that two records share at the same averaging time; corrected all together.
+    /// Every octave of every channel that two records share at the same averaging time; corrected
+    /// all together.
     pub octaves: Vec<OctaveTest>,
     /// By sensor, the records in the order of their white noise.
     pub rankings: Vec<Ranking>,
@@ -65,7 +68,8 @@ pub struct Chance {
 }
 
 impl Comparison {
-    /// Compares `records`, all assessed at the level `confidence`, 0 < p < 1; outside, nothing differs and nothing is ranked.
+    /// Compares `records`, all assessed at the level `confidence`, 0 < p < 1; outside, nothing
+    /// differs and nothing is ranked.
     #[must_use]
     pub fn of(records: &[Record<'_>], confidence: f64) -> Self {
         Self {

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use imu_noise::{Counted, LineCounter, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
 
-/// All evidence of one stream, line by line. A line has its place once every evidence has placed it; what is missing, the counter says
-/// where there is one that counts.
+/// All evidence of one stream, line by line. A line has its place once every evidence has placed
+/// it; what is missing, the counter says where there is one that counts.
 #[derive(Debug)]
 pub(crate) struct Evidence {
     arrivals: Option<Timebase>,
@@ -16,8 +16,8 @@ pub(crate) struct Evidence {
     counting: bool,
     lines: u64,
     given: u64,
-    /// Lines that have their place by their arrival, and by their counter, and were not given out; `u64::MAX` where that is no
-    /// evidence.
+    /// Lines that have their place by their arrival, and by their counter, and were not given out;
+    /// `u64::MAX` where that is no evidence.
     by_arrival: u64,
     by_counter: u64,
 }
@@ -56,8 +56,8 @@ impl Evidence {
         }
     }
 
-    /// Adds the next line: when it arrived, and its counter. The first line decides whether there are counters; where they end, they
-    /// have ended for good.
+    /// Adds the next line: when it arrived, and its counter. The first line decides whether there
+    /// are counters; where they end, they have ended for good.
     pub(crate) fn push(&mut self, at: Duration, count: Option<u64>) {
         if self.lines == 0 && count.is_some() {
             (self.counter, self.counter_goes_on) = (Some(LineCounter::new()), true);
@@ -178,7 +178,8 @@ mod tests {
         *,
     };
 
-    /// The verdicts on lines, each with its arrival in ms, if the stream has stamps, and its counter.
+    /// The verdicts on lines, each with its arrival in ms, if the stream has stamps, and its
+    /// counter.
     fn verdicts(stamped: bool, lines: impl IntoIterator<Item = (u64, Option<u64>)>) -> Vec<Verdict> {
         let mut evidence = Evidence::new(stamped.then(|| Timebase::new(&[40.0])));
         let mut verdicts = Vec::new();

@@ -41,14 +41,15 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
-    /// Why no record like this one, however long, meets it: its message does not show the figure. `None` where one may, and before
-    /// there is a message.
+    /// Why no record like this one, however long, meets it: its message does not show the figure.
+    /// `None` where one may, and before there is a message.
     #[must_use]
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Names of the axes meant, and half the width of the interval over the value; `None` where the figure is not estimated.
+    /// Names of the axes meant, and half the width of the interval over the value; `None` where the
+    /// figure is not estimated.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);

@@ -1,7 +1,8 @@
 //! From the events of a source to snapshots of its statistics.
 //!
-//! [`start`] leads the events of a source to the accumulators and gives a [`Measurement`]: its latest [`Snapshot`] at any time, and its
-//! [`Outcome`] at the end. Live sources and captures take the very same path. [`Analysis`] is the same without tasks.
+//! [`start`] leads the events of a source to the accumulators and gives a [`Measurement`]: its
+//! latest [`Snapshot`] at any time, and its [`Outcome`] at the end. Live sources and captures take
+//! the very same path. [`Analysis`] is the same without tasks.
 //!
 //! ```
 //! use tokio_util::sync::CancellationToken;

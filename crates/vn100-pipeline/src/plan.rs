@@ -1,4 +1,5 @@
-//! Before measuring: from what a record shall show to how the sensor is set, and how long it must rest.
+//! Before measuring: from what a record shall show to how the sensor is set, and how long it must
+//! rest.
 
 mod want;
 
@@ -19,7 +20,8 @@ const SOLD_RATE_HZ: u32 = 40;
 /// The fastest line of the sensor.
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
-/// Published practice leaves out between so much at the beginning of a record, in seconds; the maker states no figure that is known here.
+/// Published practice leaves out between so much at the beginning of a record, in seconds; the
+/// maker states no figure that is known here.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 
 /// What is fixed before anything is planned.
@@ -46,13 +48,15 @@ pub struct Plan {
     pub line_length: u32,
     /// Output rate.
     pub rate: AsyncRate,
-    /// Values averaged for one that is sent, as many as are taken from one to the next: white noise then keeps its density.
+    /// Values averaged for one that is sent, as many as are taken from one to the next: white noise
+    /// then keeps its density.
     pub window: u32,
     /// Speed of the line.
     pub baud: BaudRate,
     /// To be left out at the beginning, in seconds.
     pub warm_up_s: f64,
-    /// Length behind the warm-up for all that is wanted, in seconds, rounded up; `None` where something is out of reach.
+    /// Length behind the warm-up for all that is wanted, in seconds, rounded up; `None` where
+    /// something is out of reach.
     pub record_s: Option<f64>,
 }
 
@@ -106,8 +110,8 @@ impl Plan {
     /// Plans a record that shows all of `wants`, of a sensor as `datasheet` has it.
     ///
     /// # Errors
-    /// Where what is given does not go together, and where the data sheet does not say how large a thing wanted is, or the white noise
-    /// that hides it.
+    /// Where what is given does not go together, and where the data sheet does not say how large a
+    /// thing wanted is, or the white noise that hides it.
     pub fn new(wants: &[Want], given: Given, datasheet: &Datasheet) -> Result<Self, PlanningError> {
         let message = AsyncType::IMU;
         let form = LineForm { count: true, ..LineForm::default() };
@@ -173,7 +177,8 @@ impl PlannedWant {
     }
 }
 
-/// The sensor's own settings where they fit: neither N, which takes seconds, nor long averaging times need more lines.
+/// The sensor's own settings where they fit: neither N, which takes seconds, nor long averaging
+/// times need more lines.
 fn rate_and_baud(line_length: u32, given: Given) -> Result<(AsyncRate, BaudRate), PlanningError> {
     let load = |rate| LinkLoad::of_lines(line_length, rate);
     let baud_for = |rate: AsyncRate| match given.baud {

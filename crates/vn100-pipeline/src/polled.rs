@@ -1,4 +1,5 @@
-//! What was asked for between the lines: the uncompensated measurements, temperature and pressure of register 54.
+//! What was asked for between the lines: the uncompensated measurements, temperature and pressure
+//! of register 54.
 
 use imu_noise::{Histogram, Moments};
 use vn100_driver::RegisterValue as Reply;
@@ -6,7 +7,8 @@ use vn100_protocol::{Channel, Check, Fields, Imu, Quantity, Register, RegisterCo
 
 use crate::snapshot::{ChannelSnapshot, PolledChannel};
 
-/// Statistics of the answers to reads of register 54. They come too seldom, and at times too uneven, for a deviation.
+/// Statistics of the answers to reads of register 54. They come too seldom, and at times too
+/// uneven, for a deviation.
 #[derive(Debug, Clone)]
 pub(crate) struct Polled {
     channels: Vec<(Moments, Histogram)>,

@@ -13,7 +13,8 @@ static OUTPUT_RATES: [f64; OUTPUT_RATES_HZ.len()] = {
     rates
 };
 
-/// The rates in hertz of the sensor that sends this message; none for columns that may come from any sensor.
+/// The rates in hertz of the sensor that sends this message; none for columns that may come from
+/// any sensor.
 pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
     let is_output = layout.is_some_and(|layout| [&VNYMR, &VNIMU].iter().any(|output| output.message == layout.message));
     if is_output { &OUTPUT_RATES } else { &[] }

@@ -21,8 +21,9 @@ pub struct Slot {
     pub count: u32,
 }
 
-/// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted in samples from the first, those
-/// missing included: how the stream was cut into reads changes nothing.
+/// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted
+/// in samples from the first, those missing included: how the stream was cut into reads changes
+/// nothing.
 ///
 /// A slot without samples is `None` in every channel: that is how a gap of known length looks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,12 +55,14 @@ impl Recent {
         self.end
     }
 
-    /// The slots of a channel, by its place, the oldest first; at most 480. The last may still grow.
+    /// The slots of a channel, by its place, the oldest first; at most 480. The last may still
+    /// grow.
     pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
         self.channels.get(channel).map_or(const { &VecDeque::new() }, |slots| slots).iter().copied()
     }
 
-    /// Takes one channel's samples, without a gap between them, the first of which is number `index`.
+    /// Takes one channel's samples, without a gap between them, the first of which is number
+    /// `index`.
     pub(crate) fn push(&mut self, channel: usize, index: u64, counts: &[i32]) {
         let mut index = index;
         let mut rest = counts;

@@ -1,4 +1,5 @@
-//! Finds lines that come again: a recording played in a loop, or lines stored twice. A living sensor never repeats a whole line.
+//! Finds lines that come again: a recording played in a loop, or lines stored twice. A living
+//! sensor never repeats a whole line.
 
 /// How many lines are remembered: the first ones, because a loop returns to its beginning.
 const WITNESSES: usize = 1024;
@@ -6,10 +7,12 @@ const WITNESSES: usize = 1024;
 /// Twice the witnesses, so that a probe meets an empty slot soon; 16 KiB.
 const SLOTS: usize = 2 * WITNESSES;
 
-/// A first look at one bit tells nearly every line from the witnesses: one in 64 goes on to the table. 8 KiB.
+/// A first look at one bit tells nearly every line from the witnesses: one in 64 goes on to the
+/// table. 8 KiB.
 const SIEVE_BITS: usize = 64 * WITNESSES;
 
-/// Odd multipliers, one for each pair of channels: the fractional parts of the square roots of 2, 3, 5, 7, 11, 13, 17 and 19.
+/// Odd multipliers, one for each pair of channels: the fractional parts of the square roots of 2,
+/// 3, 5, 7, 11, 13, 17 and 19.
 const MULTIPLIERS: [u64; 8] = [
     0x6a09_e667_f3bc_c909,
     0xbb67_ae85_84ca_a73b,

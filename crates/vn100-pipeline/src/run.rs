@@ -5,8 +5,9 @@
 //!                                        controls --4 wishes--/   \--4 snapshots--> every second, if asked
 //! ```
 //!
-//! Every channel is bounded. A full one holds back the one before it, down to the source: a capture waits, and what a live source
-//! does is its own affair, to count. A watcher that does not look in time misses snapshots and delays nobody.
+//! Every channel is bounded. A full one holds back the one before it, down to the source: a capture
+//! waits, and what a live source does is its own affair, to count. A watcher that does not look in
+//! time misses snapshots and delays nobody.
 
 use std::{io, sync::Arc, time::Duration};
 
@@ -100,8 +101,8 @@ pub fn start(
     Measurement { latest, controls: Controls { wishes }, analysis }
 }
 
-/// A channel for the snapshots of every second of data time; see [`start`]. When it is full the measurement waits: only for
-/// sources that can.
+/// A channel for the snapshots of every second of data time; see [`start`]. When it is full the
+/// measurement waits: only for sources that can.
 #[must_use]
 pub fn every_second() -> (mpsc::Sender<Arc<Snapshot>>, mpsc::Receiver<Arc<Snapshot>>) {
     mpsc::channel(WAITING_SECONDS)
@@ -117,8 +118,9 @@ impl Measurement {
     }
 }
 
-/// Looks whether the goals of a measurement are met, or one of them is out of reach: at every second of data time at first, later whenever
-/// the record has grown by a twentieth. Where it ends depends on the samples alone.
+/// Looks whether the goals of a measurement are met, or one of them is out of reach: at every
+/// second of data time at first, later whenever the record has grown by a twentieth. Where it ends
+/// depends on the samples alone.
 #[derive(Debug, Default)]
 struct EndOfSearch {
     next_second: u64,

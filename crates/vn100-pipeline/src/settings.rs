@@ -23,7 +23,8 @@ pub struct Settings {
     pub deviation: Deviation,
     /// Data time left out at the beginning.
     pub skip: Duration,
-    /// Data time, counted from the first sample, behind which the measurement ends; `None` for all there is.
+    /// Data time, counted from the first sample, behind which the measurement ends; `None` for all
+    /// there is.
     pub duration: Option<Duration>,
     /// Remove a line from each channel before its deviation is taken.
     pub detrend: bool,
@@ -35,12 +36,14 @@ pub struct Settings {
     pub confidence: f64,
     /// Keep the last minutes of every channel, for a screen; no result depends on it.
     pub recent: bool,
-    /// How often watchers get a new snapshot at most, down to a millisecond; no result depends on it.
+    /// How often watchers get a new snapshot at most, down to a millisecond; no result depends on
+    /// it.
     pub watch_every: Duration,
 }
 
 impl Default for Settings {
-    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals at 95 %, ten snapshots a second.
+    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals
+    /// at 95 %, ten snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,

@@ -18,17 +18,22 @@ pub struct Snapshot {
     pub layout: Option<Arc<Layout>>,
     /// The time base.
     pub timing: Timing,
-    /// What the arrival stamps say; `None` for a stream without stamps. Behind a change of rate, what they said until then.
+    /// What the arrival stamps say; `None` for a stream without stamps. Behind a change of rate,
+    /// what they said until then.
     pub arrivals: Option<TimebaseSummary>,
-    /// Why the stamps were no time base before the link was lost and found again, where they were none.
+    /// Why the stamps were no time base before the link was lost and found again, where they were
+    /// none.
     pub refused_before: Option<Refusal>,
     /// The change of rate after which samples were left out.
     pub rate_change: Option<RateChange>,
-    /// The rate that arrival times told until the sensor named its own, where samples were placed by it and left out.
+    /// The rate that arrival times told until the sensor named its own, where samples were placed
+    /// by it and left out.
     pub false_rate: Option<FalseRate>,
-    /// Samples left out because they came at another rate for a while, as bytes that were held back do.
+    /// Samples left out because they came at another rate for a while, as bytes that were held back
+    /// do.
     pub other_rate_lines: u64,
-    /// The sensor's registers by number, as it last printed them; those only that were asked for within the stream.
+    /// The sensor's registers by number, as it last printed them; those only that were asked for
+    /// within the stream.
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
     pub link: LinkCounts,
@@ -48,8 +53,8 @@ pub struct Snapshot {
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.
     pub norms: Vec<Norm>,
-    /// What was read from register 54 between the lines: temperature, pressure, and the measurements without the sensor's own
-    /// compensation; empty where it was not read.
+    /// What was read from register 54 between the lines: temperature, pressure, and the
+    /// measurements without the sensor's own compensation; empty where it was not read.
     pub polled: Vec<PolledChannel>,
     /// What may spoil the result, the gravest first.
     pub warnings: Vec<Warning>,
@@ -58,7 +63,8 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The mean of the first three channels that measure `quantity`, in their unit; `None` where there are not so many, or no samples.
+    /// The mean of the first three channels that measure `quantity`, in their unit; `None` where
+    /// there are not so many, or no samples.
     #[must_use]
     pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
         let layout = self.layout.as_ref()?;
@@ -72,7 +78,8 @@ impl Snapshot {
         means.try_into().ok()
     }
 
-    /// How many lines are held until their times tell the rate, or bear out the one told; `None` where none are.
+    /// How many lines are held until their times tell the rate, or bear out the one told; `None`
+    /// where none are.
     #[must_use]
     pub fn lines_held(&self) -> Option<u64> {
         let arrivals = self.arrivals.as_ref()?;
@@ -97,14 +104,16 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// How long it was down in all, in seconds, from the last row before until it came back; `None` where the times of the events do not tell.
+    /// How long it was down in all, in seconds, from the last row before until it came back; `None`
+    /// where the times of the events do not tell.
     pub down_s: Option<f64>,
     /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
     pub since_ns: Option<i64>,
 }
 
 impl Outages {
-    /// Takes what befell the link. That it is silent it is told some seconds later: it is down since the last row of the stream.
+    /// Takes what befell the link. That it is silent it is told some seconds later: it is down
+    /// since the last row of the stream.
     pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
@@ -152,11 +161,13 @@ pub struct Timing {
     pub rate_from: RateFrom,
     /// Samples in the statistics.
     pub samples: u64,
-    /// Good samples left out: before the time asked to be skipped, behind the one asked for, or behind a change of rate.
+    /// Good samples left out: before the time asked to be skipped, behind the one asked for, or
+    /// behind a change of rate.
     pub left_out: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
-    /// Which evidence most of them were counted by; where none is missing, or as many by each, the evidence at the end.
+    /// Which evidence most of them were counted by; where none is missing, or as many by each, the
+    /// evidence at the end.
     pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
@@ -229,12 +240,14 @@ pub struct ChannelSnapshot {
     pub octaves: Vec<OctaveSum>,
     /// What kind of noise each of the octaves shows.
     pub noise_types: Vec<NoiseType>,
-    /// Slope of the regression line over the record, in counts per sample; `None` for short records and behind gaps of unknown length.
+    /// Slope of the regression line over the record, in counts per sample; `None` for short records
+    /// and behind gaps of unknown length.
     pub slope_counts: Option<f64>,
-    /// Spectrum, blocks and what disturbed the channel; `None` for what was asked for between the lines.
+    /// Spectrum, blocks and what disturbed the channel; `None` for what was asked for between the
+    /// lines.
     pub signal: Option<ChannelSignal>,
-    /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous series has left the branch from
-    /// -180 (not included) to 180 degrees; 0 for any other channel.
+    /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous
+    /// series has left the branch from -180 (not included) to 180 degrees; 0 for any other channel.
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,

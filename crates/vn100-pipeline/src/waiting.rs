@@ -1,4 +1,5 @@
-//! Rows with arrival stamps or counters wait here until it is sure whether any are missing before them.
+//! Rows with arrival stamps or counters wait here until it is sure whether any are missing before
+//! them.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -59,7 +60,8 @@ impl Waiting {
         }
     }
 
-    /// Takes the rows and marks of a batch. Rows without a stamp of their own came no earlier than the row before them.
+    /// Takes the rows and marks of a batch. Rows without a stamp of their own came no earlier than
+    /// the row before them.
     pub(crate) fn take_in(&mut self, batch: &Batch) {
         self.counts.drain(..self.given * self.width);
         self.given = 0;
@@ -124,8 +126,9 @@ impl Waiting {
         (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.lines)
     }
 
-    /// How long the lines have come that are all held, as their rate is not sure: by their stamps, zero once one was given out. The last
-    /// stamp counts for half of it at most: it alone may be wrong.
+    /// How long the lines have come that are all held, as their rate is not sure: by their stamps,
+    /// zero once one was given out. The last stamp counts for half of it at most: it alone may be
+    /// wrong.
     pub(crate) fn all_held_for(&self) -> Duration {
         if self.given_in_all > 0 {
             return Duration::ZERO;
@@ -134,7 +137,8 @@ impl Waiting {
         last.min(before_last.saturating_mul(2))
     }
 
-    /// A stamp as a time since long before the first one: stamps that go backwards are for the time base to judge.
+    /// A stamp as a time since long before the first one: stamps that go backwards are for the time
+    /// base to judge.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);

@@ -1,4 +1,5 @@
-//! Memory is allocated by the read, never by the line: counted, from the bytes of a chunk to the sums of every channel.
+//! Memory is allocated by the read, never by the line: counted, from the bytes of a chunk to the
+//! sums of every channel.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io;

@@ -1,4 +1,5 @@
-//! The task around the analysis: what watchers see, what every second brings, how it ends. Time is paused.
+//! The task around the analysis: what watchers see, what every second brings, how it ends. Time is
+//! paused.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 use std::{collections::VecDeque, io, sync::Arc};

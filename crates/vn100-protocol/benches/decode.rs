@@ -1,6 +1,7 @@
 //! What a line costs, in nanoseconds of this thread and in ratio to a loop over nom's `double`.
 //!
-//! The kernels take turns, so that whatever slows the machine down slows all of them; the median of the rounds counts.
+//! The kernels take turns, so that whatever slows the machine down slows all of them; the median of
+//! the rounds counts.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use std::{fmt::Write as _, hint::black_box};
@@ -14,7 +15,8 @@ use vn100_protocol::{Check, Decoder, Item, Options, Ymr, xor8};
 const LINES: usize = 4_000;
 const ROUNDS: usize = 41;
 
-/// Does its work over a buffer of lines and returns a number that depends on all of it: for a parser, the sum of its counts or values.
+/// Does its work over a buffer of lines and returns a number that depends on all of it: for a
+/// parser, the sum of its counts or values.
 type Kernel = fn(&[u8]) -> f64;
 
 fn main() {

@@ -27,7 +27,8 @@ pub enum BadKind {
     Checksum {
         /// What the body of the line gives, in the kind of check it carries.
         computed: CheckDigits,
-        /// What the line says; `None` when behind the `*` are not exactly two or four upper-case hexadecimal digits.
+        /// What the line says; `None` when behind the `*` are not exactly two or four upper-case
+        /// hexadecimal digits.
         received: Option<CheckDigits>,
     },
     /// The line ends without any check digits, and such lines were not asked for.

@@ -5,7 +5,8 @@ use core::fmt;
 /// How a sentence is protected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Check {
-    /// `*HH`: the XOR of all bytes between `$` and `*`. One damaged line in 256 passes, and any two equal bit flips do.
+    /// `*HH`: the XOR of all bytes between `$` and `*`. One damaged line in 256 passes, and any two
+    /// equal bit flips do.
     Xor8,
     /// `*HHHH`: CRC-16/XMODEM over the same bytes.
     Crc16,
@@ -58,7 +59,8 @@ pub fn xor8(bytes: &[u8]) -> u8 {
     rest.iter().fold(head, |acc, byte| acc ^ byte)
 }
 
-/// CRC-16/XMODEM of all bytes: polynomial 0x1021, start 0, nothing reflected, no final XOR; 0 for none.
+/// CRC-16/XMODEM of all bytes: polynomial 0x1021, start 0, nothing reflected, no final XOR; 0 for
+/// none.
 ///
 /// Over bytes followed by their own CRC, high byte first, it is 0.
 ///

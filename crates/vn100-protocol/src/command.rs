@@ -28,11 +28,13 @@ use crate::{
 pub enum Command {
     /// `VNRRG`: reads a register.
     ReadRegister(Register),
-    /// `VNWRG`: writes a register; the value is lost without power unless [`WriteSettings`](Self::WriteSettings) follows.
+    /// `VNWRG`: writes a register; the value is lost without power unless
+    /// [`WriteSettings`](Self::WriteSettings) follows.
     WriteRegister {
         /// Where to.
         register: Register,
-        /// What, in the order of the register. Without a port behind them, registers 5 to 7 are those of the port in use.
+        /// What, in the order of the register. Without a port behind them, registers 5 to 7 are
+        /// those of the port in use.
         fields: Fields,
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
@@ -41,11 +43,14 @@ pub enum Command {
     RestoreFactorySettings,
     /// `VNRST`: restarts with the registers as saved.
     Reset,
-    /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, lines and packets; no register changes.
+    /// `VNASY`: pauses (`false`) or resumes (`true`) all output of the port, lines and packets; no
+    /// register changes.
     Async(bool),
-    /// `VNSGB`: takes the bias that the filter estimates now as the one to start with (register 43).
+    /// `VNSGB`: takes the bias that the filter estimates now as the one to start with (register
+    /// 43).
     SetGyroBias,
-    /// `VNTAR`: takes the attitude of now as zero. Firmware 3 answers [`InvalidCommand`](crate::DeviceError::InvalidCommand).
+    /// `VNTAR`: takes the attitude of now as zero. Firmware 3 answers
+    /// [`InvalidCommand`](crate::DeviceError::InvalidCommand).
     Tare,
 }
 
@@ -55,7 +60,8 @@ const ANSWER_TIME: Duration = Duration::from_millis(500);
 const SAVE_TIME: Duration = Duration::from_millis(1200);
 /// The wait of the maker's library for a restart.
 const RESTART_TIME: Duration = Duration::from_millis(2500);
-/// From the answer to the first output after a restart, as found for the driver of the ArduPilot autopilot.
+/// From the answer to the first output after a restart, as found for the driver of the ArduPilot
+/// autopilot.
 const BOOT_TIME: Duration = Duration::from_millis(1250);
 
 impl Command {
@@ -65,7 +71,8 @@ impl Command {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
-    /// Writes the line from `$` to LF. The sensor takes either check; it refuses a line with [`Check::None`].
+    /// Writes the line from `$` to LF. The sensor takes either check; it refuses a line with
+    /// [`Check::None`].
     ///
     /// # Errors
     /// What `out` reports.
@@ -73,9 +80,11 @@ impl Command {
         write_sentence(out, check, |out| fmt::Write::write_fmt(out, format_args!("{}", Body(self))))
     }
 
-    /// Whether `reply` is what the sensor says when it has carried this out: the same command and, where it has one, the same register.
+    /// Whether `reply` is what the sensor says when it has carried this out: the same command and,
+    /// where it has one, the same register.
     ///
-    /// The fields that come back from a write are not compared; an error of the sensor does not name what it answers, and is no such reply.
+    /// The fields that come back from a write are not compared; an error of the sensor does not
+    /// name what it answers, and is no such reply.
     #[must_use]
     pub fn is_answered_by(&self, reply: &Reply) -> bool {
         match (self, reply) {
@@ -92,7 +101,8 @@ impl Command {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
     }
 
-    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s, as the maker's libraries do.
+    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s, as the
+    /// maker's libraries do.
     #[must_use]
     pub fn answer_time(&self) -> Duration {
         match self {
@@ -102,7 +112,8 @@ impl Command {
         }
     }
 
-    /// How long the sensor hears no other command after its answer: 1.25 s while it restarts, half a second while it saves.
+    /// How long the sensor hears no other command after its answer: 1.25 s while it restarts, half
+    /// a second while it saves.
     #[must_use]
     pub fn busy_time(&self) -> Duration {
         match self {

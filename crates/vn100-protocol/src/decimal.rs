@@ -53,7 +53,8 @@ pub enum DecimalError {
 }
 
 impl Decimal {
-    /// Reads a whole field: a mandatory sign, at least one digit on either side of the point, any number of leading zeros.
+    /// Reads a whole field: a mandatory sign, at least one digit on either side of the point, any
+    /// number of leading zeros.
     ///
     /// # Errors
     /// A [`DecimalError`] that names the first thing wrong with the field, reading from the left.
@@ -92,7 +93,8 @@ impl Decimal {
         Self { count, negative_zero: negative_zero && count == 0, decimals }
     }
 
-    /// The number in units of its last digit, exactly. What [`parse`](Self::parse) gives lies within ±[`i32::MAX`].
+    /// The number in units of its last digit, exactly. What [`parse`](Self::parse) gives lies
+    /// within ±[`i32::MAX`].
     #[inline]
     #[must_use]
     pub fn count(&self) -> i32 {
@@ -113,8 +115,8 @@ impl Decimal {
         self.decimals
     }
 
-    /// Writes the number with its own decimals and at least `whole_digits` digits before the point, filled with zeros; a larger number
-    /// takes more.
+    /// Writes the number with its own decimals and at least `whole_digits` digits before the point,
+    /// filled with zeros; a larger number takes more.
     ///
     /// # Errors
     /// What `out` reports.

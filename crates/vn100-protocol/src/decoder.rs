@@ -13,8 +13,9 @@ use crate::{
 
 /// Decodes a byte stream.
 ///
-/// What comes out depends on the bytes alone, not on how they are cut into pieces. There are two ways to feed one decoder:
-/// [`push`](Self::push) takes pieces of any size and keeps what is incomplete; [`next`](Self::next) leaves the keeping to the caller.
+/// What comes out depends on the bytes alone, not on how they are cut into pieces. There are two
+/// ways to feed one decoder: [`push`](Self::push) takes pieces of any size and keeps what is
+/// incomplete; [`next`](Self::next) leaves the keeping to the caller.
 ///
 /// ```
 /// use vn100_protocol::{Decoder, Item, Options};
@@ -40,7 +41,8 @@ pub struct Decoder {
     carried: usize,
 }
 
-/// Room for the longest packet with the longest sentence begun in its last byte, after which nothing needs more bytes.
+/// Room for the longest packet with the longest sentence begun in its last byte, after which
+/// nothing needs more bytes.
 const CARRY: usize = 2 * MAX_PACKET;
 
 /// One thing in a stream.
@@ -67,9 +69,11 @@ impl Decoder {
         Self { stepper: Stepper { framer: Framer::new(options) }, carry: [0; CARRY], carried: 0 }
     }
 
-    /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it completes, in the order of the stream.
+    /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it
+    /// completes, in the order of the stream.
     ///
-    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most about 850 bytes.
+    /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most
+    /// about 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
         let Some(mut rest) = self.finish_carried(bytes, &mut sink) else {
             return;
@@ -104,8 +108,9 @@ impl Decoder {
 
     /// The number of bytes at the head of `input` that are done with, and the item they end with.
     ///
-    /// The caller drops these bytes and offers the others again. `None` asks for more of them; with `end_of_input`, which says that there
-    /// are none, it means that all are done with. Not to be mixed with [`push`](Self::push) on one stream.
+    /// The caller drops these bytes and offers the others again. `None` asks for more of them; with
+    /// `end_of_input`, which says that there are none, it means that all are done with. Not to be
+    /// mixed with [`push`](Self::push) on one stream.
     #[inline]
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
@@ -118,8 +123,8 @@ impl Decoder {
         Tally { buffered_bytes: self.carried as u64, ..self.stepper.framer.tally }
     }
 
-    /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part of `bytes` that is left, or `None`
-    /// when all of it had to be carried too.
+    /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part
+    /// of `bytes` that is left, or `None` when all of it had to be carried too.
     fn finish_carried<'a>(&mut self, bytes: &'a [u8], sink: &mut impl FnMut(Item<'_>)) -> Option<&'a [u8]> {
         if self.carried == 0 {
             return Some(bytes);

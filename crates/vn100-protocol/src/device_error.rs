@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits; UM001, and 0A to 0C as firmware 3 sends them).
+/// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits; UM001, and
+/// 0A to 0C as firmware 3 sends them).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum DeviceError {
     /// 01
@@ -78,13 +79,15 @@ impl DeviceError {
         }
     }
 
-    /// Whether the sensor says this of its own accord; all others answer a command, as far as is known.
+    /// Whether the sensor says this of its own accord; all others answer a command, as far as is
+    /// known.
     #[must_use]
     pub fn is_unasked(self) -> bool {
         matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
     }
 
-    /// Whether the command was damaged on its way, so that it was not carried out and may fare better when sent again.
+    /// Whether the command was damaged on its way, so that it was not carried out and may fare
+    /// better when sent again.
     #[must_use]
     pub fn is_transmission_fault(self) -> bool {
         matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
@@ -138,7 +141,8 @@ impl DeviceError {
     }
 }
 
-/// The code and the meaning: `VNERR 0C: the baud rate is too low for the output asked for`; an unknown code as `0x12`.
+/// The code and the meaning: `VNERR 0C: the baud rate is too low for the output asked for`; an
+/// unknown code as `0x12`.
 impl fmt::Display for DeviceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

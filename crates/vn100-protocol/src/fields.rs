@@ -5,7 +5,8 @@ use core::{fmt, str::Split};
 
 use thiserror::Error;
 
-/// The fields of a register: text with commas between them, as behind the register number of a read or a write.
+/// The fields of a register: text with commas between them, as behind the register number of a read
+/// or a write.
 ///
 /// ```
 /// use vn100_protocol::Fields;
@@ -35,7 +36,8 @@ pub enum FieldsError {
 }
 
 impl Fields {
-    /// The longest text: what a receive buffer of 256 characters (UM001) leaves beside `$VNWRG,nnn,`, `*`, four digits, CR and LF.
+    /// The longest text: what a receive buffer of 256 characters (UM001) leaves beside
+    /// `$VNWRG,nnn,`, `*`, four digits, CR and LF.
     pub const MAX_LENGTH: usize = 238;
 
     /// Takes a text with a comma between any two fields; an empty text is one empty field.
@@ -70,8 +72,8 @@ impl Fields {
         Self(text)
     }
 
-    /// Whether the sensor means by `echo` what it was asked by these fields: numbers may be printed otherwise, and `extra` fields may
-    /// follow.
+    /// Whether the sensor means by `echo` what it was asked by these fields: numbers may be printed
+    /// otherwise, and `extra` fields may follow.
     pub(crate) fn means(&self, echo: &Self, extra: usize) -> bool {
         let (asked, got) = (self.iter().count(), echo.iter().count());
         (asked..=asked + extra).contains(&got) && self.iter().zip(echo.iter()).all(|(asked, got)| is_same(asked, got))

@@ -1,10 +1,12 @@
 //! Bytes to sentences and packets, whatever else is between them.
 //!
-//! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four upper-case hexadecimal digits. The first byte
-//! that is no such digit ends it, CR or not: the checksum decides, and a good line whose end is damaged is not lost.
+//! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four upper-case
+//! hexadecimal digits. The first byte that is no such digit ends it, CR or not: the checksum
+//! decides, and a good line whose end is damaged is not lost.
 //!
-//! The search after a false start goes on one byte behind it. For a false `$` this is the same as going on behind all that was taken for
-//! its sentence, since neither `$` nor 0xFA can be in there; a false 0xFA costs that byte alone.
+//! The search after a false start goes on one byte behind it. For a false `$` this is the same as
+//! going on behind all that was taken for its sentence, since neither `$` nor 0xFA can be in there;
+//! a false 0xFA costs that byte alone.
 
 use memchr::{memchr_iter, memchr2};
 
@@ -19,15 +21,17 @@ use crate::{
 /// What is taken for a good line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Take sentences without any check digits. Nothing but the form of its numbers then protects a line.
+    /// Take sentences without any check digits. Nothing but the form of its numbers then protects a
+    /// line.
     pub accept_unchecked: bool,
 }
 
 /// Finds the sentences and packets of a byte stream.
 ///
-/// The caller owns the bytes: it drops those consumed, and offers the others again with more behind them. At most
-/// [`MAX_PACKET`](crate::MAX_PACKET) and [`MAX_BODY`] bytes and a few are ever left waiting. What is found, and where, depends on the stream alone and not on
-/// how it is cut into inputs.
+/// The caller owns the bytes: it drops those consumed, and offers the others again with more behind
+/// them. At most [`MAX_PACKET`](crate::MAX_PACKET) and [`MAX_BODY`] bytes and a few are ever left
+/// waiting. What is found, and where, depends on the stream alone and not on how it is cut into
+/// inputs.
 #[derive(Debug, Clone)]
 pub struct Framer {
     options: Options,
@@ -44,7 +48,8 @@ pub struct Framer {
 pub struct Step<'a> {
     /// The bytes at the head of the input that are done with.
     pub consumed: usize,
-    /// What they end with; `None` when there is nothing in the input, or nothing without more bytes.
+    /// What they end with; `None` when there is nothing in the input, or nothing without more
+    /// bytes.
     pub item: Option<Frame<'a>>,
 }
 
@@ -84,10 +89,11 @@ impl Framer {
         Self { options, tally: Tally::default(), offset: 0, line: Line::None }
     }
 
-    /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one consumed.
+    /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
+    /// consumed.
     ///
-    /// `end_of_input` says that no more bytes will follow: then what is incomplete is judged as it stands, and all is consumed when
-    /// `item` comes back `None`.
+    /// `end_of_input` says that no more bytes will follow: then what is incomplete is judged as it
+    /// stands, and all is consumed when `item` comes back `None`.
     #[inline]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
         let mut at = self.take_line_end(input);
@@ -233,8 +239,9 @@ fn judge(input: &[u8], end_of_input: bool) -> Start {
     }
 }
 
-/// Whether a packet of `length` bytes was cut short, and is whole only with the beginning of a good sentence behind it: a CRC is right by
-/// chance once in 256 times where one byte is borrowed. `None` when more bytes must tell.
+/// Whether a packet of `length` bytes was cut short, and is whole only with the beginning of a good
+/// sentence behind it: a CRC is right by chance once in 256 times where one byte is borrowed.
+/// `None` when more bytes must tell.
 fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> Option<bool> {
     for at in memchr_iter(b'$', &input[..length]) {
         match judge(&input[at..], end_of_input) {

@@ -7,8 +7,8 @@ use alloc::borrow::Cow;
 pub struct Layout {
     /// The header of the sentence, without the `$`.
     pub message: Cow<'static, str>,
-    /// Whether the sensor's attitude filter has had its hand in the values: user calibration applied, and the estimated bias taken off
-    /// the angular rates.
+    /// Whether the sensor's attitude filter has had its hand in the values: user calibration
+    /// applied, and the estimated bias taken off the angular rates.
     pub compensated: bool,
     /// The channels.
     pub channels: Cow<'static, [Channel]>,
@@ -25,7 +25,8 @@ pub struct Channel {
     pub unit: Cow<'static, str>,
     /// The digits behind the point: a count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
-    /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for a file in other units.
+    /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for
+    /// a file in other units.
     pub scale: f64,
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,
@@ -34,7 +35,8 @@ pub struct Channel {
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler angles in the order 3-2-1.
+    /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler angles in
+    /// the order 3-2-1.
     Angle,
     /// The magnetic flux density along an axis of the body.
     MagneticField,
@@ -49,7 +51,8 @@ pub enum Quantity {
 }
 
 impl Channel {
-    /// The value of `count` in [`unit`](Self::unit): with a scale of 1 the float nearest to the printed decimal, for up to 22 decimals.
+    /// The value of `count` in [`unit`](Self::unit): with a scale of 1 the float nearest to the
+    /// printed decimal, for up to 22 decimals.
     #[must_use]
     pub fn value(&self, count: i32) -> f64 {
         let counts_per_unit = (0..self.decimals).fold(1.0, |power, _| power * 10.0);
@@ -64,7 +67,8 @@ pub const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200
 pub static VNYMR: Layout =
     Layout { message: Cow::Borrowed("VNYMR"), compensated: true, channels: Cow::Borrowed(&YMR_CHANNELS) };
 
-/// `$VNIMU`: the uncompensated magnetic field, acceleration and angular rate, with temperature and pressure.
+/// `$VNIMU`: the uncompensated magnetic field, acceleration and angular rate, with temperature and
+/// pressure.
 pub static VNIMU: Layout =
     Layout { message: Cow::Borrowed("VNIMU"), compensated: false, channels: Cow::Borrowed(&IMU_CHANNELS) };
 
@@ -113,7 +117,8 @@ const fn angular_rate(name: &'static str) -> Channel {
     channel(name, Quantity::AngularRate, "rad/s", 6, 40)
 }
 
-/// The limits are wider than any range the sensor is sold with: they are there to catch damage that the checksum let through.
+/// The limits are wider than any range the sensor is sold with: they are there to catch damage that
+/// the checksum let through.
 const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
     let limit_counts = limit * 10_i32.pow(decimals as u32);
     Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, scale: 1.0, limit_counts }

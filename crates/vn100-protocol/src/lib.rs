@@ -1,4 +1,5 @@
-//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O, clock or `std`.
+//! The serial protocol of the VectorNav VN-100: bytes to typed messages and back, without I/O,
+//! clock or `std`.
 //!
 //! ```
 //! use vn100_protocol::{Check, Decoder, Item, Options};
@@ -21,17 +22,20 @@
 //!
 //! # From bytes to messages
 //!
-//! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. [`Ymr`] and [`Imu`] are what the two measuring
-//! sentences say; a [`Layout`] describes them as data. [`Decoder`] does all of it, counts every byte in a [`Tally`], and reads the usual
-//! `$VNYMR` line on a fast path with the same result. A line that is not let in is an item with its evidence, a [`BadLine`], and never an
-//! error of the stream.
+//! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. [`Ymr`]
+//! and [`Imu`] are what the two measuring sentences say; a [`Layout`] describes them as data.
+//! [`Decoder`] does all of it, counts every byte in a [`Tally`], and reads the usual `$VNYMR` line
+//! on a fast path with the same result. A line that is not let in is an item with its evidence, a
+//! [`BadLine`], and never an error of the stream.
 //!
-//! A number is never a float on its way: it is the integer that its digits make ([`Decimal`]), so that sums of samples can be exact.
+//! A number is never a float on its way: it is the integer that its digits make ([`Decimal`]), so
+//! that sums of samples can be exact.
 //!
 //! # Asking the sensor
 //!
-//! A [`Command`] reads or writes a [`Register`], or tells the sensor to do something; a [`Reply`] is what it says to that. A [`Session`]
-//! sends one after the other and finds the answers among the lines that keep coming; it has neither link nor clock, and is told the time.
+//! A [`Command`] reads or writes a [`Register`], or tells the sensor to do something; a [`Reply`]
+//! is what it says to that. A [`Session`] sends one after the other and finds the answers among the
+//! lines that keep coming; it has neither link nor clock, and is told the time.
 //!
 //! ```
 //! use std::time::Duration;
@@ -63,22 +67,31 @@
 //! | temperature | °C | 1 | 200 |
 //! | pressure | kPa | 3 | 200 |
 //!
-//! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a magnitude beyond its limit is
-//! [`BadKind::Range`]. Settings have the unit in their name. Old firmware prints fewer decimals: see [`PrintFormat`].
+//! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a
+//! magnitude beyond its limit is [`BadKind::Range`]. Settings have the unit in their name. Old
+//! firmware prints fewer decimals: see [`PrintFormat`].
 //!
 //! # Where this reader departs from the maker's manual
 //!
-//! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is 0x1021, as in the manual's own code
-//!   and in every line of a sensor.
-//! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right). They are [`BadKind::Checksum`] here.
-//! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and it is [`BadKind::Checksum`] here.
-//! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes either order.
-//! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum decides.
-//! - It lists the last error codes as decimal numbers in some editions. All are hexadecimal here, as firmware 3 sends them.
-//! - It prints register numbers of replies with and without a leading zero; they are compared as numbers.
-//! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`] knows 1 and 3 alone.
-//! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with extension words have no length that this
-//!   crate knows; their bytes are searched like any others.
+//! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is
+//!   0x1021, as in the manual's own code and in every line of a sensor.
+//! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right). They
+//!   are [`BadKind::Checksum`] here.
+//! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and
+//!   it is [`BadKind::Checksum`] here.
+//! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes
+//!   either order.
+//! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum
+//!   decides.
+//! - It lists the last error codes as decimal numbers in some editions. All are hexadecimal here,
+//!   as firmware 3 sends them.
+//! - It prints register numbers of replies with and without a leading zero; they are compared as
+//!   numbers.
+//! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`]
+//!   knows 1 and 3 alone.
+//! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with
+//!   extension words have no length that this crate knows; their bytes are searched like any
+//!   others.
 #![cfg_attr(not(test), no_std)]
 
 extern crate alloc;

@@ -11,8 +11,8 @@ use crate::{
 /// The bytes per second of the outputs of a port.
 ///
 /// The sensor refuses a setting by which they would be more than a tenth of the baud rate, with
-/// [`InsufficientBaudRate`](crate::DeviceError::InsufficientBaudRate): the rule that explains all accepted and refused settings that are
-/// on record for firmware 3.
+/// [`InsufficientBaudRate`](crate::DeviceError::InsufficientBaudRate): the rule that explains all
+/// accepted and refused settings that are on record for firmware 3.
 ///
 /// ```
 /// use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
@@ -58,7 +58,8 @@ impl From<&ProtocolControl> for LineForm {
 }
 
 impl AsyncType {
-    /// The usual length of a line of this form in bytes; 0 for [`OFF`](Self::OFF), `None` where it is not known.
+    /// The usual length of a line of this form in bytes; 0 for [`OFF`](Self::OFF), `None` where it
+    /// is not known.
     #[must_use]
     pub fn line_length(self, form: LineForm) -> Option<u32> {
         let check = match form.check {
@@ -83,7 +84,8 @@ impl LinkLoad {
         Self { bytes_per_s: f64::from(length) * f64::from(rate.hz()) }
     }
 
-    /// The packets of a binary output on a port to which it goes; `None` where they are sent, but their length is not known.
+    /// The packets of a binary output on a port to which it goes; `None` where they are sent, but
+    /// their length is not known.
     #[must_use]
     pub fn of_packets(output: &BinaryOutput) -> Option<Self> {
         let rate_hz = output.rate_hz();
@@ -111,7 +113,8 @@ impl LinkLoad {
         BaudRate::ALL.into_iter().find(|&baud_rate| self.fits(baud_rate))
     }
 
-    /// The highest rate at which lines of `length` bytes fit beside this; `None` when not even 1 Hz does.
+    /// The highest rate at which lines of `length` bytes fit beside this; `None` when not even 1 Hz
+    /// does.
     #[must_use]
     pub fn highest_rate_beside(self, length: u32, baud_rate: BaudRate) -> Option<AsyncRate> {
         let fits = |rate: &AsyncRate| (self + Self::of_lines(length, *rate)).fits(baud_rate);

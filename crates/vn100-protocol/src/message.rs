@@ -1,4 +1,5 @@
-//! What the measuring messages have in common: numbers, an optional suffix, and the way back to bytes.
+//! What the measuring messages have in common: numbers, an optional suffix, and the way back to
+//! bytes.
 
 mod imu;
 mod numbers;

@@ -4,8 +4,9 @@
 //! FA | groups u8 | field word u16 LE, one per set bit of groups | payload | CRC-16 high byte first
 //! ```
 //!
-//! A packet has no length field: its length follows from the size of every field in its masks. The CRC alone decides, over whatever
-//! bytes these are: one in 65 536 false starts with known masks is taken for a packet.
+//! A packet has no length field: its length follows from the size of every field in its masks. The
+//! CRC alone decides, over whatever bytes these are: one in 65 536 false starts with known masks is
+//! taken for a packet.
 
 use crate::checksum::crc16;
 
@@ -35,9 +36,11 @@ pub(crate) enum Candidate {
     No,
 }
 
-/// The groups a VN-100 has: the bit of each, and the bytes of its fields by bit, 0 where none is known.
+/// The groups a VN-100 has: the bit of each, and the bytes of its fields by bit, 0 where none is
+/// known.
 ///
-/// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with them is known.
+/// Bit 7 of the groups and bit 15 of a field word announce one more byte or word; no packet with
+/// them is known.
 #[rustfmt::skip]
 const GROUPS: [(u8, [u8; 16]); 4] = [
     (0x01, [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0]), // common
@@ -75,7 +78,8 @@ pub(crate) fn judge(input: &[u8]) -> Candidate {
     }
 }
 
-/// The bytes of a packet with these groups and a word of fields for each; `None` where one is unknown, or their numbers do not go together.
+/// The bytes of a packet with these groups and a word of fields for each; `None` where one is
+/// unknown, or their numbers do not go together.
 pub(crate) fn length(groups: u8, words: &[u16]) -> Option<usize> {
     if groups & !KNOWN_GROUPS != 0 || groups == 0 || groups.count_ones() as usize != words.len() {
         return None;

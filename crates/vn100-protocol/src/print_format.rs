@@ -9,8 +9,8 @@ use crate::layout::Channel;
 /// | `Current` | `+ddd.ddd` | `+dd.dddd` | `+dd.ddd` | `+dd.dddddd` |
 /// | `Old` (firmware 1 and earlier) | `+ddd.dd` | `+d.dddd` | `+dd.ddd` | `+dd.dddd` |
 ///
-/// The whole digits are a minimum: a larger value takes more. Counts are always in the decimals of the layout: those of an old line are
-/// multiplied by 10 or 100, which is exact.
+/// The whole digits are a minimum: a larger value takes more. Counts are always in the decimals of
+/// the layout: those of an old line are multiplied by 10 or 100, which is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PrintFormat {
     /// Firmware 2 and 3; also everything in `$VNIMU`.

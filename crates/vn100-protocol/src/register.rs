@@ -52,7 +52,8 @@ pub trait RegisterValue: Sized {
     /// Reads the value of one of these registers, as a read answers it or a write echoes it.
     ///
     /// # Errors
-    /// [`ValueError`] for another register, fields too few or too many, or one of them that is not what it should be.
+    /// [`ValueError`] for another register, fields too few or too many, or one of them that is not
+    /// what it should be.
     fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError>;
 }
 
@@ -200,7 +201,8 @@ impl RegisterContents {
         T::from_contents(self)
     }
 
-    /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise, and registers 5 to 7 may name their port.
+    /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise,
+    /// and registers 5 to 7 may name their port.
     #[must_use]
     pub fn is_as_written(&self, fields: &Fields) -> bool {
         let names_port = matches!(self.register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);

@@ -11,7 +11,8 @@ use crate::{
     sentence::Sentence,
 };
 
-/// An answer of the sensor, an error that it reports unasked, or a question that the line brings back.
+/// An answer of the sensor, an error that it reports unasked, or a question that the line brings
+/// back.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
     /// `VNRRG`: what a register holds.
@@ -22,8 +23,8 @@ pub enum Reply {
     Echo(String),
     /// `VNERR`.
     Error(DeviceError),
-    /// `VNRRG` with nothing behind the register number: a sensor says no such thing. It is the host's own question, as a line that echoes
-    /// brings it back.
+    /// `VNRRG` with nothing behind the register number: a sensor says no such thing. It is the
+    /// host's own question, as a line that echoes brings it back.
     Question(Register),
 }
 

@@ -4,7 +4,8 @@ use core::fmt;
 
 use crate::checksum::{Check, CheckDigits, crc16_step};
 
-/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the longest stock message.
+/// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the
+/// longest stock message.
 pub const MAX_BODY: usize = 312;
 
 /// A sentence whose checksum is right, or that has none where that was allowed.

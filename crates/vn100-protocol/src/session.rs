@@ -1,4 +1,5 @@
-//! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an argument.
+//! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an
+//! argument.
 
 mod failure;
 
@@ -17,22 +18,28 @@ use crate::{
     reply::Reply,
 };
 
-/// Sends requests one at a time, finds their answers among the replies and repeats what may be repeated.
+/// Sends requests one at a time, finds their answers among the replies and repeats what may be
+/// repeated.
 ///
-/// Each request ends exactly once, with an answer or a failure. Reads, writes and [`Command::Async`] are sent up to
-/// [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands once, whatever happens.
+/// Each request ends exactly once, with an answer or a failure. Reads, writes and
+/// [`Command::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands once,
+/// whatever happens.
 ///
-/// Its owner has the link and the clock. Times are those since any fixed moment, the same for all calls; nothing breaks if one is
-/// late. After any call, and when [`poll_timeout`](Self::poll_timeout) is due (with [`handle_timeout`](Self::handle_timeout)):
-/// send what [`poll_transmit`](Self::poll_transmit) gives, collect [`poll_completion`](Self::poll_completion) and
-/// [`poll_notice`](Self::poll_notice), and wait until the next [`poll_timeout`](Self::poll_timeout) or reply.
+/// Its owner has the link and the clock. Times are those since any fixed moment, the same for all
+/// calls; nothing breaks if one is late. After any call, and when
+/// [`poll_timeout`](Self::poll_timeout) is due (with [`handle_timeout`](Self::handle_timeout)):
+/// send what [`poll_transmit`](Self::poll_transmit) gives, collect
+/// [`poll_completion`](Self::poll_completion) and [`poll_notice`](Self::poll_notice), and wait
+/// until the next [`poll_timeout`](Self::poll_timeout) or reply.
 ///
 /// # Which reply answers which request
 ///
-/// A reply answers by its command and its register. `VNERR` names neither: it answers the request on the wire, unless it is one of those
-/// that come unasked. On a line that echoes, as a half-duplex one does, a command that is no question comes back as its own answer would
-/// read: once a question has come back and was answered, the first copy of any other command is the echo and the next one the answer. So that a late answer to a request that was sent twice is not taken for that of the next one, the next waits until
-/// it has come or could have.
+/// A reply answers by its command and its register. `VNERR` names neither: it answers the request
+/// on the wire, unless it is one of those that come unasked. On a line that echoes, as a
+/// half-duplex one does, a command that is no question comes back as its own answer would read:
+/// once a question has come back and was answered, the first copy of any other command is the echo
+/// and the next one the answer. So that a late answer to a request that was sent twice is not taken
+/// for that of the next one, the next waits until it has come or could have.
 #[derive(Debug)]
 pub struct Session {
     check: Check,
@@ -112,7 +119,8 @@ impl Session {
     /// The notices kept; the oldest go first.
     pub const NOTICES: usize = 16;
 
-    /// A session whose lines are protected by `check`. The sensor takes XOR-8 and CRC-16 at any time, and a line with [`Check::None`] at none.
+    /// A session whose lines are protected by `check`. The sensor takes XOR-8 and CRC-16 at any
+    /// time, and a line with [`Check::None`] at none.
     #[must_use]
     pub fn new(check: Check) -> Self {
         Self {
@@ -193,7 +201,8 @@ impl Session {
         self.complete(Err(failure), now);
     }
 
-    /// Ends all requests: the link is gone. Later ones wait for the next [`poll_transmit`](Self::poll_transmit), on a new link.
+    /// Ends all requests: the link is gone. Later ones wait for the next
+    /// [`poll_transmit`](Self::poll_transmit), on a new link.
     pub fn handle_link_down(&mut self) {
         let current = self.current.take().map(|current| (current.id, current.command, current.attempts));
         let queued = self.queue.drain(..).map(|(id, command)| (id, command, 0));
@@ -226,8 +235,10 @@ impl Session {
         Some(line.into_bytes())
     }
 
-    /// When to call [`handle_timeout`](Self::handle_timeout) and [`poll_transmit`](Self::poll_transmit) again; `None` when only a reply or a
-    /// request can bring anything new. To be asked when [`poll_transmit`](Self::poll_transmit) has nothing more.
+    /// When to call [`handle_timeout`](Self::handle_timeout) and
+    /// [`poll_transmit`](Self::poll_transmit) again; `None` when only a reply or a request can
+    /// bring anything new. To be asked when [`poll_transmit`](Self::poll_transmit) has nothing
+    /// more.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         match &self.current {

@@ -2,7 +2,8 @@
 
 use crate::bad_line::BadKind;
 
-/// Counts since the beginning of the stream. Every byte is in exactly one of the five byte counts at any moment.
+/// Counts since the beginning of the stream. Every byte is in exactly one of the five byte counts
+/// at any moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Bytes of good lines, with the CR and LF behind them.

@@ -1,13 +1,15 @@
 //! The usual `$VNYMR` line at full speed: every digit in its known place.
 //!
-//! Whatever differs in one byte is left to the general path, which says the same of every line that this one takes.
+//! Whatever differs in one byte is left to the general path, which says the same of every line that
+//! this one takes.
 
 use crate::{digits::eight_digits, layout::YMR_CHANNELS, message::Ymr};
 
 /// The length of the usual line up to its last check digit.
 pub(crate) const LENGTH: usize = 120;
 
-/// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the `*` are judged by their value.
+/// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the
+/// `*` are judged by their value.
 const LINE: &[u8; LENGTH] = b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
     +00.000000,+00.000000,+00.000000*00";
 

@@ -1,4 +1,5 @@
-//! Bytes are copied only where a piece of the stream ends within a sentence: items point into the piece that was pushed.
+//! Bytes are copied only where a piece of the stream ends within a sentence: items point into the
+//! piece that was pushed.
 
 use vn100_protocol::{Decoder, Item, Options};
 

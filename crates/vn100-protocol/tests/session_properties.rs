@@ -1,4 +1,5 @@
-//! What holds of the request machine under any interleaving, and with a sensor whose link loses, damages and delays lines.
+//! What holds of the request machine under any interleaving, and with a sensor whose link loses,
+//! damages and delays lines.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod support;

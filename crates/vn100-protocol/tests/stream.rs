@@ -7,7 +7,8 @@ use proptest::{collection::vec, prelude::*, sample::Index};
 use support::{concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 use vn100_protocol::{BadKind, CheckDigits, Decoder, Frame, Item, Options, crc16, xor8};
 
-/// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its own.
+/// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its
+/// own.
 ///
 /// `Some(true)` is a good sentence, `Some(false)` a bad one. Knows nothing of packets.
 fn naive_lines(bytes: &[u8]) -> Vec<(usize, usize, bool)> {
@@ -166,7 +167,8 @@ proptest! {
 
 const GOOD: &str = "$VNRRG,01*72\r\n";
 
-/// What becomes of `bytes`: `good` for the line above, `packet`, or the kind of a bad line; and the bytes skipped.
+/// What becomes of `bytes`: `good` for the line above, `packet`, or the kind of a bad line; and the
+/// bytes skipped.
 fn story(bytes: &[u8]) -> (Vec<String>, u64) {
     let mut items = Vec::new();
     let mut decoder = Decoder::new(Options::default());

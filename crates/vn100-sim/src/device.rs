@@ -13,13 +13,16 @@
 //! assert!(output.ends_with(b"$VNASY,0*4F\r\n$VNRRG,04,3.1.0.0*77\r\n"));
 //! ```
 //!
-//! Nothing here waits or knows a clock: every call names the time since power-up, and what is due by then has happened when it
-//! returns. Equal configuration and equal calls at equal times give equal bytes.
+//! Nothing here waits or knows a clock: every call names the time since power-up, and what is due
+//! by then has happened when it returns. Equal configuration and equal calls at equal times give
+//! equal bytes.
 //!
 //! # Where the maker leaves a choice
 //!
-//! - Check digits of a command may be of either kind; those of all output are of the kind register 30 asks for.
-//! - A command is answered at once; an answer waits behind the bytes that are being sent. `VNWNV` is answered when the flash is written.
+//! - Check digits of a command may be of either kind; those of all output are of the kind register
+//!   30 asks for.
+//! - A command is answered at once; an answer waits behind the bytes that are being sent. `VNWNV`
+//!   is answered when the flash is written.
 //! - A write is answered with the settings as a read would print them.
 //! - With nothing wired to SyncIn its count and its time stay 0.
 //! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
@@ -64,8 +67,9 @@ const TICK_HZ: u64 = 800;
 /// What is emulated.
 #[derive(Debug, Clone)]
 pub struct DeviceConfig {
-    /// The truth of its channels. A density stated for the output ([`Window::None`](crate::onboard::Window::None)) is taken to be that at
-    /// 40 Hz behind the delivered window.
+    /// The truth of its channels. A density stated for the output
+    /// ([`Window::None`](crate::onboard::Window::None)) is taken to be that at 40 Hz behind the
+    /// delivered window.
     pub profile: Profile,
     /// Seed of all noise.
     pub seed: u64,
@@ -73,12 +77,14 @@ pub struct DeviceConfig {
     pub serial: u32,
     /// Register 4, and the differences that come with it.
     pub firmware: Firmware,
-    /// Error of the sensor's clock in parts per million; above zero it runs fast, and its lines come early.
+    /// Error of the sensor's clock in parts per million; above zero it runs fast, and its lines
+    /// come early.
     pub clock_error_ppm: f64,
 }
 
 impl Default for DeviceConfig {
-    /// The sensor of the data sheet with firmware 3.1, seed 1, serial number 0100000001 and an exact clock.
+    /// The sensor of the data sheet with firmware 3.1, seed 1, serial number 0100000001 and an
+    /// exact clock.
     fn default() -> Self {
         Self {
             profile: Profile::datasheet(),
@@ -166,14 +172,15 @@ impl Device {
         &self.config.profile
     }
 
-    /// The rate at which the sensor listens, and sends what it has not yet queued. Bytes of a reply that is still being sent can be
-    /// slower or faster: see [`SentByte::baud`].
+    /// The rate at which the sensor listens, and sends what it has not yet queued. Bytes of a reply
+    /// that is still being sent can be slower or faster: see [`SentByte::baud`].
     #[must_use]
     pub fn baud(&self) -> u32 {
         self.uart.baud()
     }
 
-    /// Takes bytes that reach the sensor at `now`, cut anyhow. A time before that of an earlier call counts as that.
+    /// Takes bytes that reach the sensor at `now`, cut anyhow. A time before that of an earlier
+    /// call counts as that.
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         self.advance(ns(now));
         for byte in bytes {
@@ -204,8 +211,9 @@ impl Device {
         self.uart.take(self.now_ns, &mut sink);
     }
 
-    /// When to poll again: the end of the next piece of output, or the next thing the sensor does; a second after the last call at the
-    /// latest, so that a silent sensor need not take all its ticks at once.
+    /// When to poll again: the end of the next piece of output, or the next thing the sensor does;
+    /// a second after the last call at the latest, so that a silent sensor need not take all its
+    /// ticks at once.
     #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
@@ -221,7 +229,8 @@ impl Device {
         Duration::from_nanos(times.into_iter().flatten().min().unwrap_or(self.now_ns))
     }
 
-    /// Lets the program of the sensor fail: it reports a hard fault (`$VNERR,01`) and starts anew, from flash.
+    /// Lets the program of the sensor fail: it reports a hard fault (`$VNERR,01`) and starts anew,
+    /// from flash.
     pub fn crash(&mut self, now: Duration) {
         self.advance(ns(now));
         if matches!(self.phase, Phase::Running { .. }) && self.restart_ns.is_none() {
@@ -237,7 +246,8 @@ impl Device {
         self.start(self.now_ns);
     }
 
-    /// Makes the line run at another rate, as if another program had asked for it; any rate but zero.
+    /// Makes the line run at another rate, as if another program had asked for it; any rate but
+    /// zero.
     pub fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
         self.advance(ns(now));
         self.registers.set_baud(PORT, baud.get());

@@ -14,9 +14,9 @@ const LONGEST_S: f64 = 1.6e6;
 
 /// Flicker noise of two-sided density B²/(2πf).
 ///
-/// A process of variance v and time constant T has the density 2vT/(1 + (2πfT)²); over time constants
-/// in geometric progression of ratio r these add up to v/(2f ln r), so that v = B² ln r/π. (Sum of
-/// Lorentzians: van der Ziel, 1950.)
+/// A process of variance v and time constant T has the density 2vT/(1 + (2πfT)²); over time
+/// constants in geometric progression of ratio r these add up to v/(2f ln r), so that v = B² ln
+/// r/π. (Sum of Lorentzians: van der Ziel, 1950.)
 #[derive(Debug, Clone)]
 pub(crate) struct Flicker {
     processes: Vec<GaussMarkov>,
@@ -32,7 +32,8 @@ struct GaussMarkov {
 }
 
 impl Flicker {
-    /// Flicker of bias instability B (0: none), in the stationary state, sampled every `interval_s`.
+    /// Flicker of bias instability B (0: none), in the stationary state, sampled every
+    /// `interval_s`.
     pub(crate) fn new(bias_instability: f64, interval_s: f64, mut rng: ChaCha8Rng) -> Self {
         let mut processes = Vec::new();
         if bias_instability != 0.0 {
@@ -59,8 +60,8 @@ impl Flicker {
     }
 }
 
-/// From half a sample interval up. Starting there, the sum reads at the shortest τ what flicker of the
-/// same B, sampled without averaging, reads: 1.20, 1.07, 1.02 of the plateau at m = 1, 2, 4.
+/// From half a sample interval up. Starting there, the sum reads at the shortest τ what flicker of
+/// the same B, sampled without averaging, reads: 1.20, 1.07, 1.02 of the plateau at m = 1, 2, 4.
 fn time_constants_s(interval_s: f64) -> impl Iterator<Item = f64> {
     let mut next_s = Some(interval_s / 2.0);
     std::iter::from_fn(move || {

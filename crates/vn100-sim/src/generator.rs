@@ -63,7 +63,8 @@ impl Generator {
         row
     }
 
-    /// The temperature (degC) and the pressure (kPa) of the next sample, of a sensor that has warmed up.
+    /// The temperature (degC) and the pressure (kPa) of the next sample, of a sensor that has
+    /// warmed up.
     #[must_use]
     pub fn next_surroundings(&mut self) -> [f32; 2] {
         self.surroundings.advance_to(WARM_S + self.readings as f64 * self.interval_s);

@@ -14,8 +14,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a [`Wire`](wire::Wire) puts cable, adapter and
-//! faults between it and a host; [`pty::serve`] makes it a serial port of this machine.
+//! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a
+//! [`Wire`](wire::Wire) puts cable, adapter and faults between it and a host; [`pty::serve`] makes
+//! it a serial port of this machine.
 //!
 //! | module | holds |
 //! |---|---|

@@ -11,7 +11,8 @@ use crate::{
     random::{Component, normal, random_stream},
 };
 
-/// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or rad/s.
+/// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or
+/// rad/s.
 ///
 /// The default is a channel that always reads zero. Zero turns a component off; nothing is checked,
 /// a value that is not finite gives samples that are not finite.
@@ -22,10 +23,10 @@ pub struct ChannelNoise {
     /// White noise density N, two-sided, u/√Hz: Allan deviation N/√τ, standard deviation N·√rate a
     /// sample. Angle random walk of a gyro, velocity random walk of an accelerometer.
     pub white_density: f64,
-    /// Bias instability B, u: flicker of two-sided density B²/(2πf), whose Allan deviation is flat at
-    /// √(2 ln 2/π)·B = 0.664 B. It holds within 0.5 % for τ from 16 sample intervals to 10⁵ s
-    /// (28 h). The shortest τ read higher, as sampled flicker does: 1.19, 1.08, 1.03, 1.01 times the
-    /// plateau at m = 1, 2, 4, 8.
+    /// Bias instability B, u: flicker of two-sided density B²/(2πf), whose Allan deviation is flat
+    /// at √(2 ln 2/π)·B = 0.664 B. It holds within 0.5 % for τ from 16 sample intervals to 10⁵ s
+    /// (28 h). The shortest τ read higher, as sampled flicker does: 1.19, 1.08, 1.03, 1.01 times
+    /// the plateau at m = 1, 2, 4, 8.
     pub bias_instability: f64,
     /// Rate random walk K, u/√s: Allan deviation K·√(τ/3). Starts at zero.
     pub random_walk: f64,

@@ -1,4 +1,5 @@
-//! What the sensor does to its white noise before a sample is sent: averaging window and decimation.
+//! What the sensor does to its white noise before a sample is sent: averaging window and
+//! decimation.
 
 use std::num::NonZeroU32;
 
@@ -21,8 +22,8 @@ pub const MAG_REFRESH_HZ: u32 = 250;
 pub enum Window {
     /// The noise is drawn at the output rate: the density is that of the output.
     None,
-    /// The density is that of the sensor, which refreshes at `refresh_hz`; each output sample is the
-    /// mean of the latest `samples` values, and output faster than the refresh repeats them.
+    /// The density is that of the sensor, which refreshes at `refresh_hz`; each output sample is
+    /// the mean of the latest `samples` values, and output faster than the refresh repeats them.
     Boxcar {
         /// Rate of the values that are averaged, Hz.
         refresh_hz: u32,
@@ -50,13 +51,15 @@ pub(crate) struct Boxcar {
 }
 
 impl Boxcar {
-    /// Values of standard deviation `sigma`; a window of 0 and of 1 averages nothing. The window is filled from the start.
+    /// Values of standard deviation `sigma`; a window of 0 and of 1 averages nothing. The window is
+    /// filled from the start.
     pub(crate) fn new(sigma: f64, samples: u32, mut rng: ChaCha8Rng) -> Self {
         let recent = (0..samples.max(1)).map(|_| sigma * normal(&mut rng)).collect();
         Self { sigma, recent, oldest: 0, rng }
     }
 
-    /// Another window from here on: the latest values stay, values before the beginning are drawn where more are needed.
+    /// Another window from here on: the latest values stay, values before the beginning are drawn
+    /// where more are needed.
     pub(crate) fn set_window(&mut self, samples: u32) {
         let samples = samples.max(1) as usize;
         if samples == self.recent.len() {

@@ -56,12 +56,12 @@ impl Profile {
         }
     }
 
-    /// A sensor as its data sheet describes it, level and at rest, facing magnetic north at a middle
-    /// latitude, with the window it is delivered with.
+    /// A sensor as its data sheet describes it, level and at rest, facing magnetic north at a
+    /// middle latitude, with the window it is delivered with.
     ///
     /// Densities are the sensor's: at 40 Hz the output shows 2.24 times as much of gyro and
-    /// accelerometer (see [`Window`]). The sheet states no random walk, so there is none. The angles
-    /// carry a small white noise of their own, not one computed from the other channels.
+    /// accelerometer (see [`Window`]). The sheet states no random walk, so there is none. The
+    /// angles carry a small white noise of their own, not one computed from the other channels.
     #[must_use]
     pub fn datasheet() -> Self {
         let gyro = |mean| Channel {
@@ -110,16 +110,18 @@ impl Profile {
 
     /// A published sensor at rest, 40 Hz.
     ///
-    /// Every channel has the mean and standard deviation of a record of ten minutes, as white noise, but
-    /// for the two that were also analysed. Densities are those of the output at 40 Hz; no window applies.
+    /// Every channel has the mean and standard deviation of a record of ten minutes, as white
+    /// noise, but for the two that were also analysed. Densities are those of the output at 40 Hz;
+    /// no window applies.
     ///
-    /// * Gyro y: N 0.354 deg/√h, K 0.8969 deg/h^1.5, no flicker. The published standard deviation asks for
-    ///   more than N gives; the rest is a vibration line at 18.4 Hz.
+    /// * Gyro y: N 0.354 deg/√h, K 0.8969 deg/h^1.5, no flicker. The published standard deviation
+    ///   asks for more than N gives; the rest is a vibration line at 18.4 Hz.
     /// * Accelerometer y: N 0.114 m/s/√h, B 0.0131 mg, K 4.559 m/s/h^1.5.
     ///
-    /// The "bias instabilities" published with these, 0.830 deg/h and 0.0356 mg, are the minimum of the
-    /// Allan deviation over 0.664, which counts N and K as flicker. Five hours of this truth read as much
-    /// (medians 0.85 deg/h and 0.036 mg); ten minutes are too short for the gyro and read 2.3 deg/h.
+    /// The "bias instabilities" published with these, 0.830 deg/h and 0.0356 mg, are the minimum of
+    /// the Allan deviation over 0.664, which counts N and K as flicker. Five hours of this truth
+    /// read as much (medians 0.85 deg/h and 0.036 mg); ten minutes are too short for the gyro and
+    /// read 2.3 deg/h.
     #[must_use]
     pub fn lab3() -> Self {
         let white = |mean, standard_deviation: f64| ChannelNoise {

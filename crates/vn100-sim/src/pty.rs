@@ -1,4 +1,5 @@
-//! The emulated sensor as a serial port of this machine: a pseudo-terminal that any program can open.
+//! The emulated sensor as a serial port of this machine: a pseudo-terminal that any program can
+//! open.
 //!
 //! ```no_run
 //! use vn100_sim::{Device, DeviceConfig, pty::{PtyOptions, serve}};
@@ -10,12 +11,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only, where the machine tells when a host
-//! opens and closes the port.
+//! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only,
+//! where the machine tells when a host opens and closes the port.
 //!
-//! A host that reads at another rate than the sensor sends reads junk, and one that does not read loses bytes once its terminal is full and
-//! 64 KiB wait behind it: the sensor never waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no old bytes and no exclusive
-//! access are left behind; only a link ([`PtyOptions::link`]) stays the same.
+//! A host that reads at another rate than the sensor sends reads junk, and one that does not read
+//! loses bytes once its terminal is full and 64 KiB wait behind it: the sensor never waits. When
+//! the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no
+//! old bytes and no exclusive access are left behind; only a link ([`PtyOptions::link`]) stays the
+//! same.
 
 #[cfg(target_os = "linux")]
 mod link;
@@ -38,8 +41,9 @@ pub use server::{PtySensor, serve};
 /// How the sensor is connected.
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
-    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one exists, and removed at the end. A sensor
-    /// that comes back under another name has it with `-1` behind.
+    /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one
+    /// exists, and removed at the end. A sensor that comes back under another name has it with `-1`
+    /// behind.
     pub link: Option<PathBuf>,
     /// The latency timer of a USB adapter; `None`: bytes are handed on as they come.
     pub usb_latency: Option<Duration>,
@@ -47,7 +51,8 @@ pub struct PtyOptions {
     pub faults: FaultPlan,
     /// Seed of the faults.
     pub seed: u64,
-    /// For how long the sensor has been on when it is connected. Times of faults count from power-up.
+    /// For how long the sensor has been on when it is connected. Times of faults count from
+    /// power-up.
     pub on_for: Duration,
 }
 

@@ -9,7 +9,8 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// Numbers of the random streams of one channel. They are part of every capture's recipe: append only.
+/// Numbers of the random streams of one channel. They are part of every capture's recipe: append
+/// only.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Component {
     White = 0,

@@ -1,4 +1,5 @@
-//! The receiving end of a serial line: samples the line at its own rate, and reads junk where the sender's differs.
+//! The receiving end of a serial line: samples the line at its own rate, and reads junk where the
+//! sender's differs.
 
 use std::{collections::VecDeque, time::Duration};
 

@@ -1,4 +1,5 @@
-//! What the emulated sensor measures, tick by tick: the truth of a profile behind the window of register 85.
+//! What the emulated sensor measures, tick by tick: the truth of a profile behind the window of
+//! register 85.
 
 use crate::{
     flicker::Flicker,
@@ -21,14 +22,16 @@ const ATTITUDE_REFRESH_HZ: u32 = 400;
 const SLOW_TICKS: u64 = 20;
 const SLOW_INTERVAL_S: f64 = SLOW_TICKS as f64 / IMU_REFRESH_HZ as f64;
 
-/// Time constant of the attitude filter's gyro bias. The maker states none; recorded streams ask for tens of seconds.
+/// Time constant of the attitude filter's gyro bias. The maker states none; recorded streams ask
+/// for tens of seconds.
 const BIAS_TRACKING_S: f64 = 30.0;
 
-/// Standard deviation of the gyro bias at turn-on, rad/s; one recorded unit shows 0.020, -0.030 and -0.011.
+/// Standard deviation of the gyro bias at turn-on, rad/s; one recorded unit shows 0.020, -0.030 and
+/// -0.011.
 const TURN_ON_BIAS_RAD_S: f64 = 0.02;
 
-/// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the uncompensated output
-/// passes each: register 85.
+/// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the
+/// uncompensated output passes each: register 85.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ImuFilter {
     pub(crate) windows: [u32; 3],

@@ -9,11 +9,13 @@ use std::io::Write;
 /// $VNYMR,+ddd.ddd x3,+dd.dddd x3,+dd.ddd x3,+dd.dddddd x3*HH CR LF
 /// ```
 ///
-/// `HH` is the XOR of all bytes between `$` and `*`. Widths are minimum widths: 122 bytes in all, more
-/// from 100 m/s² on. Negative zero keeps its sign. The text equals that of the C formats `%+08.3f`,
-/// `%+08.4f`, `%+07.3f` and `%+010.6f`; a value that is not finite prints as Rust prints it.
+/// `HH` is the XOR of all bytes between `$` and `*`. Widths are minimum widths: 122 bytes in all,
+/// more from 100 m/s² on. Negative zero keeps its sign. The text equals that of the C formats
+/// `%+08.3f`, `%+08.4f`, `%+07.3f` and `%+010.6f`; a value that is not finite prints as Rust prints
+/// it.
 ///
-/// This encoder shares nothing with the project's parser, so that each can be held against the other.
+/// This encoder shares nothing with the project's parser, so that each can be held against the
+/// other.
 pub fn write_sentence(line: &mut Vec<u8>, row: &[f32; 12]) {
     let start = line.len();
     let [yaw, pitch, roll, mag @ .., _, _, _, _, _, _] = row;
@@ -28,8 +30,9 @@ pub fn write_sentence(line: &mut Vec<u8>, row: &[f32; 12]) {
     end_sentence(line, start);
 }
 
-/// Appends the `$VNIMU` sentence of one row and of its temperature (degC) and pressure (kPa): the values of the row but for the angles,
-/// in the same formats, then `%+05.1f` and `%+010.3f`. Otherwise as [`write_sentence`].
+/// Appends the `$VNIMU` sentence of one row and of its temperature (degC) and pressure (kPa): the
+/// values of the row but for the angles, in the same formats, then `%+05.1f` and `%+010.3f`.
+/// Otherwise as [`write_sentence`].
 pub fn write_imu_sentence(line: &mut Vec<u8>, row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) {
     let start = line.len();
     let [_, _, _, mx, my, mz, ax, ay, az, gx, gy, gz] = row;

@@ -1,7 +1,8 @@
 //! The buffer of a USB serial adapter: bytes reach the host in packets, or when a timer runs out.
 //!
-//! An FTDI chip sends a packet of 62 bytes when it is full, and otherwise what it has each time the latency timer, 16 ms unless the host
-//! sets it, runs out since the last packet (FTDI application note AN232B-04).
+//! An FTDI chip sends a packet of 62 bytes when it is full, and otherwise what it has each time the
+//! latency timer, 16 ms unless the host sets it, runs out since the last packet (FTDI application
+//! note AN232B-04).
 
 use std::time::Duration;
 
@@ -20,13 +21,15 @@ pub struct UsbBuffer {
 }
 
 impl UsbBuffer {
-    /// An adapter whose timer starts at time zero. A latency of zero counts as one millisecond, the shortest it can be set to.
+    /// An adapter whose timer starts at time zero. A latency of zero counts as one millisecond, the
+    /// shortest it can be set to.
     #[must_use]
     pub fn new(latency: Duration) -> Self {
         Self { latency: latency.max(Duration::from_millis(1)), waiting: Vec::new(), last_packet: Duration::ZERO }
     }
 
-    /// Takes a byte from the line; what it makes reach the host is appended to `host`. Bytes come in order of time.
+    /// Takes a byte from the line; what it makes reach the host is appended to `host`. Bytes come
+    /// in order of time.
     pub fn push(&mut self, at: Duration, byte: u8, host: &mut Vec<u8>) {
         self.poll(at, host);
         self.waiting.push(byte);
@@ -60,7 +63,8 @@ mod tests {
 
     const BYTE: Duration = Duration::from_nanos(86_806);
 
-    /// A line of 122 bytes at 115200 baud whose first byte begins at `start`: when how many bytes are with the host.
+    /// A line of 122 bytes at 115200 baud whose first byte begins at `start`: when how many bytes
+    /// are with the host.
     fn deliver(start: Duration, latency: Duration) -> Vec<(Duration, usize)> {
         let mut usb = UsbBuffer::new(latency);
         let mut deliveries = Vec::new();

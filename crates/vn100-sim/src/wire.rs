@@ -1,4 +1,5 @@
-//! All between the sensor and its host, on a clock passed in: rates of both ends, faults, the buffer of an adapter.
+//! All between the sensor and its host, on a clock passed in: rates of both ends, faults, the
+//! buffer of an adapter.
 
 use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
 
@@ -40,7 +41,8 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire that nobody has opened yet. `usb_latency` is the timer of a USB adapter; `None` hands bytes on as they come.
+    /// A wire that nobody has opened yet. `usb_latency` is the timer of a USB adapter; `None` hands
+    /// bytes on as they come.
     #[must_use]
     pub fn new(
         device: Device,
@@ -68,7 +70,8 @@ impl Wire {
         &self.device
     }
 
-    /// The host opens the port: from here on it gets what the sensor sends. Returns what it reads at once: old bytes, where the plan says so.
+    /// The host opens the port: from here on it gets what the sensor sends. Returns what it reads
+    /// at once: old bytes, where the plan says so.
     #[must_use]
     pub fn open(&mut self, now: Duration) -> Vec<u8> {
         _ = self.poll(now);
@@ -82,7 +85,8 @@ impl Wire {
         self.host_is_there = false;
     }
 
-    /// The host reads and writes at this rate from here on; at 4 Mbaud, the most adapters can, where it asks for more.
+    /// The host reads and writes at this rate from here on; at 4 Mbaud, the most adapters can,
+    /// where it asks for more.
     pub fn set_host_baud(&mut self, baud: NonZeroU32) {
         let baud = baud.min(FASTEST_BAUD);
         self.host_baud = baud;

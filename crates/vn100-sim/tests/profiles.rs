@@ -88,8 +88,8 @@ fn bias_reading(values: &[f64]) -> f64 {
     minimum / 0.664
 }
 
-/// The published 0.830 deg/h of gyro y and 0.0356 mg of accelerometer y come out of this truth, though
-/// it has no flicker, or a third of that.
+/// The published 0.830 deg/h of gyro y and 0.0356 mg of accelerometer y come out of this truth,
+/// though it has no flicker, or a third of that.
 #[test]
 fn five_hours_of_lab3_give_the_published_bias_readings() {
     for (channel, published) in [(10, 0.830 / 206_264.806), (7, 0.0356 / 101.971621)] {

@@ -1,4 +1,5 @@
-//! Any bytes as a file: refused with a reason, or read to an end; every byte and every sample counted, however the file is cut into reads.
+//! Any bytes as a file: refused with a reason, or read to an end; every byte and every sample
+//! counted, however the file is cut into reads.
 
 use std::{
     fs,

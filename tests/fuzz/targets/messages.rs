@@ -1,4 +1,5 @@
-//! The text of a sentence with a right checksum: read as what it is, or refused; what is read comes back when it is written.
+//! The text of a sentence with a right checksum: read as what it is, or refused; what is read comes
+//! back when it is written.
 
 use std::fmt::Debug;
 
@@ -9,7 +10,8 @@ use vn100_protocol::{
     StartupGyroBias, SyncControl, VNIMU, VNYMR, VpeControl, Ymr, crc16, xor8,
 };
 
-/// The first byte chooses the checksum; what can stand between `$` and `*` of the others is the text.
+/// The first byte chooses the checksum; what can stand between `$` and `*` of the others is the
+/// text.
 pub(crate) fn check(input: &[u8]) {
     let [kind, text @ ..] = input else { return };
     let check = if kind & 1 == 0 { Check::Xor8 } else { Check::Crc16 };

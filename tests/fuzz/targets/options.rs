@@ -1,4 +1,5 @@
-//! The values of options as a user may type them: read or refused, the same when printed and read again, and measured with.
+//! The values of options as a user may type them: read or refused, the same when printed and read
+//! again, and measured with.
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 

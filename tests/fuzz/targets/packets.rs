@@ -34,7 +34,8 @@ pub(crate) fn check(content: &[u8]) {
     }
 }
 
-/// The length by the masks at the head of `packet`, as the register that asks for such packets tells it.
+/// The length by the masks at the head of `packet`, as the register that asks for such packets
+/// tells it.
 fn announced_length(packet: &[u8]) -> Option<usize> {
     let groups = *packet.get(1)?;
     let words = packet.get(2..2 + 2 * groups.count_ones() as usize)?;

@@ -1,4 +1,5 @@
-//! What mutations begin with: pieces of the captures that ship with the project, and examples of every form.
+//! What mutations begin with: pieces of the captures that ship with the project, and examples of
+//! every form.
 
 use std::{fs, io::Write, path::Path};
 

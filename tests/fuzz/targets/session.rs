@@ -1,4 +1,5 @@
-//! A script of requests, replies of any text, and times: each request ends once, and left alone the session comes to rest.
+//! A script of requests, replies of any text, and times: each request ends once, and left alone the
+//! session comes to rest.
 
 use std::{collections::BTreeMap, time::Duration};
 

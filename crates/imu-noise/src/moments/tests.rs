@@ -114,7 +114,8 @@ fn a_constant_has_no_spread_and_no_shape() {
     }
 }
 
-/// Two equally frequent values one count apart, on a huge offset: variance 1/4, no skewness, kurtosis 1.
+/// Two equally frequent values one count apart, on a huge offset: variance 1/4, no skewness,
+/// kurtosis 1.
 #[test]
 fn a_huge_offset_costs_no_digit() {
     let counts: Vec<_> = (0..100_000).map(|i| i32::MAX - i % 2).collect();

@@ -1,24 +1,25 @@
-//! White noise averaged on board over a window that may be longer than the interval between outputs.
+//! White noise averaged on board over a window that may be longer than the interval between
+//! outputs.
 
 use crate::PowerLaw;
 
 /// A sensor that averages `length` internal samples and sends every `decimation`-th average.
 ///
-/// With `length` <= `decimation` the averages share nothing. Above, neighbours share samples, and white noise is
-/// depressed at short averaging times. Its effect on flicker noise and random walk is neglected: white noise is above
-/// them there.
+/// With `length` <= `decimation` the averages share nothing. Above, neighbours share samples, and
+/// white noise is depressed at short averaging times. Its effect on flicker noise and random walk
+/// is neglected: white noise is above them there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxcarWindow {
     /// Internal samples averaged; 0 counts as 1.
     pub length: u32,
-    /// Internal samples from one output to the next: internal rate / output rate. Values below 1, and no numbers, count as 1; not whole
-    /// where the rates are no multiples.
+    /// Internal samples from one output to the next: internal rate / output rate. Values below 1,
+    /// and no numbers, count as 1; not whole where the rates are no multiples.
     pub decimation: f64,
 }
 
 impl BoxcarWindow {
-    /// Autocovariance of averaged white noise at distances of 0, 1, 2, ... outputs, scaled so that over both signs
-    /// they sum to 1: N is what is read at long averaging times.
+    /// Autocovariance of averaged white noise at distances of 0, 1, 2, ... outputs, scaled so that
+    /// over both signs they sum to 1: N is what is read at long averaging times.
     ///
     /// Two averages `l` internal samples apart share `length` - l of them.
     fn autocovariance(self) -> Vec<f64> {
@@ -27,10 +28,12 @@ impl BoxcarWindow {
         shared.iter().map(|shared| shared / sum).collect()
     }
 
-    /// How much higher than the sensor's own the density of the white noise reads at long averaging times.
+    /// How much higher than the sensor's own the density of the white noise reads at long averaging
+    /// times.
     ///
-    /// √(d Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation r(l) = (w - |l|)/w² of a mean of w
-    /// independent values, |l| < w: 1 where w = d, √(d/w) where w <= d.
+    /// √(d Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation
+    /// r(l) = (w - |l|)/w² of a mean of w independent values, |l| < w: 1 where w = d, √(d/w) where
+    /// w <= d.
     ///
     /// ```
     /// use imu_noise::BoxcarWindow;

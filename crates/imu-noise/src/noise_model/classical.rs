@@ -2,20 +2,22 @@
 
 /// The letters of a curve as they are read off by rule, without a model and without error.
 ///
-/// For comparison with published figures only: white noise and random walk alone leave a minimum that reads as bias
-/// instability, and the last octaves wander.
+/// For comparison with published figures only: white noise and random walk alone leave a minimum
+/// that reads as bias instability, and the last octaves wander.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClassicalReading {
-    /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves with the slope nearest to it.
+    /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves with the slope nearest to
+    /// it.
     pub white: Option<f64>,
     /// B: the minimum over √(2 ln 2/π) = 0.664; `None` where the curve still falls or only rises.
     pub bias_instability: Option<f64>,
-    /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves with the slope nearest to it.
+    /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves with the slope nearest to
+    /// it.
     pub rate_random_walk: Option<f64>,
 }
 
-/// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A line is read where a
-/// pair of neighbours has its slope within 1/4.
+/// Reads N, B and K off octaves of deviation by the graphical rules of IEEE Std 952, annex C. A
+/// line is read where a pair of neighbours has its slope within 1/4.
 #[must_use]
 pub fn classical_reading(tau_s: &[f64], deviations: &[f64]) -> ClassicalReading {
     let points: Vec<(f64, f64)> = tau_s.iter().copied().zip(deviations.iter().copied()).collect();
@@ -48,9 +50,9 @@ pub struct OverBound {
     pub rate_random_walk: f64,
 }
 
-/// The N and K for which N²/τ + K² τ/3 is at least the square of each of `bounds` (upper confidence bounds of
-/// octaves, say) and their ratio to those squares is smallest on average: for filters that know no other noise.
-/// `None` without bounds, and where one is not positive.
+/// The N and K for which N²/τ + K² τ/3 is at least the square of each of `bounds` (upper confidence
+/// bounds of octaves, say) and their ratio to those squares is smallest on average: for filters
+/// that know no other noise. `None` without bounds, and where one is not positive.
 #[must_use]
 pub fn over_bound(tau_s: &[f64], bounds: &[f64]) -> Option<OverBound> {
     // Each octave asks for a N² + b K² >= 1.
@@ -78,8 +80,8 @@ pub fn over_bound(tau_s: &[f64], bounds: &[f64]) -> Option<OverBound> {
     best.map(|(n, k)| OverBound { white: n.sqrt(), rate_random_walk: k.sqrt() })
 }
 
-/// The smallest random walk, K in unit/√s, that a record of `duration_s` shows above white noise `white`, N in
-/// unit/√Hz: about 20 √3 N/T, where the two cross at a twentieth of the record.
+/// The smallest random walk, K in unit/√s, that a record of `duration_s` shows above white noise
+/// `white`, N in unit/√Hz: about 20 √3 N/T, where the two cross at a twentieth of the record.
 #[must_use]
 pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
     20.0 * 3_f64.sqrt() * white / duration_s

@@ -1,20 +1,24 @@
-//! The minimum of the deviation that a fitted model draws: what data sheets print as in-run bias stability.
+//! The minimum of the deviation that a fitted model draws: what data sheets print as in-run bias
+//! stability.
 
 use core::f64::consts::{LN_2, PI};
 
 use super::{Parameter, Status};
 
-/// The minimum of the Allan deviation over all averaging times, from the fitted N, B and K of a channel.
+/// The minimum of the Allan deviation over all averaging times, from the fitted N, B and K of a
+/// channel.
 ///
-/// Flicker noise alone is flat at √(2 ln 2/π) B = 0.664 B. White noise and random walk lift the lowest point: N²/τ + K² τ/3 has its
-/// minimum 2 N K/√3 at τ = √3 N/K, so that the square of the result is (2 ln 2/π) B² + 2 N K/√3. Without flicker noise, too, the curve
-/// has a minimum; printed as B it would be 1.62 √(N K).
+/// Flicker noise alone is flat at √(2 ln 2/π) B = 0.664 B. White noise and random walk lift the
+/// lowest point: N²/τ + K² τ/3 has its minimum 2 N K/√3 at τ = √3 N/K, so that the square of the
+/// result is (2 ln 2/π) B² + 2 N K/√3. Without flicker noise, too, the curve has a minimum; printed
+/// as B it would be 1.62 √(N K).
 ///
-/// The status is that of `bias_instability`, but for a bound, which needs one for every term: otherwise it is
-/// [`Status::NotObservable`]. The lower end counts the flicker noise alone. Where that is only bounded and the white noise and the random
-/// walk are estimated, it counts those two at their own: both ends are right together as often as an interval, even if one knew nothing of
-/// the other (Bonferroni). The upper end counts every term at its own. So the interval holds at the level of those three or above. An end
-/// is `None` where nothing gives it.
+/// The status is that of `bias_instability`, but for a bound, which needs one for every term:
+/// otherwise it is [`Status::NotObservable`]. The lower end counts the flicker noise alone. Where
+/// that is only bounded and the white noise and the random walk are estimated, it counts those two
+/// at their own: both ends are right together as often as an interval, even if one knew nothing of
+/// the other (Bonferroni). The upper end counts every term at its own. So the interval holds at the
+/// level of those three or above. An end is `None` where nothing gives it.
 ///
 /// ```
 /// use imu_noise::{Parameter, Status, curve_minimum};

@@ -6,19 +6,24 @@ use crate::{Octave, PowerLaw, RecordShape, chi_squared, edf, power_law::differen
 /// Octaves with fewer degrees of freedom say too little to count.
 const LEAST_EDF: f64 = 3.0;
 
-/// Correlation of the variances of neighbouring octaves in white noise; of octaves further apart it is a power of this.
+/// Correlation of the variances of neighbouring octaves in white noise; of octaves further apart it
+/// is a power of this.
 const CORRELATION: f64 = 0.5;
 
-/// By how many standard deviations the longest octaves lie below white noise with density `white` (N, in unit/√Hz), all in the unit of the
-/// `variances`: the most of all runs of octaves that reach to the longest averaging time, 0 where none lies below.
+/// By how many standard deviations the longest octaves lie below white noise with density `white`
+/// (N, in unit/√Hz), all in the unit of the `variances`: the most of all runs of octaves that reach
+/// to the longest averaging time, 0 where none lies below.
 ///
-/// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum over its standard deviation (Stouffer,
-/// 1949) with correlated neighbours. One of 6000 seeded records of white noise came to 3.7, and none of as many with flicker noise or a walk.
+/// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum
+/// over its standard deviation (Stouffer, 1949) with correlated neighbours. One of 6000 seeded
+/// records of white noise came to 3.7, and none of as many with flicker noise or a walk.
 ///
-/// A `window` longer than the interval between samples depresses the short octaves itself: what white noise is expected to read follows it,
-/// and octaves too short for their neighbours to be independent have no part.
+/// A `window` longer than the interval between samples depresses the short octaves itself: what
+/// white noise is expected to read follows it, and octaves too short for their neighbours to be
+/// independent have no part.
 ///
-/// Flicker noise, random walk and ramps lie above. What lies below was filtered: a high-pass, or a bias that is tracked and taken out.
+/// Flicker noise, random walk and ramps lie above. What lies below was filtered: a high-pass, or a
+/// bias that is tracked and taken out.
 #[must_use]
 pub fn white_deficit(
     octaves: &[Octave],

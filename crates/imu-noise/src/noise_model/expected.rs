@@ -1,4 +1,5 @@
-//! What a record to come can be expected to show: the model, fitted to the values that it expects itself.
+//! What a record to come can be expected to show: the model, fitted to the values that it expects
+//! itself.
 
 use super::{NoiseFit, NoiseModel, Status, Term, model::Model, regression::Regression};
 use crate::chi_squared;
@@ -10,8 +11,9 @@ const UNLUCKY: f64 = 0.02;
 const UNLUCKY_SLOPE: f64 = 2.706;
 
 impl NoiseModel {
-    /// The fit to what records with these parameters show on average, in the units of the terms: what a record as long as this can be
-    /// expected to say of them, before it is made. Terms the model does not have are left out; what is not named is not there.
+    /// The fit to what records with these parameters show on average, in the units of the terms:
+    /// what a record as long as this can be expected to say of them, before it is made. Terms the
+    /// model does not have are left out; what is not named is not there.
     #[must_use]
     pub fn expected_fit(&self, truth: &[(Term, f64)], confidence: f64) -> NoiseFit {
         self.fit_to_expected(&self.parameters(truth), 1.0, confidence)
@@ -19,9 +21,11 @@ impl NoiseModel {
 
     /// Whether about nine of ten records with these parameters find `term`, that is estimate it.
     ///
-    /// The squared amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky record shows the quantile of
-    /// χ² at 2 % instead, and a slope that only one in ten exceeds, which is then taken for a ramp. Where that record finds the term, 83 to
-    /// 91 % of simulated ones do: the quantile is chosen for that, because octaves of slow noise are far from independent.
+    /// The squared amplitude is estimated with a standard deviation, and so with degrees of
+    /// freedom; an unlucky record shows the quantile of χ² at 2 % instead, and a slope that only
+    /// one in ten exceeds, which is then taken for a ramp. Where that record finds the term, 83 to
+    /// 91 % of simulated ones do: the quantile is chosen for that, because octaves of slow noise
+    /// are far from independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
         let mut parameters = self.parameters(truth);
@@ -39,9 +43,10 @@ impl NoiseModel {
         parameter.is_some_and(|parameter| parameter.status == Status::Estimated)
     }
 
-    /// The smallest value of `term`, in its unit, that about nine of ten records find beside the noise of `others`, too high by 5 % at most:
-    /// see [`is_found`](Self::is_found). `None` where the model does not have the term, where `others` are nothing, and where no value is
-    /// ever found.
+    /// The smallest value of `term`, in its unit, that about nine of ten records find beside the
+    /// noise of `others`, too high by 5 % at most: see [`is_found`](Self::is_found). `None` where
+    /// the model does not have the term, where `others` are nothing, and where no value is ever
+    /// found.
     #[must_use]
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
         const TOLERANCE: f64 = 0.05;

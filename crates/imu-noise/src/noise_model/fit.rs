@@ -14,17 +14,20 @@ use crate::chi_squared;
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
-/// An octave that adds more to χ² than one in twenty does by chance is taken to disagree with the longer ones.
+/// An octave that adds more to χ² than one in twenty does by chance is taken to disagree with the
+/// longer ones.
 const MOST_FROM_ONE: f64 = 3.84;
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
-    /// Averaging times in use and how well the model explains them; `None` where no parameter could be fitted.
+    /// Averaging times in use and how well the model explains them; `None` where no parameter could
+    /// be fitted.
     pub quality: Option<FitQuality>,
     /// By term, as in [`Term::ALL`]; `None` for terms that were not asked for.
     parameters: [Option<Parameter>; Term::ALL.len()],
-    /// Averaging factor and equivalent degrees of freedom of each octave from the shortest in use on.
+    /// Averaging factor and equivalent degrees of freedom of each octave from the shortest in use
+    /// on.
     edf: Vec<(u64, f64)>,
     /// Correlations of two positive parameters.
     correlations: Vec<(Term, Term, f64)>,
@@ -33,7 +36,8 @@ pub struct NoiseFit {
 /// Goodness of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitQuality {
-    /// Shortest averaging time in use, in seconds. Octaves below do not follow the model, as with vibration.
+    /// Shortest averaging time in use, in seconds. Octaves below do not follow the model, as with
+    /// vibration.
     pub tau_min_s: f64,
     /// Longest averaging time in use, in seconds.
     pub tau_max_s: f64,
@@ -61,14 +65,15 @@ impl NoiseFit {
         self.parameters[term as usize]
     }
 
-    /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture of noises; `None`
-    /// for octaves that do not follow the model and below two windows.
+    /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
+    /// of noises; `None` for octaves that do not follow the model and below two windows.
     #[must_use]
     pub fn edf(&self, m: u64) -> Option<f64> {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
     }
 
-    /// Correlation of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive in the best fit.
+    /// Correlation of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive
+    /// in the best fit.
     #[must_use]
     pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
         let found = self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*p, *q) == (b, a));
@@ -77,32 +82,35 @@ impl NoiseFit {
 }
 
 impl NoiseModel {
-    /// Fits the model to the `variances` of one channel, in the order of the octaves, in the unit of the channel
-    /// squared. Where one is missing, zero or no number, nothing is observable.
+    /// Fits the model to the `variances` of one channel, in the order of the octaves, in the unit
+    /// of the channel squared. Where one is missing, zero or no number, nothing is observable.
     ///
-    /// Generalised least squares with the covariance of all octaves from the fitted model itself, on statistics made
-    /// normal, with squared amplitudes that cannot be negative. The shortest octaves, half of all at most, are left
-    /// out until the model holds with p >= 0.01: vibration shows there, and a fit through it invents bias
-    /// instability. Where one had to go, so must the next unless χ² falls by less than 3.84 without it.
+    /// Generalised least squares with the covariance of all octaves from the fitted model itself,
+    /// on statistics made normal, with squared amplitudes that cannot be negative. The shortest
+    /// octaves, half of all at most, are left out until the model holds with p >= 0.01: vibration
+    /// shows there, and a fit through it invents bias instability. Where one had to go, so must the
+    /// next unless χ² falls by less than 3.84 without it.
     ///
-    /// `slope_unit_s` is the slope of the regression line over the record, in the unit of the channel per second.
-    /// Without it, a ramp is not observable and is not in the model.
+    /// `slope_unit_s` is the slope of the regression line over the record, in the unit of the
+    /// channel per second. Without it, a ramp is not observable and is not in the model.
     ///
-    /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard deviations (χ² falls by
-    /// 3.84), else bounded from above. Interval and bound are the amplitudes that the data do not exclude at the
-    /// level `confidence` (0 < p < 1), the other terms fitted anew for each of them. The bound is the upper end of
-    /// the same two-sided interval, so that the level holds whichever of the two comes out.
+    /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
+    /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
+    /// amplitudes that the data do not exclude at the level `confidence` (0 < p < 1), the other
+    /// terms fitted anew for each of them. The bound is the upper end of the same two-sided
+    /// interval, so that the level holds whichever of the two comes out.
     #[must_use]
     pub fn fit(&self, variances: &[f64], slope_unit_s: Option<f64>, confidence: f64) -> NoiseFit {
         let without_shortest = (0..=self.fitted / 2).map(|skip| skip..self.fitted);
         self.fit_first(without_shortest, variances, slope_unit_s, confidence)
     }
 
-    /// Fits the model to as many octaves as follow it, without the shortest or the longest: for streams whose long averaging times show
-    /// something else, such as a filter that takes slow changes out. A ramp is not in the model.
+    /// Fits the model to as many octaves as follow it, without the shortest or the longest: for
+    /// streams whose long averaging times show something else, such as a filter that takes slow
+    /// changes out. A ramp is not in the model.
     ///
-    /// Of as many octaves, those at shorter averaging times are tried first. Half of all octaves at least are in use. Otherwise as
-    /// [`fit`](Self::fit).
+    /// Of as many octaves, those at shorter averaging times are tried first. Half of all octaves at
+    /// least are in use. Otherwise as [`fit`](Self::fit).
     #[must_use]
     pub fn fit_part(&self, variances: &[f64], confidence: f64) -> NoiseFit {
         let parts = (0..=self.fitted / 2)

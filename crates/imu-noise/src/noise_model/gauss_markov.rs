@@ -1,4 +1,5 @@
-//! White noise and one correlated process of the first order, as an alternative to flicker noise and random walk.
+//! White noise and one correlated process of the first order, as an alternative to flicker noise
+//! and random walk.
 
 use super::{
     NoiseModel, Parameter, Status, Term,
@@ -12,11 +13,12 @@ use crate::{Octave, chi_squared};
 /// Correlation times tried, at equal ratios.
 const TRIALS: usize = 24;
 
-/// Shortest correlation time, over the averaging factor of the first octave in use: below, averages say little of the process in them.
+/// Shortest correlation time, over the averaging factor of the first octave in use: below, averages
+/// say little of the process in them.
 const SHORTEST: f64 = 8.0;
 
-/// A process is there when χ² falls by more with it than it does in one of twenty records of white noise alone, the best of all trials
-/// being taken.
+/// A process is there when χ² falls by more with it than it does in one of twenty records of white
+/// noise alone, the best of all trials being taken.
 const PRESENT: f64 = 6.6;
 
 /// White noise and a first-order Gauss-Markov process.
@@ -24,13 +26,14 @@ const PRESENT: f64 = 6.6;
 pub struct GaussMarkovFit {
     /// N, in unit/√Hz.
     pub white: Parameter,
-    /// Standard deviation σ of the process, in the unit of the channel, for the best correlation time; bounded from below alone where
-    /// that time is bounded.
+    /// Standard deviation σ of the process, in the unit of the channel, for the best correlation
+    /// time; bounded from below alone where that time is bounded.
     pub sigma: Parameter,
-    /// Correlation time, where the covariance is σ²/e. The bounds are those of its interval, where they lie within
-    /// the times that the record can tell: from 8 times the shortest averaging time in use to a quarter of the record. Where the best lies
-    /// at an end of these, as a random walk's does, there is no value: it is bounded, from above at the short end (`upper`), from below at
-    /// the long one (`lower`), or not observable.
+    /// Correlation time, where the covariance is σ²/e. The bounds are those of its interval, where
+    /// they lie within the times that the record can tell: from 8 times the shortest averaging time
+    /// in use to a quarter of the record. Where the best lies at an end of these, as a random
+    /// walk's does, there is no value: it is bounded, from above at the short end (`upper`), from
+    /// below at the long one (`lower`), or not observable.
     pub correlation_time_s: Parameter,
     /// Sum of squared independent residuals.
     pub chi2: f64,
@@ -41,11 +44,12 @@ pub struct GaussMarkovFit {
 }
 
 impl NoiseModel {
-    /// Fits white noise and a first-order Gauss-Markov process instead of the terms of the model, at the level
-    /// `confidence`, to all octaves of one channel.
+    /// Fits white noise and a first-order Gauss-Markov process instead of the terms of the model,
+    /// at the level `confidence`, to all octaves of one channel.
     ///
-    /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a second. `None` with
-    /// fewer than five octaves, where no correlation time can be told, for variances that are not positive, and for a level outside 0 < p < 1.
+    /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a
+    /// second. `None` with fewer than five octaves, where no correlation time can be told, for
+    /// variances that are not positive, and for a level outside 0 < p < 1.
     #[must_use]
     pub fn fit_gauss_markov(&self, variances: &[f64], confidence: f64) -> Option<GaussMarkovFit> {
         let z = chi_squared::normal_two_sided(confidence)?;
@@ -116,7 +120,8 @@ impl NoiseModel {
     }
 }
 
-/// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x - x²/2), x =
+/// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x
+/// - x²/2), x =
 /// |t|/T, whose second derivative is that covariance less a constant; the polynomial drops out of differences and
 /// keeps the digits.
 fn phase_covariance(lag: f64, time: f64) -> f64 {

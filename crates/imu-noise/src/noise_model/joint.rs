@@ -10,21 +10,24 @@ use crate::{
 pub(super) struct Component<'a> {
     /// Generalised covariance of the phase, at integer lags.
     pub(super) phase: &'a dyn Fn(f64) -> f64,
-    /// Uncorrelated from one sample of the phase to the next: differences are alike only where their edges meet.
+    /// Uncorrelated from one sample of the phase to the next: differences are alike only where
+    /// their edges meet.
     pub(super) meets_at_edges: bool,
-    /// Time scale in samples beyond which correlations are the same at every averaging factor, for the same ratio.
+    /// Time scale in samples beyond which correlations are the same at every averaging factor, for
+    /// the same ratio.
     pub(super) scale: u64,
 }
 
 /// Where the sampled forms have become those of continuous noise as far as correlations go (0.4 %).
 const CONTINUOUS_LEVEL: u32 = 4;
 
-/// For octaves a and b and components p and q: the mean over all pairs of windows of κ_p κ_q, with κ the correlation
-/// of the two differences.
+/// For octaves a and b and components p and q: the mean over all pairs of windows of κ_p κ_q, with
+/// κ the correlation of the two differences.
 ///
-/// For Gaussian differences z the covariance of two mean squares is twice the mean of squared covariances (Isserlis,
-/// 1918), and covariances of independent components add: cov(V_a, V_b) = 2 Σ_pq √(V_pa V_pb V_qa V_qb) · mean(κ_p
-/// κ_q), where V_pa is what component p contributes to octave a.
+/// For Gaussian differences z the covariance of two mean squares is twice the mean of squared
+/// covariances (Isserlis, 1918), and covariances of independent components add: cov(V_a, V_b) = 2
+/// Σ_pq √(V_pa V_pb V_qa V_qb) · mean(κ_p κ_q), where V_pa is what component p contributes to
+/// octave a.
 #[derive(Clone, Debug)]
 pub(super) struct JointMeans {
     components: usize,
@@ -132,8 +135,8 @@ impl Pairs {
 /// Correlations of the differences of two octaves at selected distances of their starts.
 struct Coherence {
     components: usize,
-    /// In strides of the short octave, ascending: each set of correlations stands for distances from one of these up
-    /// to the next.
+    /// In strides of the short octave, ascending: each set of correlations stands for distances
+    /// from one of these up to the next.
     bounds: Vec<f64>,
     /// By distance and component.
     correlations: Vec<f64>,
@@ -181,9 +184,9 @@ impl Coherence {
     }
 }
 
-/// Distances of starts, in strides of the short octave, whose blocks have `short` and `long` strides: close together
-/// where an edge of a long block passes through a short window (`dense`: every one), wider away from the edges, out
-/// to where flicker noise is forgotten.
+/// Distances of starts, in strides of the short octave, whose blocks have `short` and `long`
+/// strides: close together where an edge of a long block passes through a short window (`dense`:
+/// every one), wider away from the edges, out to where flicker noise is forgotten.
 fn distances(order: i64, short: i64, long: i64, dense: bool) -> Vec<i64> {
     const TAIL: i64 = 4;
     let fine = if dense || long / short <= 2 { 1 } else { (short / 4).max(1) };

@@ -7,8 +7,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factor of the `size` x `size` matrix whose entry at row i and column j <= i is `entry(i, j)`; `None` unless
-    /// the matrix is positive definite.
+    /// Factor of the `size` x `size` matrix whose entry at row i and column j <= i is
+    /// `entry(i, j)`; `None` unless the matrix is positive definite.
     pub(super) fn new(size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let mut factor = vec![0.0; size * size];
         for i in 0..size {
@@ -36,8 +36,8 @@ impl Cholesky {
     }
 }
 
-/// The x >= 0 that minimises |A x - y|², by the active-set method of Lawson and Hanson (Solving Least Squares
-/// Problems, 1974, chapter 23). `columns` are the columns of A.
+/// The x >= 0 that minimises |A x - y|², by the active-set method of Lawson and Hanson (Solving
+/// Least Squares Problems, 1974, chapter 23). `columns` are the columns of A.
 pub(super) fn non_negative(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     // Columns of length one: their amplitudes may differ by many powers of ten.
     let norms: Vec<_> = columns.iter().map(|column| dot(column, column).sqrt()).collect();

@@ -6,12 +6,12 @@ use super::{
 };
 use crate::{Octave, RecordShape, power_law::difference_autocovariance};
 
-/// Components whose squared amplitudes are the parameters of the fit, the statistics they explain, and what is needed
-/// for the covariance of these.
+/// Components whose squared amplitudes are the parameters of the fit, the statistics they explain,
+/// and what is needed for the covariance of these.
 ///
-/// The statistics are the variances of the octaves and, where a ramp is among the parameters, as the last of them,
-/// the square of the slope of the record. Parameters and statistics are in units of the channel and of one sample
-/// interval.
+/// The statistics are the variances of the octaves and, where a ramp is among the parameters, as
+/// the last of them, the square of the slope of the record. Parameters and statistics are in units
+/// of the channel and of one sample interval.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     /// By parameter and statistic: expected value for parameter 1.
@@ -65,8 +65,8 @@ impl Model {
         covariance
     }
 
-    /// Equivalent degrees of freedom of each octave: 2 E²/variance. A ramp moves up and down with the slope of the
-    /// noise, which is taken from `upper_bounds`.
+    /// Equivalent degrees of freedom of each octave: 2 E²/variance. A ramp moves up and down with
+    /// the slope of the noise, which is taken from `upper_bounds`.
     pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
         let mut covariance = self.octave_covariance(parameters);
         if let Some(slope) = &self.slope {
@@ -75,7 +75,8 @@ impl Model {
         (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance[a][a]).collect()
     }
 
-    /// By parameter: variance of the slope of the record for parameter 1; nothing without a ramp in the model.
+    /// By parameter: variance of the slope of the record for parameter 1; nothing without a ramp in
+    /// the model.
     pub(super) fn slope_variances(&self) -> &[f64] {
         self.slope.as_ref().map_or(&[], Slope::variances)
     }

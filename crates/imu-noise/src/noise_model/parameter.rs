@@ -3,8 +3,8 @@
 use super::regression::{Regression, Solution};
 use crate::chi_squared;
 
-/// Zero is excluded when the data lie this many standard deviations above: χ² falls by more than 3.84, which noise
-/// without the term does in 2.5 % of records.
+/// Zero is excluded when the data lie this many standard deviations above: χ² falls by more than
+/// 3.84, which noise without the term does in 2.5 % of records.
 const PRESENT: f64 = 1.96;
 
 /// Bounds are found to this relative error of the squared parameter.
@@ -19,8 +19,8 @@ pub enum Status {
     Bounded,
     /// The record says nothing about it.
     NotObservable,
-    /// The stream does not carry it, however long the record: set by the caller, who knows what the sensor
-    /// compensates.
+    /// The stream does not carry it, however long the record: set by the caller, who knows what the
+    /// sensor compensates.
     NotMeasurable,
     /// No range of averaging times follows the model.
     ModelRejected,
@@ -46,7 +46,8 @@ impl Parameter {
         Self { status, value: None, lower: None, upper: None }
     }
 
-    /// Half the width of the interval over the value; `None` where there is no value other than zero.
+    /// Half the width of the interval over the value; `None` where there is no value other than
+    /// zero.
     #[must_use]
     pub fn relative_half_width(&self) -> Option<f64> {
         let half_width = (self.upper? - self.lower?) / 2.0;
@@ -78,11 +79,11 @@ impl Parameter {
     }
 }
 
-/// The ramp from the slope of the regression line, with a sign, and the standard deviation that noise gives the
-/// slope, known with `dof` degrees of freedom.
+/// The ramp from the slope of the regression line, with a sign, and the standard deviation that
+/// noise gives the slope, known with `dof` degrees of freedom.
 ///
-/// It is there above twice that, which a random walk reaches at K √(1.2/T), or more where the noise is poorly known
-/// (Student, 1908). A noise that is only bounded is taken at its bound.
+/// It is there above twice that, which a random walk reaches at K √(1.2/T), or more where the noise
+/// is poorly known (Student, 1908). A noise that is only bounded is taken at its bound.
 pub(super) fn ramp(slope: f64, deviation: f64, dof: f64, confidence: f64) -> Parameter {
     let quantiles = chi_squared::student_two_sided(confidence, dof).zip(chi_squared::student_two_sided(0.96, dof));
     let Some((t, present)) = quantiles else { return Parameter::without_value(Status::NotObservable) };
@@ -115,8 +116,8 @@ impl Search<'_> {
         Some((solution.score(self.term)?, solution.parameters))
     }
 
-    /// The largest value that lies less than `z` standard deviations above the data. Where the best fit is zero and
-    /// the data lie below even that, distances count from there, in squares.
+    /// The largest value that lies less than `z` standard deviations above the data. Where the best
+    /// fit is zero and the data lie below even that, distances count from there, in squares.
     fn crossing_above(&self, z: f64) -> Option<f64> {
         let mut low = self.best();
         let at_best = if low > 0.0 { 0.0 } else { self.solution.score(self.term)? };
@@ -137,7 +138,8 @@ impl Search<'_> {
         None
     }
 
-    /// The smallest value that lies less than `z` standard deviations below the data, and whether zero is excluded.
+    /// The smallest value that lies less than `z` standard deviations below the data, and whether
+    /// zero is excluded.
     fn lower(&self, z: f64) -> (f64, bool) {
         let best = self.best();
         if best == 0.0 {
@@ -170,8 +172,8 @@ impl Search<'_> {
         (self.root((0.0, finite - z), (best, -z), -z, &parameters), true)
     }
 
-    /// Where score + `offset` falls through zero between two values with known signs, by false position with halving
-    /// of a stale end (Dowell and Jarratt, 1971).
+    /// Where score + `offset` falls through zero between two values with known signs, by false
+    /// position with halving of a stale end (Dowell and Jarratt, 1971).
     fn root(&self, low: (f64, f64), high: (f64, f64), offset: f64, near: &[f64]) -> f64 {
         let ((mut low, mut at_low), (mut high, mut at_high)) = (low, high);
         let mut near = near.to_vec();

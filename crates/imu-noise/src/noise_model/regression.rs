@@ -1,4 +1,5 @@
-//! Generalised least squares on a model whose covariance depends on its parameters, and tests of single parameters.
+//! Generalised least squares on a model whose covariance depends on its parameters, and tests of
+//! single parameters.
 
 use core::ops::Range;
 
@@ -7,7 +8,8 @@ use super::{
     model::Model,
 };
 
-/// Rounds of the iteration at most. Weights follow the fitted model: weights from the data favour what is too low.
+/// Rounds of the iteration at most. Weights follow the fitted model: weights from the data favour
+/// what is too low.
 const ROUNDS: usize = 12;
 
 /// The model with parameters that are not negative, fitted to measured statistics.
@@ -29,8 +31,8 @@ pub(super) struct Solution {
 }
 
 impl<'a> Regression<'a> {
-    /// `values` are those of the statistics of `model`; `octaves` have a part in the fit, and the slope if there is
-    /// one.
+    /// `values` are those of the statistics of `model`; `octaves` have a part in the fit, and the
+    /// slope if there is one.
     pub(super) fn new(model: &'a Model, values: &'a [f64], octaves: Range<usize>) -> Self {
         Self { model, values, used: octaves.chain(model.octaves()..model.statistics()).collect() }
     }
@@ -108,8 +110,9 @@ impl<'a> Regression<'a> {
 
     /// Residuals at `parameters`.
     ///
-    /// A variance estimate V with ν degrees of freedom is skewed, but (V/E)^(1/3) is nearly normal with mean 1 -
-    /// 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at few degrees of freedom as well.
+    /// A variance estimate V with ν degrees of freedom is skewed, but (V/E)^(1/3) is nearly normal
+    /// with mean 1 - 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at
+    /// few degrees of freedom as well.
     fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
         let covariance = self.model.covariance(&parameters);
         let expected: Vec<f64> = self.used.iter().map(|&i| self.model.expected(&parameters, i)).collect();
@@ -139,9 +142,9 @@ impl<'a> Regression<'a> {
 }
 
 impl Solution {
-    /// How many standard deviations the data lie above the held parameter `term`: the score of it, with the other
-    /// positive parameters fitted, over its standard deviation at these very parameters (Rao, 1948). `None` where the
-    /// data say nothing about it.
+    /// How many standard deviations the data lie above the held parameter `term`: the score of it,
+    /// with the other positive parameters fitted, over its standard deviation at these very
+    /// parameters (Rao, 1948). `None` where the data say nothing about it.
     pub(super) fn score(&self, term: usize) -> Option<f64> {
         let direction = self.own_direction(term)?;
         Some(dot(&direction, &self.residuals) / dot(&direction, &direction).sqrt())
@@ -153,7 +156,8 @@ impl Solution {
         Some(1.0 / dot(&direction, &direction).sqrt())
     }
 
-    /// The derivative by `term`, less what the derivatives by the other positive parameters explain.
+    /// The derivative by `term`, less what the derivatives by the other positive parameters
+    /// explain.
     fn own_direction(&self, term: usize) -> Option<Vec<f64>> {
         let full = &self.derivatives[term];
         let mut others: Vec<Vec<f64>> = Vec::new();

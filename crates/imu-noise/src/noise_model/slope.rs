@@ -1,5 +1,5 @@
-//! The slope of the regression line over a record as one more statistic: what noise makes of it, and how it varies
-//! together with the octaves.
+//! The slope of the regression line over a record as one more statistic: what noise makes of it,
+//! and how it varies together with the octaves.
 
 use core::f64::consts::PI;
 
@@ -11,9 +11,9 @@ const PLACES: usize = 16;
 
 /// Covariances of the slope d, of the mean difference of each octave, and of single differences.
 ///
-/// For continuous noise, with the phase x (the integral of the rate) and its integral s, d = 12/n³ (n (x_0 + x_n)/2 -
-/// s_n + s_0) and the mean difference of an octave is a sum of values of s. All follow from the generalised
-/// covariance of s.
+/// For continuous noise, with the phase x (the integral of the rate) and its integral s, d = 12/n³
+/// (n (x_0 + x_n)/2 - s_n + s_0) and the mean difference of an octave is a sum of values of s. All
+/// follow from the generalised covariance of s.
 #[derive(Clone, Debug)]
 pub(super) struct Slope {
     /// By parameter: variance of the slope for parameter 1.
@@ -67,8 +67,8 @@ impl Slope {
         &self.ramp_basis
     }
 
-    /// Fills the last row, that of the squared slope, and adds what the ramp, the last of the `parameters`, does: its
-    /// products with the noise of `noise`.
+    /// Fills the last row, that of the squared slope, and adds what the ramp, the last of the
+    /// `parameters`, does: its products with the noise of `noise`.
     pub(super) fn add_covariance(&self, parameters: &[f64], noise: &[f64], covariance: &mut [Vec<f64>]) {
         let sum =
             |per_term: &[f64]| per_term.iter().zip(noise).map(|(value, parameter)| value * parameter).sum::<f64>();
@@ -91,8 +91,9 @@ impl Slope {
     }
 }
 
-/// Variance of the slope of the regression line over n samples, for amplitude 1 and in the limit of many samples: the
-/// double integral of the weights 12 (t - n/2)/n³ over the covariance of the rate (flicker: -ln|lag|/π).
+/// Variance of the slope of the regression line over n samples, for amplitude 1 and in the limit of
+/// many samples: the double integral of the weights 12 (t - n/2)/n³ over the covariance of the rate
+/// (flicker: -ln|lag|/π).
 pub(super) fn slope_variance(term: Term, n: f64) -> f64 {
     match term {
         Term::Quantization => 72.0 / n.powi(4),

@@ -4,8 +4,8 @@ use crate::{Deviation, PowerLaw, RecordShape};
 
 /// A component of the noise of a rate, with its letter in IEEE Std 952 and its Allan variance.
 ///
-/// Amplitudes follow the two-sided spectrum: N is what Kalibr calls noise density, and a one-sided amplitude density
-/// is √2 N.
+/// Amplitudes follow the two-sided spectrum: N is what Kalibr calls noise density, and a one-sided
+/// amplitude density is √2 N.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Term {
     /// Q, unit · s: 3 Q²/τ². Rounding of an angle; rounding of a rate is white.
@@ -25,11 +25,13 @@ impl Term {
     pub const ALL: [Self; 5] =
         [Self::Quantization, Self::White, Self::BiasInstability, Self::RateRandomWalk, Self::RateRamp];
 
-    /// The Allan or Hadamard variance that this component alone, at `amplitude` in its own unit, has at averaging factor `m` >= 1 of a
-    /// record of this shape, in the unit of the channel squared.
+    /// The Allan or Hadamard variance that this component alone, at `amplitude` in its own unit,
+    /// has at averaging factor `m` >= 1 of a record of this shape, in the unit of the channel
+    /// squared.
     ///
-    /// Exact at every m, as [`PowerLaw::variance`]; the formulas beside the terms are what it nears for long averaging times. A ramp has no
-    /// Hadamard variance. What averaging on board does to white noise at short averaging times is not in it.
+    /// Exact at every m, as [`PowerLaw::variance`]; the formulas beside the terms are what it nears
+    /// for long averaging times. A ramp has no Hadamard variance. What averaging on board does to
+    /// white noise at short averaging times is not in it.
     ///
     /// ```
     /// use imu_noise::{Deviation, Estimator, RecordShape, Term};

@@ -1,16 +1,17 @@
 //! Windows at a stride, in bounded memory: a cascade of block sums, one level per octave.
 //!
-//! Level k holds sums of m = 2^k samples that end at absolute multiples of its stride s = max(1, m/R). Two sums m samples
-//! apart are `lag` = min(m, R) places apart; their difference is the Allan term of the level, their sum is a block sum
-//! of the next. Where the stride doubles, every second sum goes on, so all levels together cost log2 R + 2 updates
-//! per sample.
+//! Level k holds sums of m = 2^k samples that end at absolute multiples of its stride s = max(1,
+//! m/R). Two sums m samples apart are `lag` = min(m, R) places apart; their difference is the Allan
+//! term of the level, their sum is a block sum of the next. Where the stride doubles, every second
+//! sum goes on, so all levels together cost log2 R + 2 updates per sample.
 
 use super::{Deviation, squares::SquareSum};
 
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
 
-/// Samples taken at once: long enough for vector instructions, short enough for the first-level cache.
+/// Samples taken at once: long enough for vector instructions, short enough for the first-level
+/// cache.
 const BLOCK: usize = 256;
 /// Most windows per averaging time.
 const MAX_LAG: usize = 16;
@@ -23,7 +24,8 @@ pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
     keeps_terms: bool,
-    /// Absolute index behind the last sample; only its divisibility by powers of two matters, so it may wrap.
+    /// Absolute index behind the last sample; only its divisibility by powers of two matters, so it
+    /// may wrap.
     end: u64,
     levels: Vec<Level>,
 }
@@ -39,7 +41,8 @@ struct Level {
     terms: i128,
 }
 
-/// The last `len` values of the present run, at the end of `values`. `len` is at most the lag of the level.
+/// The last `len` values of the present run, at the end of `values`. `len` is at most the lag of
+/// the level.
 #[derive(Clone, Debug)]
 struct Memory {
     values: [i64; MAX_LAG],
@@ -77,7 +80,8 @@ impl Cascade {
         self.levels.get(k).map(|level| level.squares)
     }
 
-    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and only where they are kept.
+    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and
+    /// only where they are kept.
     pub(super) fn terms(&self, k: usize) -> Option<i128> {
         self.levels.get(k).filter(|_| self.keeps_terms).map(|level| level.terms)
     }
@@ -141,8 +145,8 @@ impl Level {
 impl Memory {
     const EMPTY: Self = Self { values: [0; MAX_LAG], len: 0 };
 
-    /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and newer, as slices of
-    /// equal length. Remembers the last `lag`.
+    /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and
+    /// newer, as slices of equal length. Remembers the last `lag`.
     #[inline]
     fn pairs<'a>(&mut self, scratch: &'a mut Scratch, new: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
         // Always all places: a copy of constant length is a few moves.

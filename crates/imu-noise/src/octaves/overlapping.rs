@@ -1,9 +1,10 @@
-//! Every overlapping window, in memory that grows with the record: 8 bytes per sample of the longest gap-free run.
+//! Every overlapping window, in memory that grows with the record: 8 bytes per sample of the
+//! longest gap-free run.
 
 use super::{Deviation, cascade::MAX_LEVEL, squares::SquareSum};
 
-/// Samples taken at once. Every octave visits the block at two more places of the record, so it must be long enough
-/// for the memory to stream.
+/// Samples taken at once. Every octave visits the block at two more places of the record, so it
+/// must be long enough for the memory to stream.
 const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
@@ -45,7 +46,8 @@ impl Overlapping {
         self.squares.get(k).copied()
     }
 
-    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and only where they are kept.
+    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and
+    /// only where they are kept.
     pub(super) fn terms(&self, k: usize) -> Option<i128> {
         self.terms.as_ref()?.get(k).copied()
     }

@@ -1,4 +1,5 @@
-//! Exact sums of squares of integers: floating-point lanes where they are provably exact, 128 bits where not.
+//! Exact sums of squares of integers: floating-point lanes where they are provably exact, 128 bits
+//! where not.
 
 use crate::lanes;
 
@@ -31,8 +32,8 @@ impl SquareSum {
 
 /// The sum where it is below 2^53, else `None`.
 ///
-/// What it returns is exact: see [`lanes::EXACT_BELOW`], and [`to_f64`] turns integers beyond 2^51 into numbers at least
-/// that large, or into NaN, which ends in `None` as well.
+/// What it returns is exact: see [`lanes::EXACT_BELOW`], and [`to_f64`] turns integers beyond 2^51
+/// into numbers at least that large, or into NaN, which ends in `None` as well.
 #[inline]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
     let sum = lanes::sum(points, |points| {
@@ -42,8 +43,8 @@ fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -
     (sum < lanes::EXACT_BELOW).then_some(sum as u64)
 }
 
-/// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has no vector
-/// instruction for this conversion, but it can add.
+/// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has
+/// no vector instruction for this conversion, but it can add.
 #[inline]
 fn to_f64(z: i64) -> f64 {
     f64::from_bits(SHIFTER_BITS.wrapping_add(z as u64)) - SHIFTER

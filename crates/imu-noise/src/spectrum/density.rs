@@ -12,11 +12,12 @@ pub struct Density {
     pub segment_samples: usize,
     /// Segments transformed.
     pub segments: u64,
-    /// Independent segments that average as well. Each point has about twice as many degrees of freedom (the last point, at half the
-    /// sampling rate, as many).
+    /// Independent segments that average as well. Each point has about twice as many degrees of
+    /// freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
-    /// From the first frequency above zero, 1/(segment_samples·interval), to half the sampling rate. Windowing
-    /// spreads a line over four points; the first point is low, since each segment lost its mean.
+    /// From the first frequency above zero, 1/(segment_samples·interval), to half the sampling
+    /// rate. Windowing spreads a line over four points; the first point is low, since each segment
+    /// lost its mean.
     pub points: Vec<DensityPoint>,
 }
 
@@ -40,8 +41,8 @@ pub(super) struct Powers {
 }
 
 impl Spectrum {
-    /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None` before the first
-    /// segment is full, and where `interval_s` is not positive.
+    /// The density of a channel sampled every `interval_s` seconds with `decimals` digits. `None`
+    /// before the first segment is full, and where `interval_s` is not positive.
     #[must_use]
     pub fn density(&self, sides: Sides, interval_s: f64, decimals: u8) -> Option<Density> {
         let Powers { segment_samples, segments, averages, powers } = self.powers()?;
@@ -59,8 +60,9 @@ impl Spectrum {
         Some(Density { sides, segment_samples, segments, averages, points: points.collect() })
     }
 
-    /// Autocovariances within segments, by the theorem of Wiener and Khinchin, in counts², from lag 0 to a quarter of a
-    /// segment: so far the window takes at most 35 % of them. `None` before four segments are full.
+    /// Autocovariances within segments, by the theorem of Wiener and Khinchin, in counts², from lag
+    /// 0 to a quarter of a segment: so far the window takes at most 35 % of them. `None` before
+    /// four segments are full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
         let Powers { segment_samples, powers, .. } = self.powers().filter(|powers| powers.segments >= 4)?;
         let step = std::f64::consts::TAU / segment_samples as f64;

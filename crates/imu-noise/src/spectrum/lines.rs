@@ -6,7 +6,8 @@ use crate::{counts_to_unit, significance};
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;
 
-/// Lowest point looked at: below, the noise around a point cannot be told from it, and drift leaks in.
+/// Lowest point looked at: below, the noise around a point cannot be told from it, and drift leaks
+/// in.
 const LOWEST: usize = 4;
 
 /// Points on either side that a line reaches under the Hann window.
@@ -18,19 +19,22 @@ const FALSE_ALARM: f64 = 1e-4;
 /// A vibration line of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Frequency in the record in Hz, between 0 and half the sampling rate, interpolated between the points.
+    /// Frequency in the record in Hz, between 0 and half the sampling rate, interpolated between
+    /// the points.
     pub frequency_hz: f64,
     /// Amplitude of the sine in the unit of the channel (half of peak to peak).
     pub amplitude: f64,
-    /// Share of the line in the variance within segments, from 0 to 1. Slower changes than a segment are no part of it.
+    /// Share of the line in the variance within segments, from 0 to 1. Slower changes than a
+    /// segment are no part of it.
     pub share_of_variance: f64,
     /// Power of the highest point over the power of the noise around it.
     pub peak_to_floor: f64,
 }
 
 impl Line {
-    /// The frequencies in Hz up to `max_hz` that a sensor sampled every `interval_s` seconds without filter shows at this
-    /// place, in rising order: f, 1/interval - f, 1/interval + f, 2/interval - f, ... Which of them it is, the samples cannot tell.
+    /// The frequencies in Hz up to `max_hz` that a sensor sampled every `interval_s` seconds
+    /// without filter shows at this place, in rising order: f, 1/interval - f, 1/interval + f,
+    /// 2/interval - f, ... Which of them it is, the samples cannot tell.
     pub fn aliases_hz(&self, interval_s: f64, max_hz: f64) -> impl Iterator<Item = f64> {
         let (line_hz, rate_hz) = (self.frequency_hz, 1.0 / interval_s);
         let pairs = (0..).flat_map(move |n| {
@@ -40,9 +44,10 @@ impl Line {
         pairs.skip(1).take_while(move |&alias_hz| alias_hz <= max_hz)
     }
 
-    /// What the line adds to the Allan variance at averaging factor `m`, in the unit of the channel squared, on average over all phases
-    /// between blocks: 3/8 (a/(m sin πf t))², for a sine that is not steady enough to be followed over many blocks. To the Hadamard
-    /// variance it adds a ninth more.
+    /// What the line adds to the Allan variance at averaging factor `m`, in the unit of the channel
+    /// squared, on average over all phases between blocks: 3/8 (a/(m sin πf t))², for a sine that
+    /// is not steady enough to be followed over many blocks. To the Hadamard variance it adds a
+    /// ninth more.
     #[must_use]
     pub fn allan_variance(&self, m: u64, interval_s: f64) -> f64 {
         let blocks = m as f64 * (std::f64::consts::PI * self.frequency_hz * interval_s).sin();
@@ -51,11 +56,12 @@ impl Line {
 }
 
 impl Spectrum {
-    /// The lines of a channel sampled every `interval_s` seconds with `decimals` digits, in rising frequency.
+    /// The lines of a channel sampled every `interval_s` seconds with `decimals` digits, in rising
+    /// frequency.
     ///
-    /// A line is a peak above the noise around it (a running median) that a clean record of twelve channels shows with
-    /// a probability below 1e-4, if its noise is Gaussian and its spectrum smooth. Empty before four segments are full,
-    /// and where `interval_s` is not positive.
+    /// A line is a peak above the noise around it (a running median) that a clean record of twelve
+    /// channels shows with a probability below 1e-4, if its noise is Gaussian and its spectrum
+    /// smooth. Empty before four segments are full, and where `interval_s` is not positive.
     #[must_use]
     pub fn lines(&self, interval_s: f64, decimals: u8) -> Vec<Line> {
         let Some(spectrum) = self.powers().filter(|spectrum| spectrum.segments >= 4) else { return Vec::new() };
@@ -102,7 +108,8 @@ impl Powers {
         self.powers[if k > last { 2 * last - k } else { k }]
     }
 
-    /// Median of the points around k and their number. As many on either side, so that a slope cancels.
+    /// Median of the points around k and their number. As many on either side, so that a slope
+    /// cancels.
     fn floor(&self, k: usize) -> (f64, usize) {
         let side = SIDE.min(k - 1);
         let mut around: Vec<_> = (k - side..=k + side).map(|k| self.power(k)).collect();

@@ -97,8 +97,8 @@ impl<const N: usize> PowerSums<N> {
         self.segments
     }
 
-    /// Segments of equal weight without overlap that average as well: the squares of a Gaussian process in half
-    /// overlapping Hann segments correlate by 1/36 (Welch 1967).
+    /// Segments of equal weight without overlap that average as well: the squares of a Gaussian
+    /// process in half overlapping Hann segments correlate by 1/36 (Welch 1967).
     pub(super) fn averages(&self) -> f64 {
         let equal_weights = self.weight * self.weight / self.weight_squares;
         if self.segments < 2 { equal_weights } else { (equal_weights / (1.0 + 2.0 / 36.0)).max(1.0) }

@@ -6,23 +6,27 @@ use crate::{Block, counts_to_unit};
 /// Fewest blocks that tell a change from noise.
 const MIN_BLOCKS: usize = 16;
 
-/// Evidence for a warm-up, and for a step at any place. Of 40 000 simulated channels of white, flicker and random-walk noise three
-/// at most exceed either in any proportion of the three, most often none.
+/// Evidence for a warm-up, and for a step at any place. Of 40 000 simulated channels of white,
+/// flicker and random-walk noise three at most exceed either in any proportion of the three, most
+/// often none.
 const WARM_UP_EVIDENCE: f64 = 24.0;
 const STEP_EVIDENCE: f64 = 28.0;
 
-/// Blocks at either end of the record in which a step is not sought: a few blocks do not make a level.
+/// Blocks at either end of the record in which a step is not sought: a few blocks do not make a
+/// level.
 const STEP_MARGIN: usize = 4;
 
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
 ///
-/// Of simulated warm-ups that move N, B or K out of its interval at most 9 records in 100 go unseen beside white noise or a random walk, but
-/// up to 25 beside flicker noise: a slow settling there is what flicker noise and a small walk look like together (the benchmark `warm_up`).
+/// Of simulated warm-ups that move N, B or K out of its interval at most 9 records in 100 go unseen
+/// beside white noise or a random walk, but up to 25 beside flicker noise: a slow settling there is
+/// what flicker noise and a small walk look like together (the benchmark `warm_up`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelChange {
     /// What it looks like.
     pub shape: LevelShape,
-    /// Square root of twice the logarithm of the likelihood ratio: the sigmas of a known shape in known noise.
+    /// Square root of twice the logarithm of the likelihood ratio: the sigmas of a known shape in
+    /// known noise.
     pub sigmas: f64,
 }
 
@@ -33,11 +37,12 @@ pub enum LevelShape {
     WarmUp {
         /// Level at the start minus the final level, in the unit of the channel.
         amplitude: f64,
-        /// Time constant of the relaxation in seconds: the likeliest of the powers of two of block lengths that are within the
-        /// record. A drift that does not settle within it shows the longest, and no skip.
+        /// Time constant of the relaxation in seconds: the likeliest of the powers of two of block
+        /// lengths that are within the record. A drift that does not settle within it shows the
+        /// longest, and no skip.
         time_constant_s: f64,
-        /// Seconds to leave out at the start, after which the rest is below half the white noise of a block mean.
-        /// `None` when that is more than half of the record.
+        /// Seconds to leave out at the start, after which the rest is below half the white noise of
+        /// a block mean. `None` when that is more than half of the record.
         skip_s: Option<f64>,
     },
     /// The level is another from some time on.

@@ -11,8 +11,8 @@ pub(super) struct Mean {
     pub(super) relative_variance: f64,
 }
 
-/// Variances of the random-walk step from block to block, over that of the white noise of a block mean: from white noise
-/// to a random walk. Flicker is followed by those between.
+/// Variances of the random-walk step from block to block, over that of the white noise of a block
+/// mean: from white noise to a random walk. Flicker is followed by those between.
 const STEP_VARIANCES: [f64; 12] = [0.0, 1e-4, 4e-4, 1.6e-3, 6.4e-3, 0.026, 0.1, 0.4, 1.6, 6.4, 26.0, 400.0];
 
 /// A shape and the evidence for it.
@@ -21,8 +21,8 @@ pub(super) struct Fit {
     pub(super) shape: Shape,
     /// Least-squares multiple of the shape, under the noise that makes the series likeliest.
     pub(super) amplitude: f64,
-    /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with the noise that suits it
-    /// best.
+    /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with
+    /// the noise that suits it best.
     pub(super) evidence: f64,
     /// Standard deviation of the white noise of the mean of a full block beside the shape.
     pub(super) white_std: f64,
@@ -37,11 +37,12 @@ pub(super) enum Shape {
     Step(usize),
 }
 
-/// The evidence for a relaxation of each of the time constants, in blocks, and for a step at every mean but the first.
+/// The evidence for a relaxation of each of the time constants, in blocks, and for a step at every
+/// mean but the first.
 ///
-/// The noise is the local level model, white noise around a random walk, by its prediction errors: Harvey (1989),
-/// "Forecasting, Structural Time Series Models and the Kalman Filter", 3.4 and 7.3. Empty for fewer than three means,
-/// or when nothing but a shape is in the series.
+/// The noise is the local level model, white noise around a random walk, by its prediction errors:
+/// Harvey (1989), "Forecasting, Structural Time Series Models and the Kalman Filter", 3.4 and 7.3.
+/// Empty for fewer than three means, or when nothing but a shape is in the series.
 pub(super) fn fits(means: &[Mean], time_constants: &[f64]) -> Vec<Fit> {
     let relaxations = time_constants.iter().map(|&time_constant| {
         let values: Vec<_> = means.iter().map(|mean| (-(mean.block as f64) / time_constant).exp()).collect();
@@ -117,8 +118,9 @@ impl PredictionErrors {
         })
     }
 
-    /// For a step at each mean but the first, from the last to the second: the products of its errors with `series` and
-    /// with themselves. The error of a step shrinks by 1 - gain from mean to mean, so each sum follows from the next.
+    /// For a step at each mean but the first, from the last to the second: the products of its
+    /// errors with `series` and with themselves. The error of a step shrinks by 1 - gain from mean
+    /// to mean, so each sum follows from the next.
     fn steps_on(&self, series: &[f64]) -> impl Iterator<Item = (Shape, f64, f64)> {
         let backward = self.gains.iter().zip(series).enumerate().rev();
         backward.scan((0.0, 0.0), |(cross, own), (before, ((gain, scale), error))| {
@@ -129,7 +131,8 @@ impl PredictionErrors {
         })
     }
 
-    /// Logarithm of the likelihood up to a constant, with the most likely scale. `None` for a sum of squares of zero.
+    /// Logarithm of the likelihood up to a constant, with the most likely scale. `None` for a sum
+    /// of squares of zero.
     fn likelihood(&self, squares: f64) -> Option<f64> {
         let n = self.gains.len() as f64;
         (n >= 2.0 && squares > 0.0).then(|| -0.5 * (n * squares.ln() + self.log_variances))
@@ -140,7 +143,8 @@ impl PredictionErrors {
 mod tests {
     use super::*;
 
-    /// Logarithm of the likelihood of the differences of the series, by their covariance matrix, with the best scale.
+    /// Logarithm of the likelihood of the differences of the series, by their covariance matrix,
+    /// with the best scale.
     fn dense(means: &[Mean], series: &[f64], step_variance: f64) -> f64 {
         let n = means.len() - 1;
         let covariance = |i: usize, j: usize| {

@@ -6,9 +6,11 @@ const FRACTION_BITS: u32 = 3;
 /// Stretches kept.
 const KEPT: usize = 8;
 
-/// Frequencies of positive numbers in bins of an eighth of an octave, and the stretches where they peaked.
+/// Frequencies of positive numbers in bins of an eighth of an octave, and the stretches where they
+/// peaked.
 ///
-/// At most 2.4 KiB for numbers below 2^75; those of a record usually span fewer than 16 octaves: half a KiB.
+/// At most 2.4 KiB for numbers below 2^75; those of a record usually span fewer than 16 octaves:
+/// half a KiB.
 #[derive(Clone, Debug)]
 pub(super) struct Magnitudes {
     /// Bin number of the first place.
@@ -18,7 +20,8 @@ pub(super) struct Magnitudes {
     current: Option<Stretch>,
     /// Rising peaks.
     highest: Vec<Stretch>,
-    /// Half of the lowest peak kept once there are as many as are kept: no smaller number is part of a higher one.
+    /// Half of the lowest peak kept once there are as many as are kept: no smaller number is part
+    /// of a higher one.
     least: f64,
 }
 
@@ -72,7 +75,8 @@ impl Magnitudes {
         self.total
     }
 
-    /// The number that the share `p` of all numbers does not exceed, interpolated within its bin; `None` without numbers.
+    /// The number that the share `p` of all numbers does not exceed, interpolated within its bin;
+    /// `None` without numbers.
     pub(super) fn quantile(&self, p: f64) -> Option<f64> {
         let mut missing = p * f64::from(self.total);
         for (bin, &frequency) in (self.first..).zip(&self.frequencies) {

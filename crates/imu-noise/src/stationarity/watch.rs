@@ -9,7 +9,8 @@ use crate::{
 /// Probability that a clean record of twelve channels shows a disturbance of one of the two kinds.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// Factor on the threshold, for the uncertainty of the usual size and for tails somewhat heavier than Gaussian.
+/// Factor on the threshold, for the uncertainty of the usual size and for tails somewhat heavier
+/// than Gaussian.
 const MARGIN: f64 = 1.15;
 
 /// Fewest windows that tell what is usual.
@@ -37,8 +38,8 @@ pub struct Disturbance {
     pub sigmas: f64,
 }
 
-/// Change of mean from window to window and spread within windows of 32 samples, both of which stay the same for white,
-/// flicker and random-walk noise.
+/// Change of mean from window to window and spread within windows of 32 samples, both of which stay
+/// the same for white, flicker and random-walk noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
     /// |ΔΣc| of adjacent windows.
@@ -70,7 +71,8 @@ impl Watch {
         self.last = None;
     }
 
-    /// The disturbances among the eight largest changes of mean and the eight largest spreads, in time order.
+    /// The disturbances among the eight largest changes of mean and the eight largest spreads, in
+    /// time order.
     pub(crate) fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
         let mut found: Vec<_> = self.changed_means().chain(self.changed_spreads()).collect();
         found.sort_by_key(|(stretch, _)| stretch.first_window);
@@ -120,8 +122,8 @@ impl Watch {
     }
 }
 
-/// Sigmas that the largest of `windows` windows of twelve channels exceeds with probability `false_alarm`. `None` for
-/// too few windows.
+/// Sigmas that the largest of `windows` windows of twelve channels exceeds with probability
+/// `false_alarm`. `None` for too few windows.
 fn threshold(windows: u32, false_alarm: f64) -> Option<f64> {
     let tests = f64::from(windows) * significance::CHANNELS;
     (windows >= MIN_WINDOWS).then(|| MARGIN * significance::normal_deviate(false_alarm / tests))

@@ -15,7 +15,8 @@ pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 /// Statistics of the times between consecutive lines, in microseconds as the host stamped them.
 #[derive(Clone, Debug)]
 pub(super) struct Intervals {
-    /// Three digits; always there, as the bounds are valid. Counts of 32 bits halve the memory, and 248 days at 200 Hz fit into one.
+    /// Three digits; always there, as the bounds are valid. Counts of 32 bits halve the memory, and
+    /// 248 days at 200 Hz fit into one.
     histogram: Option<Histogram<u32>>,
     least_us: u64,
     most_us: u64,
@@ -29,7 +30,8 @@ impl Intervals {
         Self { histogram, least_us: u64::MAX, most_us: 0, unplaced_us: VecDeque::new() }
     }
 
-    /// Takes the time between the next line and the one before, if their clock is the same. It counts once the line has its place.
+    /// Takes the time between the next line and the one before, if their clock is the same. It
+    /// counts once the line has its place.
     pub(super) fn hold(&mut self, interval_us: Option<u64>) {
         self.unplaced_us.push_back(interval_us);
     }

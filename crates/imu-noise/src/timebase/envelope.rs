@@ -23,7 +23,8 @@ struct Arrival {
 /// Above every line.
 const NO_ARRIVAL: Arrival = Arrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
-/// The earliest arrival, against the nominal rate, of each of at most 64 equally long blocks of the record.
+/// The earliest arrival, against the nominal rate, of each of at most 64 equally long blocks of the
+/// record.
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     nominal_period_s: f64,
@@ -65,12 +66,14 @@ impl Envelope {
         closed
     }
 
-    /// Period of the line under the arrivals: median slope over all pairs of points (Theil 1950, Sen 1968).
+    /// Period of the line under the arrivals: median slope over all pairs of points (Theil 1950,
+    /// Sen 1968).
     pub(super) const fn fitted_period_s(&self) -> Option<f64> {
         self.fitted_period_s
     }
 
-    /// The fitted period, or the nominal one while there is no fit within the tolerance of a measured rate.
+    /// The fitted period, or the nominal one while there is no fit within the tolerance of a
+    /// measured rate.
     pub(super) fn credible_period_s(&self) -> f64 {
         let credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < STRETCH_TOLERANCE;
         let fitted_s = self.fitted_period_s.filter(credible);

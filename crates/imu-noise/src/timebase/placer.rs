@@ -9,26 +9,27 @@ use super::reads::Reads;
 use super::start::Placing;
 use super::suspicion::{Outcome, Suspicion};
 
-/// A lag of fewer periods is no loss. Above the 0.76 by which a host was seen to shift its phase, below the 0.88 that
-/// were left of a period at the end of a real pause; within that only streams that lose every fourth line depend on it.
+/// A lag of fewer periods is no loss. Above the 0.76 by which a host was seen to shift its phase,
+/// below the 0.88 that were left of a period at the end of a real pause; within that only streams
+/// that lose every fourth line depend on it.
 const DOUBT_PERIODS: f64 = 0.82;
 
 /// The same where the phase of the reads may jump by a period, see [`Reads`].
 const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
 
-/// The least lag must have stood for so many reads, besides the time in which these show the earliest arrival: of the
-/// lines of one read only the last is about as early as it can be.
+/// The least lag must have stood for so many reads, besides the time in which these show the
+/// earliest arrival: of the lines of one read only the last is about as early as it can be.
 const DOUBT_READS: usize = 12;
 
-/// A least lag that falls by more periods than this in each line does not stand: the reader catches up, or its reads
-/// drift past the lines. No clock is that far off.
+/// A least lag that falls by more periods than this in each line does not stand: the reader catches
+/// up, or its reads drift past the lines. No clock is that far off.
 const FALLING_PERIODS: f64 = 0.004;
 
 /// Most lines held in doubt, 5 min at 200 Hz: a longer stall is taken for a loss.
 const MAX_HELD: usize = 65_536;
 
-/// Part by which the greatest lag of lines that have their place fades with each line: it is remembered for some
-/// thousand of them.
+/// Part by which the greatest lag of lines that have their place fades with each line: it is
+/// remembered for some thousand of them.
 const LATE_KEPT: f64 = 0.999;
 
 /// Lines come steadily when no line of late was later by so many periods without a loss.
@@ -37,14 +38,16 @@ const STEADY_PERIODS: f64 = 0.3;
 /// Lines after which the due time follows the least lag among them.
 const BLOCK_LINES: u64 = 16;
 
-/// Periods by which lines come too early that show that all lines before were late. A jump of the phase is one.
+/// Periods by which lines come too early that show that all lines before were late. A jump of the
+/// phase is one.
 const EARLY_PERIODS: f64 = 4.0;
 
-/// Periods by which a line comes too early that make a higher rate suspected: half of what each line of the next one of
-/// the sensor's rates does.
+/// Periods by which a line comes too early that make a higher rate suspected: half of what each
+/// line of the next one of the sensor's rates does.
 const SUSPECT_PERIODS: f64 = 0.1;
 
-/// How near a lower rate must be to one of the sensor's: a reader that loses lines evenly can come within 5 %.
+/// How near a lower rate must be to one of the sensor's: a reader that loses lines evenly can come
+/// within 5 %.
 const CHANGE_TOLERANCE: f64 = 0.01;
 
 /// Evenly spaced lines that make a lower rate.
@@ -79,7 +82,8 @@ struct Doubt {
     first_due_s: f64,
     least_lag_s: f64,
     most_lag_s: f64,
-    /// Since which stamp, and which place among the held lines, the least lag has not fallen, and reads since then.
+    /// Since which stamp, and which place among the held lines, the least lag has not fallen, and
+    /// reads since then.
     stands_since_s: f64,
     stands_since: usize,
     reads: usize,
@@ -102,8 +106,8 @@ pub(super) struct Placer {
     block_least_s: f64,
     /// Lines were lost in it.
     lost_in_block: bool,
-    /// How early lines may come after a loss without being taken for the new earliest: they show that the loss was
-    /// counted one too large, and the next one is counted less.
+    /// How early lines may come after a loss without being taken for the new earliest: they show
+    /// that the loss was counted one too large, and the next one is counted less.
     overcount_s: f64,
     /// Place in the stream of the next line, lost lines included.
     index: u64,
@@ -143,7 +147,8 @@ impl Placer {
         }
     }
 
-    /// Adds a line's stamp, not before the one before. Then [`judge`](Self::judge) until there is no verdict.
+    /// Adds a line's stamp, not before the one before. Then [`judge`](Self::judge) until there is
+    /// no verdict.
     pub(super) fn push(&mut self, at_s: f64) {
         self.reads.push(at_s);
         self.held.push_back(at_s);
@@ -192,7 +197,8 @@ impl Placer {
         Some(Placed::Lines(self.take_held().len() as u64))
     }
 
-    /// The clock goes back here: places the lines that wait, without a loss, and tells when the next one is due.
+    /// The clock goes back here: places the lines that wait, without a loss, and tells when the
+    /// next one is due.
     pub(super) fn resume(&mut self) -> (Vec<Placed>, f64) {
         let mut decisions = self.clear_suspicion();
         let lines = self.take_held().len() as u64;
@@ -215,7 +221,8 @@ impl Placer {
         self.suspicion.take().map_or_else(Vec::new, |suspicion| suspicion.into_decisions())
     }
 
-    /// The decisions on the lines before the rate changed to `to_hz`, a higher one, and the stamps of those after.
+    /// The decisions on the lines before the rate changed to `to_hz`, a higher one, and the stamps
+    /// of those after.
     pub(super) fn split(&mut self, to_hz: f64) -> (Vec<Placed>, Vec<f64>) {
         let (before, mut after_s) =
             self.suspicion.take().map_or_else(Default::default, |suspicion| suspicion.split(to_hz));
@@ -285,7 +292,8 @@ impl Placer {
         Placed::Lines(lines as u64)
     }
 
-    /// The line to be settled, with those in doubt before it, is the earliest by `early_s`; it was due a period ago.
+    /// The line to be settled, with those in doubt before it, is the earliest by `early_s`; it was
+    /// due a period ago.
     #[cold]
     fn suspect(&mut self, at_s: f64, early_s: f64, lines: usize) {
         let suspicious = early_s > SUSPECT_PERIODS * self.period_s;
@@ -302,8 +310,8 @@ impl Placer {
         }
     }
 
-    /// The due time follows the least lag of the block. A loss counted too much stays owed, until a block without a loss
-    /// shows that none was.
+    /// The due time follows the least lag of the block. A loss counted too much stays owed, until a
+    /// block without a loss shows that none was.
     fn end_block(&mut self, at_s: f64) {
         let owed = self.block_least_s < -0.5 * self.overcount_s;
         if !owed && !self.lost_in_block {
@@ -316,7 +324,8 @@ impl Placer {
         self.block_least_s = f64::INFINITY;
     }
 
-    /// Lines held before they were placed were late: only a line placed at once may lie on the envelope.
+    /// Lines held before they were placed were late: only a line placed at once may lie on the
+    /// envelope.
     fn fit(&mut self, at_s: f64) {
         let fit_is_new = self.envelope.push(self.index, at_s);
         if fit_is_new && self.follow_fit {
@@ -383,7 +392,8 @@ impl Placer {
         Placed::Gap { missing: missing as u64 }
     }
 
-    /// The lower rate of the sensor at which the judged lines came, if three in four intervals fit it.
+    /// The lower rate of the sensor at which the judged lines came, if three in four intervals fit
+    /// it.
     fn slower(&self) -> Option<f64> {
         let last = self.judged.checked_sub(1)?;
         let span_s = self.held[last] - self.held[0];

@@ -11,15 +11,15 @@ const LEAST_WHOLE: usize = 31;
 /// Intervals of more median ones are pauses: they say nothing of the period.
 const LONGEST_MEDIANS: f64 = 16.0;
 
-/// Periods by which the ends of stretches may be late against each other: reads delay each by less than one, jitter by
-/// some more.
+/// Periods by which the ends of stretches may be late against each other: reads delay each by less
+/// than one, jitter by some more.
 const BENT_PERIODS: f64 = 1.5;
 
 /// A measured rate is rounded by no more than this part, the error of a good clock.
 const ROUNDING: f64 = 50e-6;
 
-/// The rate of lines that come alone, lost ones counted: half the intervals at least are one period, nine in ten a whole
-/// number of them. Bunched lines have none.
+/// The rate of lines that come alone, lost ones counted: half the intervals at least are one
+/// period, nine in ten a whole number of them. Bunched lines have none.
 pub(super) fn steady(stamps_s: &[f64]) -> Option<f64> {
     let mut intervals_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let lower_middle = intervals_s.len().checked_sub(1)? / 2;
@@ -44,14 +44,15 @@ pub(super) fn steady(stamps_s: &[f64]) -> Option<f64> {
     is_steady.then(|| periods / span_s)
 }
 
-/// The lowest of these rates at which the lines that come are [`whole`](is_whole). By chance four in ten intervals are.
+/// The lowest of these rates at which the lines that come are [`whole`](is_whole). By chance four
+/// in ten intervals are.
 pub(super) fn whole(stamps_s: &[f64], rates_hz: &[f64]) -> Option<f64> {
     let rates_hz = rates_hz.iter().copied().filter(|_| stamps_s.len() > LEAST_WHOLE);
     rates_hz.filter(|hz| is_whole(stamps_s, *hz)).min_by(f64::total_cmp)
 }
 
-/// Whether nine in ten intervals are whole periods of this rate, and one in twenty at least a single one: more than half of the lines may be
-/// lost, but those that come must come alone.
+/// Whether nine in ten intervals are whole periods of this rate, and one in twenty at least a
+/// single one: more than half of the lines may be lost, but those that come must come alone.
 pub(super) fn is_whole(stamps_s: &[f64], hz: f64) -> bool {
     let (mut intervals, mut whole, mut single) = (0, 0, 0);
     for pair in stamps_s.windows(2) {
@@ -66,8 +67,8 @@ pub(super) fn is_whole(stamps_s: &[f64], hz: f64) -> bool {
     single > 0 && 20 * single >= intervals && 10 * whole >= 9 * intervals
 }
 
-/// The rate of stretches that follow each other without a loss: all their ends lie near one straight line, fitted by
-/// least squares.
+/// The rate of stretches that follow each other without a loss: all their ends lie near one
+/// straight line, fitted by least squares.
 pub(super) fn even(stretches: &[Stretch]) -> Option<f64> {
     if stretches.is_empty() {
         return None;

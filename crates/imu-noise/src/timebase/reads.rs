@@ -1,12 +1,14 @@
-//! How reads fall among the lines: whether they bring several at once, and whether they meet every phase.
+//! How reads fall among the lines: whether they bring several at once, and whether they meet every
+//! phase.
 
 use super::arrivals::TOGETHER_PERIODS;
 
 /// Part of the reads that bring several lines from which a stream is bunched.
 const BUNCHED_SHARE: f64 = 0.05;
 
-/// The same from which their phase may jump: a reader of a steady pace brings several lines in nearly each read where it
-/// lies near a multiple of the period. One that takes each line as it comes, and stalls at times, has no phase.
+/// The same from which their phase may jump: a reader of a steady pace brings several lines in
+/// nearly each read where it lies near a multiple of the period. One that takes each line as it
+/// comes, and stalls at times, has no phase.
 const JUMPY_SHARE: f64 = 0.5;
 
 /// Reads over which that part is averaged.
@@ -15,7 +17,8 @@ const BUNCHED_READS: f64 = 64.0;
 /// Reads in a group whose phases are looked at together.
 const GROUP_READS: u32 = 16;
 
-/// Least time in which reads are taken to have shown the earliest arrival: twice the longest usual bunching.
+/// Least time in which reads are taken to have shown the earliest arrival: twice the longest usual
+/// bunching.
 const MIN_WINDOW_S: f64 = 0.1;
 
 /// Longest run of empty sixteenths of a period in which reads are mixed.
@@ -23,9 +26,10 @@ const MIXED_EMPTY: u32 = 5;
 
 /// Reads of a stream, told apart by the time between lines.
 ///
-/// A read takes all lines there are, so the last one is less than a period late, by a phase. When the time between
-/// reads is near a multiple of the period the phase drifts slowly and then jumps by a whole period: that looks like a
-/// lost line. When the phases of some reads lie all over the period, they cannot jump by much.
+/// A read takes all lines there are, so the last one is less than a period late, by a phase. When
+/// the time between reads is near a multiple of the period the phase drifts slowly and then jumps
+/// by a whole period: that looks like a lost line. When the phases of some reads lie all over the
+/// period, they cannot jump by much.
 #[derive(Clone, Debug)]
 pub(super) struct Reads {
     /// Lines closer than this came in one read.
@@ -80,7 +84,8 @@ impl Reads {
         later_s - earlier_s >= self.together_s
     }
 
-    /// The phase of the reads may jump by a period: most bring several lines, and always near the same phase.
+    /// The phase of the reads may jump by a period: most bring several lines, and always near the
+    /// same phase.
     pub(super) fn may_jump(&self) -> bool {
         self.bunched_share > JUMPY_SHARE && !self.mixed
     }

@@ -20,22 +20,24 @@ const MIN_EDGE_GROUPS: usize = 8;
 /// Stretches after which one kind of evidence is enough: together they bend by one period in 124.
 const SEVERAL_STRETCHES: usize = 4;
 
-/// A measured rate is this near to that of the sensor: what the stretches bend, and far more than a clock is off.
+/// A measured rate is this near to that of the sensor: what the stretches bend, and far more than a
+/// clock is off.
 const LISTED_TOLERANCE: f64 = 0.01;
 
 /// A rate given beforehand is this near to the measured one.
 const KNOWN_TOLERANCE: f64 = 0.05;
 
-/// So many intervals in a row, and so long a time of them, bear out a known rate: ten times as long as bunching usually lasts, so that
-/// reads at another pace, and what drains of a backlog, do not look like it.
+/// So many intervals in a row, and so long a time of them, bear out a known rate: ten times as long
+/// as bunching usually lasts, so that reads at another pace, and what drains of a backlog, do not
+/// look like it.
 const EVEN_INTERVALS: usize = 4;
 const EVEN_S: f64 = 1.0;
 
 /// Part of a period by which each of these intervals may be longer or shorter.
 const EVEN_TOLERANCE: f64 = 0.1;
 
-/// Reads at another pace make all intervals whole periods of it: 1.6 times as fast as the lines at most, 25 Hz read at 40, if some are to
-/// be single ones at one of the sensor's rates.
+/// Reads at another pace make all intervals whole periods of it: 1.6 times as fast as the lines at
+/// most, 25 Hz read at 40, if some are to be single ones at one of the sensor's rates.
 const PACED: f64 = 1.75;
 
 /// Time by which bunching may bend a short record.
@@ -114,7 +116,8 @@ impl Start {
         if lasting || stretch.is_some() { self.decide(full, lasting) } else { None }
     }
 
-    /// The same when these lines are all there will be; nothing for a single line, or none, of unknown rate.
+    /// The same when these lines are all there will be; nothing for a single line, or none, of
+    /// unknown rate.
     pub(super) fn finish(&self) -> Option<Result<Beginning, Refusal>> {
         self.decide(true, true)
     }
@@ -137,8 +140,8 @@ impl Start {
         self.unstamped + self.held_s.len() as u64
     }
 
-    /// The rate or the refusal: when `full` the best that can be had, unless a known rate is contradicted by what may not
-    /// be `lasting`.
+    /// The rate or the refusal: when `full` the best that can be had, unless a known rate is
+    /// contradicted by what may not be `lasting`.
     fn decide(&self, full: bool, lasting: bool) -> Option<Result<Beginning, Refusal>> {
         let clear = self.clear(full);
         if let Some(known_hz) = self.known_hz {
@@ -166,7 +169,8 @@ impl Start {
         })
     }
 
-    /// Whether the last lines came alone, none lost, at this rate. At a low one that is known long before a stretch is over.
+    /// Whether the last lines came alone, none lost, at this rate. At a low one that is known long
+    /// before a stretch is over.
     fn comes_evenly_at(&self, hz: f64) -> bool {
         let intervals = EVEN_INTERVALS.max((EVEN_S * hz).ceil() as usize);
         let Some(first) = self.held_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
@@ -178,7 +182,8 @@ impl Start {
         (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(even)
     }
 
-    /// The rate by intervals or stretches, once one of them is clear; when `full` it need not be one of the sensor's.
+    /// The rate by intervals or stretches, once one of them is clear; when `full` it need not be
+    /// one of the sensor's.
     fn clear(&self, full: bool) -> Option<Placing> {
         let steady_hz = steady(&self.held_s);
         let even_hz = even(&self.stretches).filter(|hz| steady_hz.is_some() || !self.is_bent_by_losses(*hz));
@@ -213,13 +218,14 @@ impl Start {
         Some(near_hz.map_or(Placing::Measured(rounded(hz)), Placing::Listed))
     }
 
-    /// Whether losses all the time made this of a higher rate: they bend stretches and edge, even to another of the sensor's rates by chance,
-    /// but leave whole periods.
+    /// Whether losses all the time made this of a higher rate: they bend stretches and edge, even
+    /// to another of the sensor's rates by chance, but leave whole periods.
     fn is_bent_by_losses(&self, hz: f64) -> bool {
         whole(&self.held_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > PACED * hz)
     }
 
-    /// How lines are placed whose rate is not clear, or clear only as measured, if nothing better contradicts the known one.
+    /// How lines are placed whose rate is not clear, or clear only as measured, if nothing better
+    /// contradicts the known one.
     fn unclear_at(&self, known_hz: f64, clear: Option<Placing>, full: bool) -> Option<Placing> {
         let several = self.stretches.len() >= SEVERAL_STRETCHES;
         // Lines read once in a while look like some of a faster stream, but come evenly.
@@ -245,8 +251,9 @@ impl Start {
         Some(Placing::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
     }
 
-    /// The rate of the lower edge of the lags: the median step between the earliest arrivals of neighbouring groups of
-    /// lines, against any rate near it. A backlog or losses bend it only when most groups have some.
+    /// The rate of the lower edge of the lags: the median step between the earliest arrivals of
+    /// neighbouring groups of lines, against any rate near it. A backlog or losses bend it only
+    /// when most groups have some.
     fn edge_hz(&self, near_hz: f64) -> Option<f64> {
         let lags_s: Vec<f64> =
             self.held_s.iter().enumerate().map(|(line, at_s)| at_s - line as f64 / near_hz).collect();

@@ -19,9 +19,9 @@ impl Stretch {
     }
 }
 
-/// Cuts the stream into stretches of 32 lines, or some more: each begins and ends with the last line of a read, where
-/// the lag is least, so that bunching bends its rate by one period in 31 at most. The last line of one is the first of
-/// the next.
+/// Cuts the stream into stretches of 32 lines, or some more: each begins and ends with the last
+/// line of a read, where the lag is least, so that bunching bends its rate by one period in 31 at
+/// most. The last line of one is the first of the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Stretches {
     /// Where the present stretch began: its first line's number and stamp.

@@ -56,7 +56,8 @@ pub(super) struct Suspicion {
 }
 
 impl Suspicion {
-    /// Begins before an early line; the one before it was due at `before_s`, and the period fitted until then is this.
+    /// Begins before an early line; the one before it was due at `before_s`, and the period fitted
+    /// until then is this.
     pub(super) fn new(rates_hz: &'static [f64], period_s: f64, before_s: f64, fitted_before_s: Option<f64>) -> Self {
         Self {
             rates_hz,
@@ -123,7 +124,8 @@ impl Suspicion {
         self.decisions
     }
 
-    /// The decisions on the lines before the rate changed to `to_hz`, and the stamps of those after.
+    /// The decisions on the lines before the rate changed to `to_hz`, and the stamps of those
+    /// after.
     ///
     /// Against a rate between both the lag rises before the change and falls after it.
     pub(super) fn split(mut self, to_hz: f64) -> (Vec<Placed>, Vec<f64>) {

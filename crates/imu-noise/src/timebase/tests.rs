@@ -26,8 +26,8 @@ fn bunched(stamps_s: &[f64], read_s: f64) -> Vec<f64> {
     stamps_s.iter().map(|stamp_s| (stamp_s / read_s).ceil() * read_s).collect()
 }
 
-/// All that comes out when it is asked for after each of these numbers of lines, in turn, and at the end; neighbouring
-/// lines are merged.
+/// All that comes out when it is asked for after each of these numbers of lines, in turn, and at
+/// the end; neighbouring lines are merged.
 fn polled(mut timebase: Timebase, stamps_s: &[f64], polls: &[usize]) -> (Vec<Placed>, TimebaseSummary) {
     let mut sequence: Vec<Placed> = Vec::new();
     let mut take = |timebase: &mut Timebase| {
@@ -88,8 +88,8 @@ fn few_lines_have_their_mean_rate() {
     assert_eq!(place(&[7.0, 7.025, 7.05]).0, [snapped(40.0), Placed::Lines(3)]);
 }
 
-/// As read by a host that stalls for `stalled_s` at first, then reads for the rest of a second after these pauses in turn,
-/// and then takes each line alone.
+/// As read by a host that stalls for `stalled_s` at first, then reads for the rest of a second
+/// after these pauses in turn, and then takes each line alone.
 fn bunched_start(stamps_s: &[f64], stalled_s: f64, pauses_s: &[f64]) -> Vec<f64> {
     let first_s = stamps_s.first().copied().unwrap_or_default();
     let mut pauses_s = pauses_s.iter().cycle();
@@ -263,7 +263,8 @@ proptest! {
         prop_assert_eq!(summary.nominal, Some(NominalRate::Known(rate_hz)));
     }
 
-    /// A stream with a loss, a change of the rate, and a stamp that goes back, polled in any rhythm.
+    /// A stream with a loss, a change of the rate, and a stamp that goes back, polled in any
+    /// rhythm.
     #[test]
     fn when_it_is_polled_changes_nothing(
         rates_hz in prop::sample::subsequence(RATES_HZ[3..].to_vec(), 2).prop_shuffle(),

@@ -22,13 +22,15 @@ pub(crate) const NOISES: [Noise; 3] = [
     Noise { name: "white + walk", flicker: None, step: Some((1e-4, 1e-2)) },
 ];
 
-/// Counts per standard deviation of white noise, from less than the last digit on: one of them for each channel.
+/// Counts per standard deviation of white noise, from less than the last digit on: one of them for
+/// each channel.
 const COUNTS: [f64; 4] = [0.6, 3.0, 30.0, 1000.0];
 
 /// What is added to a clean record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Disturbance {
-    /// Ringing at 2 to 18 Hz for a second, with an amplitude of 5 standard deviations of the white noise.
+    /// Ringing at 2 to 18 Hz for a second, with an amplitude of 5 standard deviations of the white
+    /// noise.
     Slam,
     /// Half a sine of a second, as high.
     Push,
@@ -36,7 +38,8 @@ pub(crate) enum Disturbance {
     Line,
     /// The same in the last quarter of the record only.
     LateLine,
-    /// A level that relaxes from the start on, and begins so many standard deviations of the clean record's block means off.
+    /// A level that relaxes from the start on, and begins so many standard deviations of the clean
+    /// record's block means off.
     WarmUp { sigmas: f64, time_constant_s: f64 },
 }
 

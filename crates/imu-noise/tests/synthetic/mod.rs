@@ -30,7 +30,8 @@ impl Synthesis {
         synthesis
     }
 
-    /// White noise with standard deviation 1, flicker noise with B = 1, a walk with steps of standard deviation 1.
+    /// White noise with standard deviation 1, flicker noise with B = 1, a walk with steps of
+    /// standard deviation 1.
     pub(crate) fn next_record(&mut self) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let white = (0..self.samples).map(|_| self.random.normal()).collect();
         let walk = cumulative((0..self.samples).map(|_| self.random.normal()));

@@ -12,7 +12,8 @@ const COUNTS: f64 = 10_000.0;
 
 pub(crate) const TERMS: [Term; 4] = [Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 
-/// Amplitudes in standard deviations of white noise: flicker, step of the walk, ramp over the whole record.
+/// Amplitudes in standard deviations of white noise: flicker, step of the walk, ramp over the whole
+/// record.
 pub(crate) struct Noise {
     pub(crate) name: &'static str,
     pub(crate) flicker: f64,
@@ -76,8 +77,8 @@ pub(crate) fn counts(noise: &Noise, (white, flicker, walk): &(Vec<f64>, Vec<f64>
     samples.map(value).collect()
 }
 
-/// What a filter that tracks the bias leaves of a record, its time constant half a minute: a first-order high-pass that lets the highest
-/// frequency through as it is.
+/// What a filter that tracks the bias leaves of a record, its time constant half a minute: a
+/// first-order high-pass that lets the highest frequency through as it is.
 pub(crate) fn tracked(counts: &[i32]) -> Vec<i32> {
     let half_step = 1.0 / (2.0 * 30.0 * RATE_HZ);
     let (memory, gain) = ((1.0 - half_step) / (1.0 + half_step), 1.0 / (1.0 + half_step));

@@ -53,8 +53,8 @@ impl Link {
     }
 }
 
-/// The stamps of a link that loses this share of its lines at random, and how many it loses between the first and the
-/// last one kept.
+/// The stamps of a link that loses this share of its lines at random, and how many it loses between
+/// the first and the last one kept.
 pub(crate) fn losing(link: Link, lost_share: f64, lines: u64) -> (Vec<f64>, u64) {
     let mut random = Random(link.seed);
     let (mut kept, mut last) = (Vec::new(), 0);
@@ -68,7 +68,8 @@ pub(crate) fn losing(link: Link, lost_share: f64, lines: u64) -> (Vec<f64>, u64)
     (kept, lost)
 }
 
-/// The stamps of a reader that takes each line as it comes, but is away for up to `stalled_s` before this share of them.
+/// The stamps of a reader that takes each line as it comes, but is away for up to `stalled_s`
+/// before this share of them.
 pub(crate) fn stalling(rate_hz: f64, stall_share: f64, stalled_s: f64, seed: u64) -> Vec<f64> {
     let mut random = Random(seed);
     let mut reads_at_s = 0.0_f64;

@@ -1,4 +1,5 @@
-//! CPU time, wake-ups and memory of `vn100 attach` on emulated sensors behind USB adapters with a latency timer of 1 ms.
+//! CPU time, wake-ups and memory of `vn100 attach` on emulated sensors behind USB adapters with a
+//! latency timer of 1 ms.
 
 use std::{
     collections::BTreeMap,

@@ -1,9 +1,10 @@
 //! From the last byte of a line to its place in the sums.
 //!
-//! A feeder, another process, writes whole lines to pseudo-terminals and notes when; each line says its number in its yaw. This process
-//! does what `attach` does, on a runtime like its own: the reading thread, the task of the link, the accumulators, a snapshot every
-//! 100 ms. Both use the boot-time clock. So the figure holds the way of a line through the kernel and the program, not the time it takes
-//! on a wire and in an adapter.
+//! A feeder, another process, writes whole lines to pseudo-terminals and notes when; each line says
+//! its number in its yaw. This process does what `attach` does, on a runtime like its own: the
+//! reading thread, the task of the link, the accumulators, a snapshot every 100 ms. Both use the
+//! boot-time clock. So the figure holds the way of a line through the kernel and the program, not
+//! the time it takes on a wire and in an adapter.
 
 use std::{
     env,
@@ -122,7 +123,8 @@ fn line(number: u32) -> String {
     format!("${body}*{checksum:02X}\r\n")
 }
 
-/// The other process: tells its ports, writes lines to each in turn, and tells when it wrote them once its input ends.
+/// The other process: tells its ports, writes lines to each in turn, and tells when it wrote them
+/// once its input ends.
 pub(crate) fn feed(ports: usize, rate_hz: u32) {
     let mut terminals: Vec<_> = (0..ports).map(|_| TTYPort::pair().unwrap()).collect();
     for (_, ours) in &terminals {

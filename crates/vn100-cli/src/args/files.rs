@@ -13,7 +13,8 @@ use crate::pace::Speed;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FileArgs {
-    /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is standard input
+    /// Captures: text, raw bytes, CSV or MCAP, also gzip or zstd, recognised by content; "-" is
+    /// standard input
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 
@@ -37,7 +38,8 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) result: ResultArgs,
 
-    /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or "max" for as fast as the machine can
+    /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or
+    /// "max" for as fast as the machine can
     #[arg(long, value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]
     pub(crate) speed: Option<Speed>,
 }
@@ -59,15 +61,18 @@ pub(crate) struct ReportArgs {
     #[command(flatten)]
     pub(crate) files: FileArgs,
 
-    /// The page to write, ending in .html; another name begins the names of what is exported, and no page is written
+    /// The page to write, ending in .html; another name begins the names of what is exported, and
+    /// no page is written
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
 
-    /// Write the numbers for other programs beside it: once for each form, or with commas between them
+    /// Write the numbers for other programs beside it: once for each form, or with commas between
+    /// them
     #[arg(long, value_name = "FORM", value_enum, value_delimiter = ',')]
     pub(crate) export: Vec<ExportForm>,
 
-    /// Also give the models for filters: in the export as JSON, and to Kalibr a bound where the random walk is not estimated
+    /// Also give the models for filters: in the export as JSON, and to Kalibr a bound where the
+    /// random walk is not estimated
     #[arg(long)]
     pub(crate) filter_models: bool,
 
@@ -83,7 +88,8 @@ pub(crate) enum ExportForm {
     Csv,
     /// The document of `vn100 replay --json`
     Json,
-    /// imu.yaml for Kalibr; refused where the random walk is not estimated, unless --filter-models gives a bound
+    /// imu.yaml for Kalibr; refused where the random walk is not estimated, unless --filter-models
+    /// gives a bound
     Kalibr,
     /// Each figure as SVG, in a folder
     Svg,

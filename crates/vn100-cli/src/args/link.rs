@@ -103,11 +103,13 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, value_parser = Profile::named, default_value = "datasheet")]
     pub(crate) profile: Profile,
 
-    /// Seed of the emulated sensor; the same seed gives the same noise. Further sources of one command take the next ones
+    /// Seed of the emulated sensor; the same seed gives the same noise. Further sources of one
+    /// command take the next ones
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// What befalls the emulated sensor's link, as in "flip@1% unplug@20s+3s"; times count from its power-up
+    /// What befalls the emulated sensor's link, as in "flip@1% unplug@20s+3s"; times count from its
+    /// power-up
     #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
 }
@@ -123,7 +125,8 @@ pub(crate) struct ChangeArgs {
     #[arg(long, value_name = "NAME", conflicts_with = "listen_only", value_parser = message)]
     pub(crate) set_message: Option<String>,
 
-    /// Average so many refreshes of 800 Hz in gyroscope and accelerometer; 800 divided by the rate is the honest setting
+    /// Average so many refreshes of 800 Hz in gyroscope and accelerometer; 800 divided by the rate
+    /// is the honest setting
     #[arg(long, value_name = "N", conflicts_with = "listen_only", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 }

@@ -9,7 +9,8 @@ use vn100_pipeline::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
 /// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
-    /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a warning]
+    /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a
+    /// warning]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<f64>,
 
@@ -29,24 +30,28 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "T", value_parser = length)]
     pub(crate) duration: Option<Duration>,
 
-    /// Stop when a figure is known so well, as in "gyro N ±5%": a group (gyro, accel, mag) or a channel, N, B or K, and half the width
-    /// of its interval; exit with 4 if the data ends before
+    /// Stop when a figure is known so well, as in "gyro N ±5%": a group (gyro, accel, mag) or a
+    /// channel, N, B or K, and half the width of its interval; exit with 4 if the data ends before
     #[arg(long, value_name = "GOAL")]
     pub(crate) until: Vec<Goal>,
 
-    /// Exit with 4 unless a figure passes the data sheet, as in "gyro N": a group (gyro, accel, mag) or a channel, and N, B or K
+    /// Exit with 4 unless a figure passes the data sheet, as in "gyro N": a group (gyro, accel,
+    /// mag) or a channel, and N, B or K
     #[arg(long, value_name = "FIGURE")]
     pub(crate) fail_on: Vec<Figure>,
 
-    /// Compare with the figures of this TOML file instead of the VN-100's, as in crates/vn100-cli/datasheets/vn-100.toml
+    /// Compare with the figures of this TOML file instead of the VN-100's, as in
+    /// crates/vn100-cli/datasheets/vn-100.toml
     #[arg(long, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 
-    /// Remove a line from each channel before its deviation is taken; the longest taus then read low
+    /// Remove a line from each channel before its deviation is taken; the longest taus then read
+    /// low
     #[arg(long, value_enum)]
     pub(crate) detrend: Option<Detrend>,
 
-    /// Also fit Q, quantisation noise: of sensors that count angle or velocity steps. The rounding of a printed rate is white noise, in N
+    /// Also fit Q, quantisation noise: of sensors that count angle or velocity steps. The rounding
+    /// of a printed rate is white noise, in N
     #[arg(long)]
     pub(crate) quantization: bool,
 
@@ -85,7 +90,8 @@ impl MeasureArgs {
 /// What is told of one source, and how.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct ResultArgs {
-    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random walk that lie above the whole curve
+    /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random
+    /// walk that lie above the whole curve
     #[arg(long)]
     pub(crate) filter_models: bool,
 

@@ -100,7 +100,8 @@ struct Job {
     log: Entries,
 }
 
-/// Replays one capture, from its beginning again whenever the view goes back in it, until the view is quit.
+/// Replays one capture, from its beginning again whenever the view goes back in it, until the view
+/// is quit.
 async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measured> {
     let (counted, total) = watch::channel(None);
     let beginning = Beginning { speed: job.speed, paused: false, run_to: 0 };
@@ -241,7 +242,8 @@ async fn replay_once(
     }
 }
 
-/// How many samples the capture has; told when it is known. What cannot be read twice is not counted.
+/// How many samples the capture has; told when it is known. What cannot be read twice is not
+/// counted.
 async fn count_samples(path: PathBuf, job: Arc<Job>, counted: watch::Sender<Option<u64>>) -> Result<()> {
     if path == Path::new("-") {
         return Ok(());

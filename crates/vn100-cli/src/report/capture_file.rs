@@ -18,7 +18,8 @@ pub(crate) struct CaptureFile {
 }
 
 impl CaptureFile {
-    /// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be read.
+    /// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be
+    /// read.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         // a second reading of anything but a file would wait, or bring something else
         let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());

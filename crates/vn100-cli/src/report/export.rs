@@ -52,7 +52,8 @@ impl<'a> Exports<'a> {
         Ok(exports)
     }
 
-    /// Writes all of them. A form that a record does not allow is an error; the others are written before it is told.
+    /// Writes all of them. A form that a record does not allow is an error; the others are written
+    /// before it is told.
     ///
     /// `together` are the figures of several records, which only SVG and PNG hold.
     pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<()> {

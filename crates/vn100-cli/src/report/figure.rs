@@ -1,4 +1,5 @@
-//! The figures of a report: each is drawn once, as SVG or as pixels, and keeps the numbers that it shows.
+//! The figures of a report: each is drawn once, as SVG or as pixels, and keeps the numbers that it
+//! shows.
 
 mod allan;
 mod axes;

@@ -1,4 +1,5 @@
-//! Writes files that did not exist, or replaces whole ones where that was asked for. Never writes through a link.
+//! Writes files that did not exist, or replaces whole ones where that was asked for. Never writes
+//! through a link.
 
 use std::{
     fs::{self, OpenOptions},
@@ -19,8 +20,8 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// A name that ends in `.html` is that of a page, and beside it lies what is exported; any other is the beginning of the names of
-    /// what is exported.
+    /// A name that ends in `.html` is that of a page, and beside it lies what is exported; any
+    /// other is the beginning of the names of what is exported.
     pub(crate) fn new(path: &Path, force: bool) -> Self {
         let is_page =
             path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"));

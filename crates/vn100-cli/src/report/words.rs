@@ -1,4 +1,5 @@
-//! Conclusions in words. Every sentence rests on a number of the record; where there is none, it says so.
+//! Conclusions in words. Every sentence rests on a number of the record; where there is none, it
+//! says so.
 
 mod advice;
 mod filters;

@@ -1,4 +1,5 @@
-//! Several captures side by side, as text: what stands between them first, then who is quietest, what differs, and how far means lie apart.
+//! Several captures side by side, as text: what stands between them first, then who is quietest,
+//! what differs, and how far means lie apart.
 
 use std::fmt::{self, Write};
 

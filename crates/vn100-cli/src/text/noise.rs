@@ -1,4 +1,5 @@
-//! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use below the interval.
+//! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use
+//! below the interval.
 
 use std::fmt::{self, Write};
 

@@ -1,4 +1,5 @@
-//! A plan as text: how long for what, how to set the sensor and why, how to mount it, and the commands.
+//! A plan as text: how long for what, how to set the sensor and why, how to mount it, and the
+//! commands.
 
 use std::fmt::{self, Write};
 

@@ -16,7 +16,8 @@ pub(crate) fn verdict_name(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The best and the worst grade a gyroscope may be of, or why that cannot be said; `None` for any other sensor.
+/// The best and the worst grade a gyroscope may be of, or why that cannot be said; `None` for any
+/// other sensor.
 pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
     if noise.sensor != Sensor::Gyroscope {
         return None;

@@ -1,4 +1,5 @@
-//! The deviation over averaging time, both logarithmic: points with their confidence bars, the model, and a cursor that reads one out.
+//! The deviation over averaging time, both logarithmic: points with their confidence bars, the
+//! model, and a cursor that reads one out.
 
 use imu_noise::{Deviation, PowerLaw};
 use ratatui::{
@@ -59,7 +60,8 @@ pub(crate) fn draw(
     draw_chart(frame, chart, scene, &plot, regions);
 }
 
-/// Which sign is which axis, and when the next point comes; in fewer words where there is no room for all.
+/// Which sign is which axis, and when the next point comes; in fewer words where there is no room
+/// for all.
 fn legend_line(theme: Theme, source: &Source, plot: &Plot, width: u16) -> Line<'static> {
     let whole = legend(theme, source, plot, true);
     if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }
@@ -258,8 +260,8 @@ fn draw_curve(
     }
 }
 
-/// The signs of the points, over arrows where a bar runs out of the chart. Where curves lie on each other, their signs take turns from octave to
-/// octave: none of them hides behind the last.
+/// The signs of the points, over arrows where a bar runs out of the chart. Where curves lie on each
+/// other, their signs take turns from octave to octave: none of them hides behind the last.
 fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, cursor_tau: f64) {
     let octaves = curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     for octave in 0..octaves {

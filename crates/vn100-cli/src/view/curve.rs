@@ -1,4 +1,5 @@
-//! What the deviation plot shows, in the unit chosen: points, bars, and the model through them. For the screen and for pictures.
+//! What the deviation plot shows, in the unit chosen: points, bars, and the model through them. For
+//! the screen and for pictures.
 
 use imu_noise::{Deviation, Sensor, Term};
 use vn100_protocol::Quantity;
@@ -87,7 +88,8 @@ fn scaled(point: Point, factor: f64) -> Point {
     Point { deviation: times(point.deviation), lower: times(point.lower), upper: times(point.upper), ..point }
 }
 
-/// The parts of the noise that were estimated, over the averaging times they were fitted to, and their sum.
+/// The parts of the noise that were estimated, over the averaging times they were fitted to, and
+/// their sum.
 fn model(source: &Source, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
     let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
         return Vec::new();
@@ -131,11 +133,13 @@ pub(crate) struct NextOctave {
     pub(crate) tau_s: f64,
     /// Data time until then, in seconds.
     pub(crate) wait_s: f64,
-    /// The record is long enough, but a gap has broken every window: the wait begins behind the last one.
+    /// The record is long enough, but a gap has broken every window: the wait begins behind the
+    /// last one.
     pub(crate) broken: bool,
 }
 
-/// The octave that will be observable next, and how long that takes; `None` before the first sample.
+/// The octave that will be observable next, and how long that takes; `None` before the first
+/// sample.
 pub(crate) fn next_octave(source: &Source) -> Option<NextOctave> {
     let snapshot = &source.snapshot;
     let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();

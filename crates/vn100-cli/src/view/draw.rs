@@ -1,4 +1,5 @@
-//! The screen from what is known: which panels it has at its size, and where. Draws plain data; asks nobody, waits for nothing.
+//! The screen from what is known: which panels it has at its size, and where. Draws plain data;
+//! asks nobody, waits for nothing.
 
 use ratatui::{
     Frame,

@@ -95,7 +95,8 @@ impl Stand {
     }
 }
 
-/// What would be written to the terminal if it were free: shown in the view, and written when it is over.
+/// What would be written to the terminal if it were free: shown in the view, and written when it is
+/// over.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Notices {
     inner: Arc<Mutex<NoticesInner>>,
@@ -143,7 +144,8 @@ pub(crate) struct LeftOut {
 }
 
 impl LeftOut {
-    /// Passes a wish on to the measurement; what to tell of it. Wishes for a capture are not its business.
+    /// Passes a wish on to the measurement; what to tell of it. Wishes for a capture are not its
+    /// business.
     pub(crate) async fn obey(&mut self, wish: SourceRequest, controls: &Controls) -> Option<String> {
         let time = |time: Duration| super::format::time(time.as_secs_f64());
         match wish {
@@ -162,8 +164,9 @@ impl LeftOut {
         }
     }
 
-    /// The same for another measurement from the beginning of the record that is to come as far as `place` of data time, with what to tell
-    /// of it. A mark that lies behind that place is dropped.
+    /// The same for another measurement from the beginning of the record that is to come as far as
+    /// `place` of data time, with what to tell of it. A mark that lies behind that place is
+    /// dropped.
     pub(crate) fn carried_to(&self, place: Duration) -> (Self, Option<String>) {
         let skip = self.skip();
         let time = super::format::time(skip.as_secs_f64());
@@ -180,7 +183,8 @@ impl LeftOut {
         }
     }
 
-    /// The skip a measurement has from its start that leaves out the same; `asked` where nothing was left out by hand.
+    /// The skip a measurement has from its start that leaves out the same; `asked` where nothing
+    /// was left out by hand.
     pub(crate) fn skip_or(&self, asked: Duration) -> Duration {
         if self.skip().is_zero() { asked } else { self.skip() }
     }
@@ -189,7 +193,8 @@ impl LeftOut {
         self.before.saturating_add(self.warm_up)
     }
 
-    /// The option by which the whole record gives the same samples; `None` where nothing was left out.
+    /// The option by which the whole record gives the same samples; `None` where nothing was left
+    /// out.
     pub(crate) fn option(&self) -> Option<String> {
         let skip = self.skip();
         (!skip.is_zero()).then(|| format!("--skip {:.3}s", skip.as_secs_f64()))

@@ -25,7 +25,8 @@ pub(crate) fn digits_trimmed(value: f64, most: i32) -> String {
     format!("{number}{exponent}")
 }
 
-/// How far the truth may lie above and below, as a part of the value: `±2.1 %`, or `+12 -9 %` where that differs.
+/// How far the truth may lie above and below, as a part of the value: `±2.1 %`, or `+12 -9 %` where
+/// that differs.
 pub(crate) fn spread(value: f64, lower: f64, upper: f64) -> String {
     let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
     let decimals = usize::from(above < 9.95);

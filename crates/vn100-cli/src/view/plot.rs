@@ -45,7 +45,8 @@ impl LogAxis {
         Self { low, high: low + width }
     }
 
-    /// The decades within, every second or third where there are more than `most`; with few decades twos and fives too.
+    /// The decades within, every second or third where there are more than `most`; with few decades
+    /// twos and fives too.
     pub(crate) fn ticks(self, most: usize) -> Vec<Tick> {
         let (first, last) = (self.low.ceil() as i32, self.high.floor() as i32);
         let decades = (last - first + 1).max(0) as usize;

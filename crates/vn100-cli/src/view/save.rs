@@ -1,5 +1,6 @@
-//! What is measured of a source, written to files in the working folder: the document that the result would be if it ended now, and the
-//! plot that is shown. What only the end of a source tells, such as why it ended, is not in it.
+//! What is measured of a source, written to files in the working folder: the document that the
+//! result would be if it ended now, and the plot that is shown. What only the end of a source
+//! tells, such as why it ended, is not in it.
 
 use std::{
     fs::OpenOptions,

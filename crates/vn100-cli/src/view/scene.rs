@@ -1,4 +1,5 @@
-//! What every panel is drawn from, the frame around it, and where it tells what a mouse may point at.
+//! What every panel is drawn from, the frame around it, and where it tells what a mouse may point
+//! at.
 
 use ratatui::{
     layout::Rect,

@@ -1,4 +1,5 @@
-//! One channel in time and by value: the last minutes, and how often which value came beside the normal curve of the same spread.
+//! One channel in time and by value: the last minutes, and how often which value came beside the
+//! normal curve of the same spread.
 
 use ratatui::{
     Frame,
@@ -108,8 +109,9 @@ fn draw_strip(
     );
 }
 
-/// Rows of a chart with the values they stand for: the first, the last, and one between them where there is room. A row has four dots, the
-/// first row begins with the highest value, and the last row ends with the lowest.
+/// Rows of a chart with the values they stand for: the first, the last, and one between them where
+/// there is room. A row has four dots, the first row begins with the highest value, and the last
+/// row ends with the lowest.
 fn labelled_rows(rows: u16, low: f64, high: f64) -> Vec<(u16, f64)> {
     if rows < 5 {
         return [(0, high), (rows.saturating_sub(1), low)].into_iter().take(usize::from(rows)).collect();

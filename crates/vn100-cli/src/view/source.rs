@@ -140,7 +140,8 @@ impl Source {
         Some(position.rows as f64 / total? as f64).filter(|part| part.is_finite())
     }
 
-    /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line has no speed, or nothing has come.
+    /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line
+    /// has no speed, or nothing has come.
     pub(crate) fn line_load(&self) -> Option<f64> {
         let baud = match self.link.as_ref()? {
             LinkState::Up(up) | LinkState::Silent(up) => up.baud?,

@@ -25,7 +25,8 @@ pub(crate) struct Strip {
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl Source {
-    /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed times, so that they do not flicker.
+    /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed
+    /// times, so that they do not flicker.
     pub(crate) fn strip(&self, channel: usize, columns: usize, most_slots: usize) -> Option<Strip> {
         let recent = self.snapshot.recent.as_ref()?;
         let layout = self.snapshot.layout.as_ref()?.channels.get(channel)?;

@@ -1,4 +1,5 @@
-//! The deviation plot as a picture that stands alone: the same points, bars and model as on the screen.
+//! The deviation plot as a picture that stands alone: the same points, bars and model as on the
+//! screen.
 
 use std::fmt::{self, Write};
 

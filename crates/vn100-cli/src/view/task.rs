@@ -1,4 +1,5 @@
-//! The thread that has the terminal: listens to it, gathers what is shown, draws. Whatever it waits for, nobody waits for it.
+//! The thread that has the terminal: listens to it, gathers what is shown, draws. Whatever it waits
+//! for, nobody waits for it.
 
 use std::{
     io,

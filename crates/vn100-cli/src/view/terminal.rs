@@ -27,11 +27,13 @@ const STALLED_AFTER: Duration = Duration::from_millis(500);
 
 /// The terminal, as long as the view has it.
 pub(crate) struct Screen {
-    /// Never dropped: that would write to a terminal that may be gone, and tell of it by a macro that panics where standard error is gone too.
+    /// Never dropped: that would write to a terminal that may be gone, and tell of it by a macro
+    /// that panics where standard error is gone too.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
 }
 
-/// Whether somebody sits before it: both what is typed and what is printed pass through a terminal that can be drawn on.
+/// Whether somebody sits before it: both what is typed and what is printed pass through a terminal
+/// that can be drawn on.
 pub(crate) fn is_there() -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb
@@ -57,7 +59,8 @@ impl Screen {
         Ok(Self { terminal: ManuallyDrop::new(terminal) })
     }
 
-    /// Whether nobody has given the terminal back meanwhile: a panic, or a signal that ends the program.
+    /// Whether nobody has given the terminal back meanwhile: a panic, or a signal that ends the
+    /// program.
     pub(crate) fn is_ours(&self) -> bool {
         is_raw_mode_enabled().unwrap_or(false)
     }
@@ -115,8 +118,9 @@ fn enter() -> io::Result<()> {
     execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
 }
 
-/// Gives the terminal back as it was, if the view has it, and tells whether it is. What it does not take soon, as when nobody reads it, is
-/// left for [`leave_screen`]: the modes of its line are put back in any case.
+/// Gives the terminal back as it was, if the view has it, and tells whether it is. What it does not
+/// take soon, as when nobody reads it, is left for [`leave_screen`]: the modes of its line are put
+/// back in any case.
 pub(crate) fn give_back() -> bool {
     if !is_raw_mode_enabled().unwrap_or(false) {
         return true;
@@ -184,8 +188,9 @@ fn something_came(wait: Duration) -> io::Result<bool> {
     Ok(came.contains(PollFlags::IN))
 }
 
-/// Puts an input in the place of the terminal's on which nothing ever comes, as long as what is given back is kept. Whoever reads a
-/// terminal that was hung up finds its end again and again, and crossterm, once it reads, does so for ever.
+/// Puts an input in the place of the terminal's on which nothing ever comes, as long as what is
+/// given back is kept. Whoever reads a terminal that was hung up finds its end again and again, and
+/// crossterm, once it reads, does so for ever.
 #[cfg(unix)]
 pub(crate) fn quiet_input() -> io::Result<io::PipeWriter> {
     let (input, writer) = io::pipe()?;
@@ -194,7 +199,8 @@ pub(crate) fn quiet_input() -> io::Result<io::PipeWriter> {
     Ok(writer)
 }
 
-/// Makes the system tell anew of what can be read: it does so whenever a line is set, be it as it is.
+/// Makes the system tell anew of what can be read: it does so whenever a line is set, be it as it
+/// is.
 #[cfg(unix)]
 fn tell_again() -> io::Result<()> {
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};

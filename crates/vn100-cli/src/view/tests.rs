@@ -1,5 +1,6 @@
-//! Every panel and state of the view at three sizes, from fixed data, held against the screens in `tests/screens`. Those are written
-//! anew, to be read before they are kept, with `VN100_WRITE_SCREENS=1`.
+//! Every panel and state of the view at three sizes, from fixed data, held against the screens in
+//! `tests/screens`. Those are written anew, to be read before they are kept, with
+//! `VN100_WRITE_SCREENS=1`.
 
 mod colours;
 mod fixture;

@@ -1,6 +1,7 @@
 //! Colours and signs, by what they mean.
 //!
-//! The colours are those of Okabe and Ito (2008), told apart by nearly everyone; no meaning rests on colour alone.
+//! The colours are those of Okabe and Ito (2008), told apart by nearly everyone; no meaning rests
+//! on colour alone.
 
 use std::env;
 
@@ -66,7 +67,8 @@ impl Theme {
         }
     }
 
-    /// Of the first, second or third axis; of anything else no colour. None of them is that of a judgement.
+    /// Of the first, second or third axis; of anything else no colour. None of them is that of a
+    /// judgement.
     pub(crate) fn axis(self, axis: usize) -> Style {
         match axis {
             0 => self.colour(ORANGE, Color::LightBlue),
@@ -113,8 +115,8 @@ impl Theme {
         style.fg.unwrap_or(Color::Reset)
     }
 
-    /// The text as it is shown: where there is nothing but ASCII, signs that mean something are spelled out. To be asked for before
-    /// a width is measured.
+    /// The text as it is shown: where there is nothing but ASCII, signs that mean something are
+    /// spelled out. To be asked for before a width is measured.
     pub(crate) fn spelled(self, text: impl Into<String>) -> String {
         let text = text.into();
         if !self.ascii || text.is_ascii() {
@@ -143,7 +145,8 @@ impl Theme {
     }
 }
 
-/// The sign of ASCII that looks most alike; what means something in a number or a unit has none, and is to be [spelled](Theme::spelled).
+/// The sign of ASCII that looks most alike; what means something in a number or a unit has none,
+/// and is to be [spelled](Theme::spelled).
 fn ascii(sign: char) -> char {
     match sign {
         '─' | '━' | '–' | '┄' => '-',

@@ -1,4 +1,5 @@
-//! The units one steps through with a key: for each sensor, units of N, B and K that are used together.
+//! The units one steps through with a key: for each sensor, units of N, B and K that are used
+//! together.
 
 use imu_noise::{Convention, Sensor, Sides, Term, conventions};
 

@@ -16,12 +16,14 @@ use super::{
 };
 use crate::text::names::bad_lines;
 
-/// Rows that they take, at most so many: the last one names what has no row, so that nothing hides behind the newest.
+/// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
+/// behind the newest.
 pub(crate) fn rows(source: &Source, most: u16) -> u16 {
     ((source.warnings.len() + source.troubles().len()).clamp(1, usize::from(most))) as u16
 }
 
-/// What is broken first, then the newest; where there are more than rows, the last row names all the others.
+/// What is broken first, then the newest; where there are more than rows, the last row names all
+/// the others.
 pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     const PRESS: &str = " press !";
     let theme = scene.theme;

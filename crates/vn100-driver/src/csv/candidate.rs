@@ -17,7 +17,8 @@ use super::{
     tally::shown,
 };
 
-/// Rows that tell how many fields a row has; fewer than are surveyed, for every comment above them may be a header.
+/// Rows that tell how many fields a row has; fewer than are surveyed, for every comment above them
+/// may be a header.
 const FITTED_ROWS: usize = 50;
 
 /// A line that may be the header.
@@ -51,7 +52,8 @@ impl<'a> Candidate<'a> {
         candidate
     }
 
-    /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A comment may name a channel in passing.
+    /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A
+    /// comment may name a channel in passing.
     pub(super) fn fits(&self, row: &[u8]) -> bool {
         let fields = Fields::new(row, self.header.separator).count();
         fields == self.header.width() || memmem::find(row, b"$VN").is_some()
@@ -141,8 +143,8 @@ impl<'a> Candidate<'a> {
         .map(Some)
     }
 
-    /// The column of the stamps by its name, where the user mapped other columns only: if it holds times whose unit is sure. Otherwise
-    /// it may be anything.
+    /// The column of the stamps by its name, where the user mapped other columns only: if it holds
+    /// times whose unit is sure. Otherwise it may be anything.
     fn likely_stamp(&self, mapped: &Places, lines_above: usize) -> Option<usize> {
         let place = self.header.known_places().stamp?;
         let is_free = mapped.channels.iter().all(|&(taken, _)| taken != place);
@@ -151,9 +153,10 @@ impl<'a> Candidate<'a> {
         stamps.are_times().then_some(place)
     }
 
-    /// The layout of channels found by name. Uncompensated only when the file says so in its header or a comment above, with `VNIMU` or
-    /// `uncomp`: the names of the columns are the same for both, and to take compensated rates for uncompensated ones would claim a bias
-    /// instability that is not the sensor's.
+    /// The layout of channels found by name. Uncompensated only when the file says so in its header
+    /// or a comment above, with `VNIMU` or `uncomp`: the names of the columns are the same for
+    /// both, and to take compensated rates for uncompensated ones would claim a bias instability
+    /// that is not the sensor's.
     fn named_layout(&self, channels: Vec<Channel>) -> Layout {
         let says_uncompensated = self.lines[..=self.index].iter().any(|line| {
             let line = line.to_ascii_lowercase();

@@ -17,11 +17,13 @@ pub(super) struct Unit {
     pub(super) quantity: Quantity,
     /// How many of the channel's own unit make one of this.
     pub(super) scale: f64,
-    /// Where the channel's own zero lies on this scale, in hundredths: 273.15 for kelvin, 0 for all others.
+    /// Where the channel's own zero lies on this scale, in hundredths: 273.15 for kelvin, 0 for all
+    /// others.
     pub(super) zero_hundredths: i64,
 }
 
-/// The channel at place `index` of the order in which a layout holds them: the twelve of `$VNYMR`, then temperature and pressure.
+/// The channel at place `index` of the order in which a layout holds them: the twelve of `$VNYMR`,
+/// then temperature and pressure.
 pub(super) fn known(index: usize) -> &'static Channel {
     match VNYMR.channels.get(index) {
         Some(channel) => channel,

@@ -1,4 +1,5 @@
-//! Which column of a foreign CSV file is which channel, and in which unit: `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
+//! Which column of a foreign CSV file is which channel, and in which unit:
+//! `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
 
 use std::{fmt, str::FromStr};
 
@@ -9,13 +10,16 @@ use super::{
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
-/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `mag_` `accel_` `gyro_` with `x` `y` `z`,
-/// `temperature`, `pressure`, or `t` for the stamp of the row. With `t` alone the other columns are known by their names. `COLUMN` is
-/// the name at the head of the column or its number, from 1. `UNIT` is
+/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `mag_`
+/// `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or `t` for the stamp of the row.
+/// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
+/// the column or its number, from 1. `UNIT` is
 ///
-/// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is 9.80665 m/s²,
+/// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is
+///   9.80665 m/s²,
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
-/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the stamp.
+/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the
+///   stamp.
 ///
 /// ```
 /// use vn100_driver::ColumnMap;

@@ -1,4 +1,5 @@
-//! A line cut into its fields. A record is a line: a line break inside quotes ends it, so that one lost quote damages one line only.
+//! A line cut into its fields. A record is a line: a line break inside quotes ends it, so that one
+//! lost quote damages one line only.
 
 use memchr::{memchr, memchr_iter};
 
@@ -57,7 +58,8 @@ pub(super) fn has_open_quote(field: &[u8]) -> bool {
     }
 }
 
-/// `field` without the spaces around it, and without its quotes; a quote that is not closed is one too.
+/// `field` without the spaces around it, and without its quotes; a quote that is not closed is one
+/// too.
 pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     let field = field.trim_ascii();
     match field.strip_prefix(b"\"") {

@@ -48,8 +48,8 @@ impl Header {
         Self { separator, names, nameless_end }
     }
 
-    /// Learns from the rows whether they end in a field without a name; the names of the columns may have a separator too many or
-    /// too few.
+    /// Learns from the rows whether they end in a field without a name; the names of the columns
+    /// may have a separator too many or too few.
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>) {
         let (mut as_named, mut longer) = (0, 0);
         for row in rows {
@@ -114,15 +114,16 @@ impl Header {
         })
     }
 
-    /// Whether the line is none of names but of numbers, where `map` looks: a file without a header. Only columns called by number
-    /// can be found in one.
+    /// Whether the line is none of names but of numbers, where `map` looks: a file without a
+    /// header. Only columns called by number can be found in one.
     pub(super) fn is_row(&self, map: &ColumnMap, places: &Places) -> bool {
         let by_number = map.columns().all(|(_, column)| matches!(column, ColumnName::Number(_)));
         let mut mapped = places.channels.iter().map(|&(place, _)| place).chain(places.stamp);
         by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
     }
 
-    /// Whether the line could name columns: several fields, none empty, a number or the start of a sentence.
+    /// Whether the line could name columns: several fields, none empty, a number or the start of a
+    /// sentence.
     pub(super) fn names_columns(&self) -> bool {
         self.names.len() > 1
             && self

@@ -1,4 +1,5 @@
-//! Whether a last row without a line end is whole: many writers leave the last line end out, and a cut file has none either.
+//! Whether a last row without a line end is whole: many writers leave the last line end out, and a
+//! cut file has none either.
 
 use super::number::Number;
 
@@ -12,7 +13,8 @@ pub(super) struct LastField {
 /// What all fields have in common.
 #[derive(Debug, Clone, Copy)]
 struct Form {
-    /// Digits behind the point, of which there must be some: a whole number cut short looks like one.
+    /// Digits behind the point, of which there must be some: a whole number cut short looks like
+    /// one.
     decimals: Option<u32>,
     width: Option<usize>,
 }
@@ -27,7 +29,8 @@ impl LastField {
         self.form = Some(common);
     }
 
-    /// Whether `field` has the decimals or the width that all others have. Where they have neither in common nobody can tell.
+    /// Whether `field` has the decimals or the width that all others have. Where they have neither
+    /// in common nobody can tell.
     pub(super) fn is_whole(&self, field: &[u8]) -> bool {
         let Form { decimals, width } = Form::of(field);
         self.form.is_some_and(|form| {

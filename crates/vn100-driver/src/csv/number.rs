@@ -1,4 +1,5 @@
-//! Numbers as laboratory scripts print them, held exactly: `-077.706`, `0.0443`, `1e-05`, `1.5E+3`, `12`.
+//! Numbers as laboratory scripts print them, held exactly: `-077.706`, `0.0443`, `1e-05`, `1.5E+3`,
+//! `12`.
 
 /// The powers of ten that fit 64 bits.
 const POWERS_OF_TEN: [u64; 20] = {
@@ -42,12 +43,14 @@ pub(super) enum Misfit {
 pub(super) enum LastDigit {
     /// They make the number a misfit, unless they are zeros.
     Exact,
-    /// They are rounded away, to the nearest count and from the middle to the even one; from the twentieth digit on they are cut.
+    /// They are rounded away, to the nearest count and from the middle to the even one; from the
+    /// twentieth digit on they are cut.
     Rounded,
 }
 
 impl Number {
-    /// Reads a whole field without spaces or quotes around it; `None` when it is no finite decimal number.
+    /// Reads a whole field without spaces or quotes around it; `None` when it is no finite decimal
+    /// number.
     pub(super) fn parse(field: &[u8]) -> Option<Self> {
         let (number, length) = Self::parse_prefix(field)?;
         (length == field.len()).then_some(number)
@@ -77,7 +80,8 @@ impl Number {
         Some((number, end))
     }
 
-    /// As [`parse_prefix`](Self::parse_prefix), for any number of digits, which lie with their point at `begin..end`, and exponents.
+    /// As [`parse_prefix`](Self::parse_prefix), for any number of digits, which lie with their
+    /// point at `begin..end`, and exponents.
     #[cold]
     fn parse_prefix_slowly(negative: bool, input: &[u8], begin: usize, end: usize) -> Option<(Self, usize)> {
         let (mut digits, mut decimals, mut more, mut behind_point) = (0_u64, 0_i32, false, false);

@@ -20,7 +20,8 @@ pub(crate) struct Plan {
     pub(super) columns: Vec<Column>,
     /// How the columns of channels become counts, in the order of the layout.
     pub(super) scales: Vec<Scale>,
-    /// How the last fields of the first rows are printed; `None` for a sentence, which has a checksum.
+    /// How the last fields of the first rows are printed; `None` for a sentence, which has a
+    /// checksum.
     pub(super) last_field: Option<LastField>,
     /// Lines before the first row.
     pub(super) lines_above: u64,
@@ -29,8 +30,9 @@ pub(crate) struct Plan {
 /// What the rows of a CSV file are.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
-    /// Numbers, one per channel. The layout is named after the message when it has exactly the channels of one, `CSV` otherwise; its
-    /// decimals are the file's, and its scales lead from the file's units to the channels' own.
+    /// Numbers, one per channel. The layout is named after the message when it has exactly the
+    /// channels of one, `CSV` otherwise; its decimals are the file's, and its scales lead from the
+    /// file's units to the channels' own.
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,

@@ -23,14 +23,15 @@ pub(crate) struct CsvReader<R> {
 /// Rows of a CSV file. Of `counts` and `sentences` one is in use, by the [`Kind`] of the plan.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Rows {
-    /// Row after row, each with the channels in the order of the layout, in units of their last decimals.
+    /// Row after row, each with the channels in the order of the layout, in units of their last
+    /// decimals.
     pub(crate) counts: Vec<i32>,
     /// The sentences one behind the other, each with CR LF.
     pub(crate) sentences: Vec<u8>,
     /// Where each sentence ends.
     pub(crate) sentence_ends: Vec<usize>,
-    /// The stamp of each row, in nanoseconds since that of the first row of the file; negative where a clock was set back. Empty when
-    /// the rows have no stamps.
+    /// The stamp of each row, in nanoseconds since that of the first row of the file; negative
+    /// where a clock was set back. Empty when the rows have no stamps.
     pub(crate) stamps_ns: Vec<i64>,
     /// The rows that were not let in, each with the number of good rows before it.
     pub(crate) odd: Vec<(usize, OddRow)>,
@@ -49,8 +50,8 @@ impl<R: Read> CsvReader<R> {
         }
     }
 
-    /// Replaces `rows` by the next ones: up to 512, fewer where more would have to be waited for. `false` at the end of the file, with
-    /// no rows.
+    /// Replaces `rows` by the next ones: up to 512, fewer where more would have to be waited for.
+    /// `false` at the end of the file, with no rows.
     ///
     /// # Errors
     /// That of the reader; nothing is lost by it.

@@ -7,9 +7,11 @@ use super::{
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.
 const COMMENTS_ABOVE: usize = 100;
 
-/// Decides how to read the CSV file that begins with `head`; `None` when it is none, or none that holds anything of a VN-100.
+/// Decides how to read the CSV file that begins with `head`; `None` when it is none, or none that
+/// holds anything of a VN-100.
 ///
-/// Whole lines for 1000 rows are wanted in `head` ([`HEAD_BYTES`](super::HEAD_BYTES) of it); with fewer the decimals are judged by those.
+/// Whole lines for 1000 rows are wanted in `head` ([`HEAD_BYTES`](super::HEAD_BYTES) of it); with
+/// fewer the decimals are judged by those.
 ///
 /// Without `map` the columns are known by their names, and the numbers are in the sensor's units.
 ///

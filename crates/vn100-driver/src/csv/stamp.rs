@@ -11,7 +11,8 @@ const SINCE_EPOCH_S: Range<f64> = 1e9..4.2e9;
 const SHORTEST_STEP_S: f64 = 0.9e-3;
 const LONGEST_STEP_S: f64 = 1.1;
 
-/// One read brings so many rows at most: those of the 16 ms that a USB serial adapter holds back, at 1000 Hz.
+/// One read brings so many rows at most: those of the 16 ms that a USB serial adapter holds back,
+/// at 1000 Hz.
 const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The unit a stamp is written in.
@@ -77,8 +78,9 @@ impl StampSurvey {
         self.stamps.is_empty()
     }
 
-    /// The unit in which the stamps are times of the years 2001 to 2102; else seconds, if there are decimals; else the one in which
-    /// the step from row to row is 1 ms to 1 s. A unit that makes the step longer than that is never it.
+    /// The unit in which the stamps are times of the years 2001 to 2102; else seconds, if there are
+    /// decimals; else the one in which the step from row to row is 1 ms to 1 s. A unit that makes
+    /// the step longer than that is never it.
     pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
         let step = self.step();
         let units = || StampUnit::NAMES.iter();

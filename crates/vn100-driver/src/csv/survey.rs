@@ -62,9 +62,10 @@ impl Survey {
         self.printed.decimals
     }
 
-    /// The decimals as they stand, when they are a last digit: at least half of the numbers have them (nine in ten have where a script
-    /// drops zeros at the end), and the largest number fits 32 bits with them. Otherwise the numbers are floats printed in full, whose
-    /// last digits mean nothing: as many decimals as fit with room for larger values, and the rest is rounded away.
+    /// The decimals as they stand, when they are a last digit: at least half of the numbers have
+    /// them (nine in ten have where a script drops zeros at the end), and the largest number fits
+    /// 32 bits with them. Otherwise the numbers are floats printed in full, whose last digits mean
+    /// nothing: as many decimals as fit with room for larger values, and the rest is rounded away.
     pub(super) fn resolution(&self, prior: Prior) -> Resolution {
         let decimals = |decimals: u32| decimals.min(MOST_DECIMALS) as u8;
         let prior_decimals = u32::from(prior.decimals);

@@ -17,7 +17,8 @@ pub enum OddRow {
     Stamp,
     /// The line is longer than 64 KiB.
     Length,
-    /// The last line has no line end, and its last field is not printed as those above, or not there: the file may be cut in it.
+    /// The last line has no line end, and its last field is not printed as those above, or not
+    /// there: the file may be cut in it.
     Truncated,
 }
 
@@ -48,7 +49,8 @@ pub(crate) struct Evidence {
 pub(crate) struct CsvTally {
     pub(crate) lines: u64,
     pub(crate) rows: u64,
-    /// The header and what stands above it, blank lines, lines that begin with `#`, and line breaks inside quotes.
+    /// The header and what stands above it, blank lines, lines that begin with `#`, and line breaks
+    /// inside quotes.
     pub(crate) skipped_lines: u64,
     pub(crate) bytes: LineBytes,
     odd: [OddRows; OddRow::ALL.len()],

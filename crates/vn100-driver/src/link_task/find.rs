@@ -16,14 +16,16 @@ use crate::{
     trouble::Trouble,
 };
 
-/// How long a sensor that says nothing is waited for at the first speed: longer than it boots, which takes 1.25 s.
+/// How long a sensor that says nothing is waited for at the first speed: longer than it boots,
+/// which takes 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
-/// How long what comes is put aside before a speed is looked at again: longer than an adapter holds bytes of the speed before, 16 ms
-/// unless it is set otherwise.
+/// How long what comes is put aside before a speed is looked at again: longer than an adapter holds
+/// bytes of the speed before, 16 ms unless it is set otherwise.
 const SETTLE: Duration = Duration::from_millis(100);
 
-/// So few bytes, less than a line, are no sign of a sensor that sends: they may have lain in the adapter, or be of a line that was cut.
+/// So few bytes, less than a line, are no sign of a sensor that sends: they may have lain in the
+/// adapter, or be of a line that was cut.
 const STRAY: u64 = 100;
 
 /// Makes the sensor send again.
@@ -39,8 +41,8 @@ struct Look {
 }
 
 impl<C: Connect> LinkTask<C> {
-    /// Opens the link and finds the sensor on it: the connection, and what came of the first good line or packet on. A sensor that comes
-    /// back is set as it was.
+    /// Opens the link and finds the sensor on it: the connection, and what came of the first good
+    /// line or packet on. A sensor that comes back is set as it was.
     pub(super) async fn find(&mut self) -> Result<(C::Connection, Up, Vec<Input>), Trouble> {
         self.state.send_replace(LinkState::Opening);
         let rates = self.rates();
@@ -86,8 +88,9 @@ impl<C: Connect> LinkTask<C> {
         self.set_again(connection, baud, held).await
     }
 
-    /// Sets a sensor that is back at the speed `baud` as it was; what it sent before that is no part of the measurement. Where it was on a
-    /// faster line, that is not of its settings at power-up, and needs it, it is set to that too.
+    /// Sets a sensor that is back at the speed `baud` as it was; what it sent before that is no
+    /// part of the measurement. Where it was on a faster line, that is not of its settings at
+    /// power-up, and needs it, it is set to that too.
     async fn set_again(
         &mut self,
         connection: &mut C::Connection,
@@ -136,11 +139,13 @@ impl<C: Connect> LinkTask<C> {
         self.last_baud.map(Some).into_iter().chain(others).collect()
     }
 
-    /// Tries the speeds one after the other. At the first one a sensor that is silent is waited for: one that was just switched on boots.
+    /// Tries the speeds one after the other. At the first one a sensor that is silent is waited
+    /// for: one that was just switched on boots.
     ///
-    /// Where it was silent at the speed it had, an adapter may have held back what came at that speed, answers too: it hands that on all
-    /// at once, perhaps while another speed is tried. So what is good then is put aside, and only what comes behind it is believed, looked
-    /// for at the speed it had before all.
+    /// Where it was silent at the speed it had, an adapter may have held back what came at that
+    /// speed, answers too: it hands that on all at once, perhaps while another speed is tried. So
+    /// what is good then is put aside, and only what comes behind it is believed, looked for at the
+    /// speed it had before all.
     async fn sweep(
         &mut self,
         connection: &mut C::Connection,

@@ -1,5 +1,5 @@
-//! A silence of a link that is open, and what must be known of a sensor that speaks again after one before it is measured on: it may be
-//! another one, or have lost its power and its settings.
+//! A silence of a link that is open, and what must be known of a sensor that speaks again after one
+//! before it is measured on: it may be another one, or have lost its power and its settings.
 
 use tokio::time::Instant;
 use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
@@ -27,7 +27,8 @@ impl Silence {
         Self { since: now, looked: now, framer: Framer::new(options), unframed: Vec::new() }
     }
 
-    /// Takes what comes meanwhile: whether the sensor speaks by itself in it. Answers are no sign of that, nor is what nobody understands.
+    /// Takes what comes meanwhile: whether the sensor speaks by itself in it. Answers are no sign
+    /// of that, nor is what nobody understands.
     pub(super) fn ends_with(&mut self, input: &Input) -> bool {
         let Input::Chunk(chunk) = input else { return false };
         self.unframed.extend_from_slice(&chunk.bytes);
@@ -48,8 +49,9 @@ impl Silence {
 }
 
 impl<C: Connect> LinkTask<C> {
-    /// The sensor speaks again after a silence: all that came until it is known to be the same one, set as it was. What came of another
-    /// one, or of one with other settings, is no part of the measurement.
+    /// The sensor speaks again after a silence: all that came until it is known to be the same one,
+    /// set as it was. What came of another one, or of one with other settings, is no part of the
+    /// measurement.
     pub(super) async fn meet_again(
         &mut self,
         connection: &mut C::Connection,
@@ -67,7 +69,8 @@ impl<C: Connect> LinkTask<C> {
         Ok(held)
     }
 
-    /// A sensor is found: where it is the first one of this link it must be the one that is known from before.
+    /// A sensor is found: where it is the first one of this link it must be the one that is known
+    /// from before.
     pub(super) async fn meet_first(
         &mut self,
         connection: &mut C::Connection,
@@ -83,7 +86,8 @@ impl<C: Connect> LinkTask<C> {
         Ok(())
     }
 
-    /// Takes what a sensor says of its serial number. Another one may have come without a loss of the link, behind an adapter that stays.
+    /// Takes what a sensor says of its serial number. Another one may have come without a loss of
+    /// the link, behind an adapter that stays.
     pub(super) fn recognise(&mut self, reply: &Reply) -> Result<(), Trouble> {
         let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
             return Ok(());
@@ -104,7 +108,8 @@ impl<C: Connect> LinkTask<C> {
         Ok(())
     }
 
-    /// Makes sure that it is the sensor of before, where that has told its serial number. What comes meanwhile is put behind `held`.
+    /// Makes sure that it is the sensor of before, where that has told its serial number. What
+    /// comes meanwhile is put behind `held`.
     pub(super) async fn check_known(
         &mut self,
         connection: &mut C::Connection,

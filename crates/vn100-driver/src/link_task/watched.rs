@@ -7,7 +7,8 @@ use tokio::time::Instant;
 use super::silence::Silence;
 use crate::{health::Health, link_state::Up};
 
-/// How long after a silence began the sensor is asked again, or given up where asking is not allowed.
+/// How long after a silence began the sensor is asked again, or given up where asking is not
+/// allowed.
 const SILENCE: Duration = Duration::from_secs(10);
 
 pub(super) struct Watch {

@@ -5,13 +5,15 @@ use std::{
     io::{self, Write},
 };
 
-/// Writes to a file, and fails when that is told to [`flush`](Write::flush) after its last name was removed: what is written then is gone
-/// with the program. Elsewhere than on Unix a file that is open cannot be removed.
+/// Writes to a file, and fails when that is told to [`flush`](Write::flush) after its last name was
+/// removed: what is written then is gone with the program. Elsewhere than on Unix a file that is
+/// open cannot be removed.
 #[derive(Debug)]
 pub(super) struct NamedFile(pub(super) File);
 
 impl NamedFile {
-    /// Claims a file for this program alone, as long as it is open; `false` where another one writes it.
+    /// Claims a file for this program alone, as long as it is open; `false` where another one
+    /// writes it.
     pub(super) fn claim(file: &File) -> bool {
         // a file system without locks lets everybody in
         !matches!(file.try_lock(), Err(TryLockError::WouldBlock))

@@ -23,10 +23,12 @@ use crate::source::{Chunk, Input, LinkEvent};
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
 
-/// Longest record that is read. Ours hold one read of a port; other programs put whole images into one.
+/// Longest record that is read. Ours hold one read of a port; other programs put whole images into
+/// one.
 const RECORD_BYTES: usize = 64 * 1024 * 1024;
 
-/// How much of a file is searched for a topic of ours: tools that merge files may put much before it.
+/// How much of a file is searched for a topic of ours: tools that merge files may put much before
+/// it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 
 /// What a recording says of itself.
@@ -38,7 +40,8 @@ pub struct Recorded {
     pub program: Option<String>,
     /// What the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
-    /// It was gone on with after it had ended: what `metadata` says of its length is of the first part alone.
+    /// It was gone on with after it had ended: what `metadata` says of its length is of the first
+    /// part alone.
     pub resumed: bool,
     /// How it ended; set when it was read to there.
     pub end: Arc<OnceLock<RecordingEnd>>,
@@ -49,7 +52,8 @@ pub struct Recorded {
 pub struct RecordingEnd {
     /// When its last input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
     pub ended_ns: Option<i64>,
-    /// Whether the file is whole. If not it was cut, as by a loss of power; what was read came before the cut.
+    /// Whether the file is whole. If not it was cut, as by a loss of power; what was read came
+    /// before the cut.
     pub complete: bool,
     /// Why the recording was ended, in words, where that is known.
     pub reason: Option<String>,
@@ -79,7 +83,8 @@ pub enum RecordingError {
         /// The other topics, in order.
         topics: Vec<String>,
     },
-    /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go on with those of a clock.
+    /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go
+    /// on with those of a clock.
     #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
     Undated,
     /// A recording of a form that this program does not know.
@@ -113,7 +118,8 @@ pub struct RecordingReader<R> {
 }
 
 impl<R: Read> RecordingReader<R> {
-    /// Reads up to the first input. A file that was cut before its first topic counts as a recording without any.
+    /// Reads up to the first input. A file that was cut before its first topic counts as a
+    /// recording without any.
     ///
     /// # Errors
     /// [`RecordingError`] when this is no recording, or cannot be read.

@@ -14,7 +14,8 @@ use tokio::sync::{mpsc, watch};
 use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
 use crate::source::{Chunk, Input};
 
-/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the sender to drop and to tell.
+/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the
+/// sender to drop and to tell.
 const WAITING_INPUTS: usize = 1024;
 
 /// A killed program loses no more of the stream than this.
@@ -27,7 +28,8 @@ pub struct RecordingState {
     pub path: PathBuf,
     /// Bytes of the stream that this recorder has handed to the file.
     pub bytes: u64,
-    /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds what came before, and the measurement goes on.
+    /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds
+    /// what came before, and the measurement goes on.
     pub error: Option<Arc<io::Error>>,
     /// Whether it is over, by [`Recorder::finish`] or by an error.
     pub ended: bool,
@@ -35,8 +37,8 @@ pub struct RecordingState {
 
 /// Writes what a link delivers to a file, on a thread of its own.
 ///
-/// The file is flushed whenever a second of stream has passed, and with everything that befalls the link. A recorder that is dropped ends
-/// its file without a reason, on its own time.
+/// The file is flushed whenever a second of stream has passed, and with everything that befalls the
+/// link. A recorder that is dropped ends its file without a reason, on its own time.
 #[derive(Debug)]
 pub struct Recorder {
     inputs: mpsc::Sender<Input>,
@@ -49,7 +51,8 @@ impl Recorder {
     /// Begins a new file; `metadata` is what a replay shall know of it. No file is ever replaced.
     ///
     /// # Errors
-    /// [`RecordError::Exists`] when there is something of this name, [`RecordError::Io`] when the file cannot be written.
+    /// [`RecordError::Exists`] when there is something of this name, [`RecordError::Io`] when the
+    /// file cannot be written.
     pub fn create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let failed = |source| RecordError::Io { path: path.to_owned(), source };
@@ -62,14 +65,16 @@ impl Recorder {
         Self::start(path, writer, |file| file.sync_all()).map_err(failed)
     }
 
-    /// Goes on with a recording, whole or cut: its readable part, then [`Down`](crate::LinkEventKind::Down), then what comes now.
+    /// Goes on with a recording, whole or cut: its readable part, then
+    /// [`Down`](crate::LinkEventKind::Down), then what comes now.
     ///
-    /// The readable part is copied to a file beside it, which takes its place only when it is safely on the disk. Until then the
-    /// recording stays as it is, and there must be room for both.
-    /// Blocks while it copies.
+    /// The readable part is copied to a file beside it, which takes its place only when it is
+    /// safely on the disk. Until then the recording stays as it is, and there must be room for
+    /// both. Blocks while it copies.
     ///
     /// # Errors
-    /// [`RecordError`] when it cannot be read or is no recording, when another program records to it, or when the copy cannot be written.
+    /// [`RecordError`] when it cannot be read or is no recording, when another program records to
+    /// it, or when the copy cannot be written.
     pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
         let path = path.as_ref();
         let (writer, known_serial) = resume(path, metadata)?;
@@ -97,15 +102,17 @@ impl Recorder {
         Ok(Self { inputs: sender, state, reason, known_serial: None })
     }
 
-    /// Where to send what shall be recorded, as in [`LinkOptions::recording`](crate::LinkOptions::recording). When it is full the disk
-    /// does not keep up; when it is closed the recording has stopped.
+    /// Where to send what shall be recorded, as in
+    /// [`LinkOptions::recording`](crate::LinkOptions::recording). When it is full the disk does not
+    /// keep up; when it is closed the recording has stopped.
     #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<Input> {
         self.inputs.clone()
     }
 
-    /// The serial number of the sensor that a recording that is gone on with was of, for [`LinkOptions::known_serial`](crate::LinkOptions::known_serial);
-    /// `None` where it is not in there, or the recording is new.
+    /// The serial number of the sensor that a recording that is gone on with was of, for
+    /// [`LinkOptions::known_serial`](crate::LinkOptions::known_serial); `None` where it is not in
+    /// there, or the recording is new.
     #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
@@ -117,8 +124,9 @@ impl Recorder {
         self.state.clone()
     }
 
-    /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are gone: writes what waits and hands the
-    /// file to the disk. Gives the last state, which tells of any error.
+    /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are
+    /// gone: writes what waits and hands the file to the disk. Gives the last state, which tells of
+    /// any error.
     pub async fn finish(self, reason: &str) -> RecordingState {
         let Self { inputs, mut state, reason: given, .. } = self;
         given.get_or_init(|| reason.to_owned());

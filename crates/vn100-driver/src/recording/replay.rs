@@ -15,8 +15,9 @@ use crate::{
     source::{Input, READ_BYTES},
 };
 
-/// Starts a thread that reads a recording to its end, or until `stop`; tells as [`read_samples`](crate::read_samples) does, but with
-/// one batch for many reads: a recorded read can bring a few bytes.
+/// Starts a thread that reads a recording to its end, or until `stop`; tells as
+/// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read
+/// can bring a few bytes.
 pub(crate) fn read_recording(
     mut recording: RecordingReader<impl Read + Send + 'static>,
     options: ReadOptions,

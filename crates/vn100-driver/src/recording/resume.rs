@@ -22,8 +22,8 @@ use crate::{
 use bytes::Bytes;
 use vn100_protocol::Register;
 
-/// Gives the writer behind the copy, which then bears the name of the recording, and the last serial number in it. The recording stays as it
-/// was until the copy is on the disk.
+/// Gives the writer behind the copy, which then bears the name of the recording, and the last
+/// serial number in it. The recording stays as it was until the copy is on the disk.
 pub(super) fn resume(
     path: &Path,
     metadata: &BTreeMap<String, String>,
@@ -65,7 +65,8 @@ pub(super) fn resume(
     Ok((writer, serial))
 }
 
-/// Copies all that can be read, and tells that there was a break. Gives the serial number that the sensor told last.
+/// Copies all that can be read, and tells that there was a break. Gives the serial number that the
+/// sensor told last.
 fn copy_inputs(
     recording: &mut RecordingReader<impl Read>,
     writer: &mut RecordingWriter<NamedFile>,

@@ -24,8 +24,8 @@ const BUFFERED_BYTES: usize = 64 * 1024;
 
 /// Writes [`Input`]s as an MCAP file, to anything that can be written.
 ///
-/// What was flushed can be replayed, whatever happens to the file behind it. After an error nothing more is written: what stands there
-/// is a recording that was cut.
+/// What was flushed can be replayed, whatever happens to the file behind it. After an error nothing
+/// more is written: what stands there is a recording that was cut.
 ///
 /// ```
 /// use vn100_driver::{Chunk, Input, RecordingReader, RecordingWriter};
@@ -49,7 +49,8 @@ pub struct RecordingWriter<W: Write> {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Begins a recording; `metadata` is what a replay shall know of it, by names of the caller's choice. Flushes.
+    /// Begins a recording; `metadata` is what a replay shall know of it, by names of the caller's
+    /// choice. Flushes.
     ///
     /// # Errors
     /// The first error of `out`.
@@ -81,8 +82,8 @@ impl<W: Write> RecordingWriter<W> {
         self.put(Writer::flush)
     }
 
-    /// Ends the recording, saying why where that is known, and gives the writer back, flushed. A recording that is dropped without
-    /// this is ended as well; errors are then lost.
+    /// Ends the recording, saying why where that is known, and gives the writer back, flushed. A
+    /// recording that is dropped without this is ended as well; errors are then lost.
     ///
     /// # Errors
     /// As [`RecordingWriter::write`].

@@ -195,7 +195,8 @@ impl Connect for Sensor {
 /// The open port.
 pub(crate) struct Port {
     sensor: Sensor,
-    /// The speeds it has had, and since when: a receiver reads a byte at the speed of the moment at which it comes, whenever it is handed on.
+    /// The speeds it has had, and since when: a receiver reads a byte at the speed of the moment at
+    /// which it comes, whenever it is handed on.
     bauds: Vec<(Instant, u32)>,
     next_line: Instant,
     echoes: VecDeque<Vec<u8>>,

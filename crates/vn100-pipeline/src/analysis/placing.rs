@@ -1,4 +1,5 @@
-//! Rows that wait until it is known what is missing before them, and what their stamps and counters say of it.
+//! Rows that wait until it is known what is missing before them, and what their stamps and counters
+//! say of it.
 
 use std::{cmp::Ordering, time::Duration};
 

@@ -10,7 +10,8 @@ use crate::{
 };
 
 impl Analysis {
-    /// A time base for the stamps that come now. Where a rate is known they must agree with it: a deviation knows one sample interval.
+    /// A time base for the stamps that come now. Where a rate is known they must agree with it: a
+    /// deviation knows one sample interval.
     pub(super) fn timebase(&self) -> Timebase {
         let rates_hz = rates_hz(self.layout.as_deref());
         if self.is_rate_open() {
@@ -40,8 +41,9 @@ impl Analysis {
         }
     }
 
-    /// A stretch of the link was over after so few `lines` that their rate was not sure: it holds until a later one tells it, and more lines
-    /// tell it better. `before` and `by_few_before` were in force until then.
+    /// A stretch of the link was over after so few `lines` that their rate was not sure: it holds
+    /// until a later one tells it, and more lines tell it better. `before` and `by_few_before` were
+    /// in force until then.
     pub(super) fn weigh_rate(&mut self, lines: u64, before: Timing, by_few_before: Option<u64>) {
         if by_few_before.is_some_and(|more| more > lines) {
             self.begin_rate(before.rate_hz, before.rate_from);
@@ -51,8 +53,9 @@ impl Analysis {
         }
     }
 
-    /// A deviation knows one sample interval. Before the first sample that counts the new rate is the rate, unless it was asked for; after
-    /// it, what comes at another rate is left out; `until` is what the stamps said before.
+    /// A deviation knows one sample interval. Before the first sample that counts the new rate is
+    /// the rate, unless it was asked for; after it, what comes at another rate is left out; `until`
+    /// is what the stamps said before.
     pub(super) fn change_rate(&mut self, from_hz: f64, to_hz: f64, until: Option<TimebaseSummary>) {
         if self.timing.samples == 0 && self.timing.rate_from != RateFrom::Option {
             self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
@@ -74,8 +77,8 @@ impl Analysis {
         }
     }
 
-    /// Lines of another rate behind a break, where those before it bore out the one known, and nobody insists on it: it has changed, though the
-    /// sensor does not say so.
+    /// Lines of another rate behind a break, where those before it bore out the one known, and
+    /// nobody insists on it: it has changed, though the sensor does not say so.
     pub(super) fn take_refusal(&mut self, refusal: Refusal) {
         // no clock is that far off
         const SAME_RATE: f64 = 0.01;
@@ -135,7 +138,8 @@ impl Analysis {
         summary.nominal.is_some_and(|nominal| nominal.hz() == self.timing.rate_hz)
     }
 
-    /// Whether the lines have kept to one of the sensor's rates since they told it: then a sensor that names another was set anew.
+    /// Whether the lines have kept to one of the sensor's rates since they told it: then a sensor
+    /// that names another was set anew.
     fn is_rate_borne_out(&self) -> bool {
         // no quartz is off by so much
         const CLOCK_PPM: f64 = 1000.0;
@@ -144,8 +148,8 @@ impl Analysis {
             && summary.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
     }
 
-    /// Arrival times told a rate that the sensor does not have. Lines placed by it hide gaps and show others: they are left out, and
-    /// placing begins anew.
+    /// Arrival times told a rate that the sensor does not have. Lines placed by it hide gaps and
+    /// show others: they are left out, and placing begins anew.
     fn replace_rate(&mut self, rate_hz: f64) {
         self.finish();
         (self.waiting, self.missing_by_evidence) = (None, false);

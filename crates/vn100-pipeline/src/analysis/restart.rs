@@ -6,8 +6,9 @@ use super::Analysis;
 use crate::repeats::Repeats;
 
 impl Analysis {
-    /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the results are those of a measurement
-    /// whose [`skip`](crate::Settings::skip) was that time from the start.
+    /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the
+    /// results are those of a measurement whose [`skip`](crate::Settings::skip) was that time from
+    /// the start.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.data_time();
         self.warm_up = Some(so_far);
@@ -15,8 +16,9 @@ impl Analysis {
         so_far
     }
 
-    /// Begins anew: data time, and what was asked for in it, counts from here. What the link carried still counts, and the samples so far
-    /// are among those left out. Gives the data time that has passed.
+    /// Begins anew: data time, and what was asked for in it, counts from here. What the link
+    /// carried still counts, and the samples so far are among those left out. Gives the data time
+    /// that has passed.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.data_time();
         self.forget();

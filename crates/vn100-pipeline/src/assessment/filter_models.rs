@@ -1,4 +1,5 @@
-//! Models of the noise for those who design filters, instead of bias instability and rate random walk.
+//! Models of the noise for those who design filters, instead of bias instability and rate random
+//! walk.
 
 use imu_noise::{GaussMarkovFit, NoiseModel, OverBound, Terms, over_bound};
 use vn100_protocol::Channel;
@@ -12,17 +13,18 @@ const LEAST_EDF: f64 = 2.0;
 /// What a filter can be told of one axis, in the unit of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
-    /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not show the sensor, for short records,
-    /// and where the model cannot be fitted.
+    /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not
+    /// show the sensor, for short records, and where the model cannot be fitted.
     pub gauss_markov: Option<GaussMarkovFit>,
-    /// The smallest white noise and random walk that together lie above the upper bounds of all octaves with two degrees of freedom or
-    /// more; `None` where there is none.
+    /// The smallest white noise and random walk that together lie above the upper bounds of all
+    /// octaves with two degrees of freedom or more; `None` where there is none.
     pub over_bound: Option<OverBound>,
 }
 
 impl FilterModels {
-    /// Models for each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is what
-    /// [`Assessment::new`](super::Assessment::new) made of the same snapshot at the level `confidence`. Takes some tenths of a second per axis.
+    /// Models for each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is
+    /// what [`Assessment::new`](super::Assessment::new) made of the same snapshot at the level
+    /// `confidence`. Takes some tenths of a second per axis.
     #[must_use]
     pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
         let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);

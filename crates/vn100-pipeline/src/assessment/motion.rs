@@ -1,4 +1,5 @@
-//! Whether the sensor was moved: then nothing in the record is its noise, and nothing is judged by it.
+//! Whether the sensor was moved: then nothing in the record is its noise, and nothing is judged by
+//! it.
 
 use std::fmt;
 
@@ -11,8 +12,9 @@ use crate::{
 
 /// Standard deviations in rad/s and m/s² that no sensor at rest reaches.
 ///
-/// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s² a sample, quiet or on a shaking table. Of six records
-/// of cars, walks and hands the slowest has 0.10 rad/s and 0.68 m/s². A bumped table lasts too short to come near.
+/// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s² a sample, quiet or
+/// on a shaking table. Of six records of cars, walks and hands the slowest has 0.10 rad/s and 0.68
+/// m/s². A bumped table lasts too short to come near.
 const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
 
@@ -37,7 +39,8 @@ impl Motion {
     /// What the figures of a record in motion are worth, as a sentence.
     pub const MEANING: &str = "The sensor was moved: these figures describe the motion, not its noise.";
 
-    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than four samples.
+    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than four
+    /// samples.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         let layout = snapshot.layout.as_ref()?;
         let beyond: Vec<(&Channel, f64, f64)> = (layout.channels.iter().zip(&snapshot.channels))
@@ -83,8 +86,9 @@ fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     Some(imu_noise::counts_to_unit(results.moments.std_counts()?, channel.decimals) * channel.scale.abs())
 }
 
-/// The standard deviation without the least and the greatest values, one in two hundred of each: damaged lines that the checksum lets
-/// in are rarer, and a single value may be as far out as the axis goes.
+/// The standard deviation without the least and the greatest values, one in two hundred of each:
+/// damaged lines that the checksum lets in are rarer, and a single value may be as far out as the
+/// axis goes.
 fn inner_std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     let (histogram, total) = (&results.histogram, results.moments.count());
     let left_out = total.div_ceil(200);

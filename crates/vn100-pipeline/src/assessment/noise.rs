@@ -12,8 +12,8 @@ use crate::snapshot::Snapshot;
 /// Noise without a ramp.
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
-/// Where an attitude filter takes the bias of a gyroscope out, with a time constant of tens of seconds, deviations up to here still show
-/// the sensor.
+/// Where an attitude filter takes the bias of a gyroscope out, with a time constant of tens of
+/// seconds, deviations up to here still show the sensor.
 pub(crate) const BEFORE_FILTER_S: f64 = 10.0;
 
 /// The noise parameters of one axis.
@@ -27,9 +27,11 @@ pub struct ChannelNoise {
     pub(super) window: Option<BoxcarWindow>,
     /// What white noise cannot be above where no model fits, see [`parameter`](Self::parameter).
     white_bound: Option<f64>,
-    /// The letters as they are read off the curve by rule, for comparison with published figures only.
+    /// The letters as they are read off the curve by rule, for comparison with published figures
+    /// only.
     pub classical: ClassicalReading,
-    /// What a longer record would show, where this one is too short for the random walk, and where that is less than it already excludes.
+    /// What a longer record would show, where this one is too short for the random walk, and where
+    /// that is less than it already excludes.
     pub walk_seen_later: Option<WalkSeenLater>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTaus,
@@ -42,7 +44,8 @@ pub enum LongTaus {
     Sensor,
     /// The sensor's attitude filter, which takes the bias out: the message says so.
     Compensated,
-    /// Something that takes the bias out: the curve falls below what any noise that is white at short averaging times can show.
+    /// Something that takes the bias out: the curve falls below what any noise that is white at
+    /// short averaging times can show.
     LooksCompensated,
     /// The surroundings: a magnetic field is never quiet for long.
     Surroundings,
@@ -55,8 +58,8 @@ pub enum LongTaus {
 pub struct WalkSeenLater {
     /// Length of that record in seconds.
     pub duration_s: f64,
-    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in unit/√s; a B that is only bounded is
-    /// taken at its bound. See [`NoiseModel::least_found`].
+    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in
+    /// unit/√s; a B that is only bounded is taken at its bound. See [`NoiseModel::least_found`].
     pub at_least: f64,
 }
 
@@ -129,9 +132,10 @@ impl ChannelNoise {
         Some(Self { sensor, fit, window, white_bound, classical, walk_seen_later, long_taus })
     }
 
-    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times do not show the sensor, white and
-    /// quantisation noise alone are its own. Where no model fits, white noise is bounded by the lowest that the curve shows: whatever else
-    /// is in it adds to it.
+    /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
+    /// do not show the sensor, white and quantisation noise alone are its own. Where no model fits,
+    /// white noise is bounded by the lowest that the curve shows: whatever else is in it adds to
+    /// it.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
@@ -147,7 +151,8 @@ impl ChannelNoise {
         }
     }
 
-    /// Where the sensor was moved long averaging times show that; a message that lacks the bias lacks it all the same.
+    /// Where the sensor was moved long averaging times show that; a message that lacks the bias
+    /// lacks it all the same.
     pub(super) fn was_moved(&mut self) {
         if let LongTaus::Sensor | LongTaus::LooksCompensated = self.long_taus {
             (self.long_taus, self.walk_seen_later) = (LongTaus::Motion, None);
@@ -160,7 +165,8 @@ impl ChannelNoise {
     }
 }
 
-/// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of what noise alone would read.
+/// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of
+/// what noise alone would read.
 fn spoiled_octaves(curve: &Curve, lines: &[Line]) -> usize {
     let shows = |(octave, variance): (&Octave, &f64)| {
         let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
@@ -170,9 +176,10 @@ fn spoiled_octaves(curve: &Curve, lines: &[Line]) -> usize {
     curve.octaves.iter().zip(&curve.variances).rposition(shows).map_or(0, |last| last + 1)
 }
 
-/// The least N that the upper ends of the deviation leave, at averaging times that no filter of the bias reaches: a variance is N²/τ and
-/// whatever other noise and vibration add. All of those upper ends hold together at the level `confidence` (Bonferroni), with the degrees of
-/// freedom of the noise that has fewest.
+/// The least N that the upper ends of the deviation leave, at averaging times that no filter of the
+/// bias reaches: a variance is N²/τ and whatever other noise and vibration add. All of those upper
+/// ends hold together at the level `confidence` (Bonferroni), with the degrees of freedom of the
+/// noise that has fewest.
 fn white_bound(curve: &Curve, confidence: f64) -> Option<f64> {
     let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
     let each = 1.0 - (1.0 - confidence) / before_filter as f64;
@@ -215,8 +222,8 @@ impl Models {
         &self.made[place].1
     }
 
-    /// Beside the white noise that this record shows, and as much bias instability as it leaves; `None` where the record excludes such a
-    /// walk already.
+    /// Beside the white noise that this record shows, and as much bias instability as it leaves;
+    /// `None` where the record excludes such a walk already.
     fn walk_seen_later(&mut self, fit: &NoiseFit) -> Option<WalkSeenLater> {
         let [white, bias_instability, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));

@@ -1,5 +1,5 @@
-//! Whether the record is of one piece: vibration lines, disturbances, steps, a warm-up. Each is told with its place, so that it can be
-//! looked for.
+//! Whether the record is of one piece: vibration lines, disturbances, steps, a warm-up. Each is
+//! told with its place, so that it can be looked for.
 
 use imu_noise::{Disturbance, LevelChange, LevelShape, Line};
 use vn100_protocol::{Channel, Quantity};
@@ -21,7 +21,8 @@ const HIGHEST_HZ: f64 = 400.0;
 pub struct Disturbed {
     /// Lines in its spectrum, in rising frequency.
     pub lines: Vec<Line>,
-    /// Short intervals that the rest does not explain, in time order, times in seconds of data behind those skipped.
+    /// Short intervals that the rest does not explain, in time order, times in seconds of data
+    /// behind those skipped.
     pub disturbances: Vec<Disturbance>,
     /// A warm-up or a step of the level.
     pub level_change: Option<LevelChange>,

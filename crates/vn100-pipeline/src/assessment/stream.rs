@@ -1,4 +1,5 @@
-//! What stands between the sensor and its stream: averaging and decimation on board, a filter that takes the bias out, rounding.
+//! What stands between the sensor and its stream: averaging and decimation on board, a filter that
+//! takes the bias out, rounding.
 
 use imu_noise::counts_to_unit;
 use vn100_protocol::{Channel, Quantity};

@@ -12,8 +12,8 @@ pub(super) fn onboard(quantity: Quantity, record: &Record<'_>) -> Option<Onboard
     record.assessment.channels.get(channel)?.onboard
 }
 
-/// Whether averaging and decimation make the same of its white noise in both. Where nobody knows what they do, they do the same at the same
-/// rate.
+/// Whether averaging and decimation make the same of its white noise in both. Where nobody knows
+/// what they do, they do the same at the same rate.
 pub(super) fn fold_alike(quantity: Quantity, a: &Record<'_>, b: &Record<'_>) -> bool {
     match (onboard(quantity, a), onboard(quantity, b)) {
         (Some(a), Some(b)) => (a.white_factor() / b.white_factor() - 1.0).abs() < 0.01,

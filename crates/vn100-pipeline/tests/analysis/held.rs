@@ -4,7 +4,8 @@ use vn100_driver::Arrival;
 
 use super::*;
 
-/// Takes lines with these stamps, in seconds, one by one until the measurement is complete, if it becomes so: after how many.
+/// Takes lines with these stamps, in seconds, one by one until the measurement is complete, if it
+/// becomes so: after how many.
 fn until_complete(analysis: &mut Analysis, stamps_s: &[f64]) -> Option<usize> {
     let lines = batches(&vec![Good(1); stamps_s.len()], 1);
     (1..).zip(lines).zip(stamps_s).find_map(|((number, mut line), stamp_s)| {

@@ -1,4 +1,5 @@
-//! What becomes of batches: gaps, segments, angles, and results that do not depend on how the stream was cut.
+//! What becomes of batches: gaps, segments, angles, and results that do not depend on how the
+//! stream was cut.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod held;

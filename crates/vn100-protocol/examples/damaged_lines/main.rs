@@ -1,7 +1,9 @@
-//! Lines with flipped bits between good ones: how many corrupt values are let in, and whether a good line is lost.
+//! Lines with flipped bits between good ones: how many corrupt values are let in, and whether a
+//! good line is lost.
 //!
-//! `cargo run --release -p vn100-protocol --example damaged_lines`, with another number of damaged lines behind it than ten million.
-//! The leak by theory is that of XOR-8 and the grammar; what is measured may only be less, by the range that values must lie in.
+//! `cargo run --release -p vn100-protocol --example damaged_lines`, with another number of damaged
+//! lines behind it than ten million. The leak by theory is that of XOR-8 and the grammar; what is
+//! measured may only be less, by the range that values must lie in.
 #![allow(clippy::print_stdout, clippy::unreachable, reason = "an example shows what it finds, and knows its own lines")]
 
 mod theory;
@@ -36,7 +38,8 @@ struct Found {
     damaged: u64,
     /// Damaged lines that were read as other values than were sent.
     corrupt: u64,
-    /// Damaged lines that were read as what was sent: the damage was behind the checksum, or turned the sign of a zero.
+    /// Damaged lines that were read as what was sent: the damage was behind the checksum, or turned
+    /// the sign of a zero.
     unharmed: u64,
     /// Good lines that were not read as what they are.
     lost: u64,

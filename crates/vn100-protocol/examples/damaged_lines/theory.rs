@@ -1,8 +1,10 @@
 //! How many flipped bits a line with XOR-8 and a strict grammar lets pass.
 //!
-//! Flips pass when every byte stays one of its kind (a digit a digit, a sign a sign, all else as it is), and the changes of all bytes
-//! cancel: their XOR, with the change of the number in the check digits, is zero. Counting the ways of `k` flips byte by byte, by the
-//! XOR so far and the flips used, gives the chance exactly: ways that change a number, of all ways to choose `k` of the bits.
+//! Flips pass when every byte stays one of its kind (a digit a digit, a sign a sign, all else as it
+//! is), and the changes of all bytes cancel: their XOR, with the change of the number in the check
+//! digits, is zero. Counting the ways of `k` flips byte by byte, by the XOR so far and the flips
+//! used, gives the chance exactly: ways that change a number, of all ways to choose `k` of the
+//! bits.
 
 /// The largest number of flips counted, and one more.
 const MOST: usize = 9;
@@ -10,7 +12,8 @@ const MOST: usize = 9;
 /// The ways to use so many flips with such an XOR.
 type Ways = Vec<[f64; MOST]>;
 
-/// The chance that `flips` different random bits of a whole `line` leave a line with other numbers that passes.
+/// The chance that `flips` different random bits of a whole `line` leave a line with other numbers
+/// that passes.
 pub(super) fn chance_to_pass(line: &[u8], flips: u32) -> f64 {
     let flips = flips as usize;
     let bits = 8.0 * line.len() as f64;

@@ -1,7 +1,8 @@
-//! Links the decoder into a static library without `std`: a second panic handler beside that of `std` would not link, and neither
-//! would a call into `std`.
+//! Links the decoder into a static library without `std`: a second panic handler beside that of
+//! `std` would not link, and neither would a call into `std`.
 //!
-//! The allocator has no memory. The layouts may own their names, which takes a global allocator to exist; decoding never asks it.
+//! The allocator has no memory. The layouts may own their names, which takes a global allocator to
+//! exist; decoding never asks it.
 #![no_std]
 
 use core::{

@@ -1,4 +1,5 @@
-//! `$VNIMU`: magnetic field, acceleration and angular rate as measured, with temperature and pressure.
+//! `$VNIMU`: magnetic field, acceleration and angular rate as measured, with temperature and
+//! pressure.
 
 use alloc::format;
 use core::fmt::{self, Write};
@@ -20,7 +21,8 @@ use crate::{
 ///           gauss                      m/s²                    rad/s
 /// ```
 ///
-/// A read of register 54 gives the same numbers: see [`RegisterContents::value`]. Nothing is compensated: the angular rates keep their bias, which `$VNYMR` has taken off.
+/// A read of register 54 gives the same numbers: see [`RegisterContents::value`]. Nothing is
+/// compensated: the angular rates keep their bias, which `$VNYMR` has taken off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Imu {
     counts: [i32; 11],
@@ -29,15 +31,17 @@ pub struct Imu {
     suffix: Suffix,
 }
 
-/// Digits before the point as recorded. One edition of the maker's manual gives the pressure five; no recording shows that.
+/// Digits before the point as recorded. One edition of the maker's manual gives the pressure five;
+/// no recording shows that.
 const WHOLE_DIGITS: [usize; 11] = [2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 3];
 
 impl Imu {
     /// Reads a sentence.
     ///
     /// # Errors
-    /// [`MessageError::Grammar`] unless it is a `VNIMU` with eleven numbers of the known decimals and at most a suffix behind them;
-    /// [`MessageError::Range`] for a value beyond its channel's limit.
+    /// [`MessageError::Grammar`] unless it is a `VNIMU` with eleven numbers of the known decimals
+    /// and at most a suffix behind them; [`MessageError::Range`] for a value beyond its channel's
+    /// limit.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
         Self::read(sentence).map_or_else(|| Self::judge(sentence), Ok)
     }
@@ -74,7 +78,8 @@ impl Imu {
         Ok(Self { counts, negative_zeros, check, suffix: fields.suffix })
     }
 
-    /// The eleven values in the order of the wire, exactly: in units of the last decimal of each channel of [`VNIMU`].
+    /// The eleven values in the order of the wire, exactly: in units of the last decimal of each
+    /// channel of [`VNIMU`].
     #[inline]
     #[must_use]
     pub fn counts(&self) -> &[i32; 11] {
@@ -125,7 +130,8 @@ impl Imu {
 
     /// Writes the line from `$` to LF, protected by `check`.
     ///
-    /// A line in the recorded widths (three whole digits of pressure) comes back byte for byte when `check` is its own.
+    /// A line in the recorded widths (three whole digits of pressure) comes back byte for byte when
+    /// `check` is its own.
     ///
     /// # Errors
     /// What `out` reports.

@@ -1,7 +1,9 @@
-//! The numbers of a good line, quickly: their decimals known beforehand, all digits of one joined at once.
+//! The numbers of a good line, quickly: their decimals known beforehand, all digits of one joined
+//! at once.
 //!
-//! [`None`] says that something is wrong or unusual, not what: the exact way through [`Decimal`](crate::Decimal) reads the line again and
-//! judges it. What is read here is read there alike.
+//! [`None`] says that something is wrong or unusual, not what: the exact way through
+//! [`Decimal`](crate::Decimal) reads the line again and judges it. What is read here is read there
+//! alike.
 
 use crate::{digits::eight_digits, layout::Channel};
 
@@ -32,8 +34,8 @@ impl<'a, const N: usize> Numbers<'a, N> {
         self.one(first + 2, &channels[first + 2], decimals)
     }
 
-    /// Reads a comma and number `index`: a sign, one to three digits (eight with the decimals at most), a point, `decimals` digits, which
-    /// are no more than the channel has.
+    /// Reads a comma and number `index`: a sign, one to three digits (eight with the decimals at
+    /// most), a point, `decimals` digits, which are no more than the channel has.
     #[inline(always)]
     pub(super) fn one(&mut self, index: usize, channel: &Channel, decimals: u8) -> Option<()> {
         const ZEROS: u64 = u64::from_le_bytes(*b"00000000");

@@ -26,7 +26,8 @@ pub struct Suffix {
 }
 
 impl Suffix {
-    /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to say.
+    /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to
+    /// say.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         (self.count_digits > 0).then_some(self.count)

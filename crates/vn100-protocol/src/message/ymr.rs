@@ -19,8 +19,9 @@ use crate::{
 ///           deg                        gauss                      m/s²                   rad/s
 /// ```
 ///
-/// Axes are those of the body: x forward, y right, z down. 122 bytes in the usual widths; an acceleration of 100 m/s² or more makes the
-/// line longer, and a [`Suffix`] may stand before the `*`.
+/// Axes are those of the body: x forward, y right, z down. 122 bytes in the usual widths; an
+/// acceleration of 100 m/s² or more makes the line longer, and a [`Suffix`] may stand before the
+/// `*`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ymr {
     counts: [i32; 12],
@@ -34,8 +35,9 @@ impl Ymr {
     /// Reads a sentence.
     ///
     /// # Errors
-    /// [`MessageError::Grammar`] unless it is a `VNYMR` with twelve numbers in one of the two print formats and at most a suffix behind
-    /// them; [`MessageError::Range`] for a value beyond its channel's limit.
+    /// [`MessageError::Grammar`] unless it is a `VNYMR` with twelve numbers in one of the two print
+    /// formats and at most a suffix behind them; [`MessageError::Range`] for a value beyond its
+    /// channel's limit.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, MessageError> {
         Self::read(sentence, PrintFormat::Current)
             .or_else(|| Self::read(sentence, PrintFormat::Old))
@@ -65,7 +67,8 @@ impl Ymr {
         Ok(Self { counts, negative_zeros, print_format, check: sentence.check, suffix: fields.suffix })
     }
 
-    /// A line of the current print format with these counts, in the units of [`counts`](Self::counts).
+    /// A line of the current print format with these counts, in the units of
+    /// [`counts`](Self::counts).
     ///
     /// # Errors
     /// [`RangeError`] for the first count beyond its channel's limit.
@@ -78,7 +81,8 @@ impl Ymr {
         Ok(Self::usual(counts, 0))
     }
 
-    /// A line as most are: current print format, XOR-8, no suffix. The counts must be within their limits.
+    /// A line as most are: current print format, XOR-8, no suffix. The counts must be within their
+    /// limits.
     #[inline]
     pub(crate) fn usual(counts: [i32; 12], negative_zeros: u16) -> Self {
         Self {
@@ -90,8 +94,8 @@ impl Ymr {
         }
     }
 
-    /// The twelve values in the order of the wire, exactly: in units of the last decimal of each channel of [`VNYMR`], whatever the
-    /// print format.
+    /// The twelve values in the order of the wire, exactly: in units of the last decimal of each
+    /// channel of [`VNYMR`], whatever the print format.
     #[inline]
     #[must_use]
     pub fn counts(&self) -> &[i32; 12] {
@@ -155,7 +159,8 @@ impl Ymr {
 
     /// Writes the line in its own print format, from `$` to LF, protected by `check`.
     ///
-    /// A line in the widths of its format, as the sensor prints it, comes back byte for byte when `check` is its own.
+    /// A line in the widths of its format, as the sensor prints it, comes back byte for byte when
+    /// `check` is its own.
     ///
     /// # Errors
     /// What `out` reports.

@@ -10,7 +10,8 @@ use crate::layout::OUTPUT_RATES_HZ;
 
 /// The message that a port sends of itself, by the code that register 6 takes.
 ///
-/// A code without a constant here, of a sister product or of the maker's own, can be read and written all the same.
+/// A code without a constant here, of a sister product or of the maker's own, can be read and
+/// written all the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct AsyncType(pub u8);
 
@@ -21,7 +22,8 @@ struct Message {
     usual_length: Option<u32>,
 }
 
-/// The lengths are those of the recorded print widths; that of the IMU message takes the wider of the two pressures reported.
+/// The lengths are those of the recorded print widths; that of the IMU message takes the wider of
+/// the two pressures reported.
 const MESSAGES: [Message; 14] = [
     message(AsyncType::YPR, "VNYPR", "attitude", Some(38)),
     message(AsyncType::QTN, "VNQTN", "attitude as a quaternion", Some(51)),
@@ -69,7 +71,8 @@ impl AsyncType {
     pub const YBA: Self = Self(16);
     /// `$VNYIA`: attitude, linear acceleration along north, east, down, angular rate.
     pub const YIA: Self = Self(17);
-    /// `$VNIMU`: uncompensated magnetic field, acceleration and angular rate, temperature, pressure.
+    /// `$VNIMU`: uncompensated magnetic field, acceleration and angular rate, temperature,
+    /// pressure.
     pub const IMU: Self = Self(19);
     /// `$VNDTV`: change of angle and of velocity, with the time it took.
     pub const DTV: Self = Self(30);
@@ -82,7 +85,8 @@ impl AsyncType {
         MESSAGES.iter().find(|message| message.header.as_bytes() == header).map(|message| message.code)
     }
 
-    /// The header of its lines, without the `$`; `None` for [`OFF`](Self::OFF) and for a code without a constant.
+    /// The header of its lines, without the `$`; `None` for [`OFF`](Self::OFF) and for a code
+    /// without a constant.
     #[must_use]
     pub fn header(self) -> Option<&'static str> {
         self.message().map(|message| message.header)
@@ -94,8 +98,9 @@ impl AsyncType {
         self.message().map(|message| message.description)
     }
 
-    /// The usual length of a line in bytes with an 8-bit checksum, CR and LF, without suffix; 0 for [`OFF`](Self::OFF), `None` where it is
-    /// not known. A value beyond its usual width makes a line longer.
+    /// The usual length of a line in bytes with an 8-bit checksum, CR and LF, without suffix; 0 for
+    /// [`OFF`](Self::OFF), `None` where it is not known. A value beyond its usual width makes a
+    /// line longer.
     #[must_use]
     pub fn usual_length(self) -> Option<u32> {
         if self == Self::OFF { Some(0) } else { self.message()?.usual_length }
@@ -139,7 +144,8 @@ impl fmt::Display for AsyncType {
     }
 }
 
-/// How often a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, which firmware 3 takes for never.
+/// How often a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, which firmware 3
+/// takes for never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AsyncRate(u32);
 

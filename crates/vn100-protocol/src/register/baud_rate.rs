@@ -9,8 +9,8 @@ use super::{
 
 /// Bits per second of a port, one of the nine that the sensor has.
 ///
-/// The sensor answers a write at the old rate and goes over to the new one then. Eight data bits, no parity, one stop bit: ten bits a
-/// byte.
+/// The sensor answers a write at the old rate and goes over to the new one then. Eight data bits,
+/// no parity, one stop bit: ten bits a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BaudRate(u32);
 

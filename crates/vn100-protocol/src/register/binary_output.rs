@@ -47,7 +47,8 @@ impl BinaryOutput {
         if self.async_mode == 0 || self.rate_divisor == 0 { 0.0 } else { 800.0 / f64::from(self.rate_divisor) }
     }
 
-    /// The bytes of a packet; `None` where a group or a field is not known, or their numbers do not go together.
+    /// The bytes of a packet; `None` where a group or a field is not known, or their numbers do not
+    /// go together.
     #[must_use]
     pub fn packet_length(&self) -> Option<usize> {
         packet::length(self.groups, &self.field_words)

@@ -93,7 +93,8 @@ impl fmt::Display for Calibration {
 
 /// Register 26: from the axes of the sensor to those of the vehicle.
 ///
-/// A new matrix must be orthonormal to 1e-5, and acts only when it has been saved and the sensor restarted.
+/// A new matrix must be orthonormal to 1e-5, and acts only when it has been saved and the sensor
+/// restarted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFrameRotation {
     /// The matrix by rows.

@@ -94,7 +94,8 @@ impl fmt::Display for SerialNumber {
 pub struct Firmware(pub [u32; 4]);
 
 impl Firmware {
-    /// The first number, which tells the two worlds of this sensor apart: 2 and earlier, 3 and later.
+    /// The first number, which tells the two worlds of this sensor apart: 2 and earlier, 3 and
+    /// later.
     #[must_use]
     pub fn major(&self) -> u32 {
         self.0[0]

@@ -52,7 +52,8 @@ pub struct DeltaSettings {
     pub frame: u8,
     /// Whether the estimated bias of the angular rate is taken off: 0 no, 1 yes.
     pub gyro_compensation: u8,
-    /// What is taken off the acceleration: 0 nothing, 1 gravity; the maker's library adds 2 bias, 3 both.
+    /// What is taken off the acceleration: 0 nothing, 1 gravity; the maker's library adds 2 bias, 3
+    /// both.
     pub accel_compensation: u8,
     /// Whether the rotation of the Earth is taken off: 0 no, 1 yes.
     pub earth_rate_correction: u8,

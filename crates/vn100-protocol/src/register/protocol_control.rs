@@ -5,13 +5,15 @@ use core::fmt;
 use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
 use crate::checksum::Check;
 
-/// Suffix fields, checksums and error reports. The numbers are kept as they are, so that one that is not known here survives.
+/// Suffix fields, checksums and error reports. The numbers are kept as they are, so that one that
+/// is not known here survives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ProtocolControl {
-    /// The number behind `T` on every line: 0 none, 1 SyncIn count, 2 microseconds since SyncIn, 3 SyncOut count, 4 microseconds since
-    /// the pulse of a satellite receiver.
+    /// The number behind `T` on every line: 0 none, 1 SyncIn count, 2 microseconds since SyncIn, 3
+    /// SyncOut count, 4 microseconds since the pulse of a satellite receiver.
     pub serial_count: u8,
-    /// The word behind `S` on every line: 0 none, 1 status of the attitude filter; others on other products.
+    /// The word behind `S` on every line: 0 none, 1 status of the attitude filter; others on other
+    /// products.
     pub serial_status: u8,
     /// The count on the SPI bus.
     pub spi_count: u8,
@@ -21,8 +23,8 @@ pub struct ProtocolControl {
     pub serial_checksum: u8,
     /// The check on the SPI bus.
     pub spi_checksum: u8,
-    /// 0: errors are counted only, and a wrong command is never answered. 1: `VNERR` is sent. 2: it is sent and turns the port's message
-    /// off.
+    /// 0: errors are counted only, and a wrong command is never answered. 1: `VNERR` is sent. 2: it
+    /// is sent and turns the port's message off.
     pub error_mode: u8,
 }
 

@@ -4,10 +4,12 @@ use core::fmt;
 
 use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
 
-/// The modes of SyncIn and SyncOut. The numbers are kept as they are, so that one that is not known here survives.
+/// The modes of SyncIn and SyncOut. The numbers are kept as they are, so that one that is not known
+/// here survives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SyncControl {
-    /// What an edge on SyncIn does: 3 counts, 4 starts a sample, 5 sends one line, 6 sends one of every stream.
+    /// What an edge on SyncIn does: 3 counts, 4 starts a sample, 5 sends one line, 6 sends one of
+    /// every stream.
     pub in_mode: u8,
     /// 0 a rising edge, 1 a falling one.
     pub in_edge: u8,
@@ -15,11 +17,13 @@ pub struct SyncControl {
     pub in_skip: u16,
     /// Reserved, 0.
     pub reserved_in: u32,
-    /// What SyncOut tells: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an attitude is ready.
+    /// What SyncOut tells: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an attitude is
+    /// ready.
     pub out_mode: u8,
     /// 0 pulses go low, 1 high.
     pub out_polarity: u8,
-    /// Events passed over between two pulses: their count runs at 800 Hz / (`out_skip` + 1) in modes 1 and 2.
+    /// Events passed over between two pulses: their count runs at 800 Hz / (`out_skip` + 1) in
+    /// modes 1 and 2.
     pub out_skip: u16,
     /// The length of a pulse in nanoseconds.
     pub out_pulse_ns: u32,

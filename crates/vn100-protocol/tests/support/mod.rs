@@ -1,4 +1,5 @@
-//! What the tests of this crate share: lines printed by the standard library, pieces of a stream, and ways to cut it.
+//! What the tests of this crate share: lines printed by the standard library, pieces of a stream,
+//! and ways to cut it.
 #![allow(dead_code, reason = "each test uses its part")]
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -111,7 +112,8 @@ pub(crate) fn concat(pieces: &[Piece]) -> Vec<u8> {
     pieces.iter().flat_map(|piece| piece.bytes.clone()).collect()
 }
 
-/// An item as text, and the bytes it shows as evidence: enough to compare items that do not live as long.
+/// An item as text, and the bytes it shows as evidence: enough to compare items that do not live as
+/// long.
 pub(crate) fn describe(item: Item<'_>) -> String {
     format!("{item:?}")
 }

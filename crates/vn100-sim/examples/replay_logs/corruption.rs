@@ -160,8 +160,8 @@ fn only_carriage_return(line: &mut Vec<u8>) {
     line.pop();
 }
 
-/// Bit 6 of every byte behind `$`: letters become control characters, digits letters. Bad: truncated
-/// right behind `$`; the rest of the line is skipped.
+/// Bit 6 of every byte behind `$`: letters become control characters, digits letters. Bad:
+/// truncated right behind `$`; the rest of the line is skipped.
 fn bit_6_flipped_everywhere(line: &mut Vec<u8>) {
     for byte in &mut line[1..] {
         *byte ^= 0x40;

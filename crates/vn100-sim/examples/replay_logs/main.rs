@@ -74,8 +74,8 @@ fn gaps(mut lines: Vec<Vec<u8>>) -> Vec<u8> {
     lines.concat()
 }
 
-/// Packets at 200 Hz between sentences at 40 Hz; packet and sentence of one instant show the same values,
-/// the packet first, and the four packets after them repeat these.
+/// Packets at 200 Hz between sentences at 40 Hz; packet and sentence of one instant show the same
+/// values, the packet first, and the four packets after them repeat these.
 fn binary_between(seed: u64, duration_s: u32) -> Result<Vec<u8>, UnsupportedRate> {
     let mut generator = generator(seed)?;
     let mut bytes = Vec::new();

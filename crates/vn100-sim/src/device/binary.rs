@@ -21,9 +21,11 @@ pub(crate) struct Contents<'a> {
     pub(crate) vpe_status: u16,
 }
 
-/// Bytes of each field by its bit, 0 where a VN-100 has none. Fields of a satellite receiver are sent as zeros.
+/// Bytes of each field by its bit, 0 where a VN-100 has none. Fields of a satellite receiver are
+/// sent as zeros.
 ///
-/// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet with any other group is refused.
+/// The groups in the order of their bits: common, time, inertial, satellites, attitude. A packet
+/// with any other group is refused.
 #[rustfmt::skip]
 const FIELD_BYTES: [[u32; 16]; 5] = [
     [8, 8, 8, 12, 16, 12, 24, 12, 12, 24, 20, 28, 2, 4, 8, 0],

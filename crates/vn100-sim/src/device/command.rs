@@ -16,7 +16,8 @@ pub(crate) struct CommandBuffer {
 }
 
 impl CommandBuffer {
-    /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or why there is none.
+    /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or why
+    /// there is none.
     ///
     /// Bytes before a `$` are nobody's; a `$` always begins anew.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, ErrorCode>> {

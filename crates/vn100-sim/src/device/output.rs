@@ -27,8 +27,9 @@ impl SyncOut {
         Self { count, since_tick }
     }
 
-    /// Its value after a number of ticks: one edge a tick where register 32 asks for those of the sensors, one in two ticks where it
-    /// asks for those of the attitude, and fewer by what is skipped.
+    /// Its value after a number of ticks: one edge a tick where register 32 asks for those of the
+    /// sensors, one in two ticks where it asks for those of the attitude, and fewer by what is
+    /// skipped.
     pub(super) fn count_at(&self, ticks: u64, registers: &Registers) -> u32 {
         let ticks_per_edge = match registers.whole(32, 4) {
             1 | 2 => 1,
@@ -187,7 +188,8 @@ impl Device {
         self.send(self.now_ns, packet);
     }
 
-    /// Tells of an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after which the lines stop.
+    /// Tells of an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
+    /// which the lines stop.
     pub(super) fn report(&mut self, code: ErrorCode) {
         let mode = self.registers.whole(30, 6);
         if mode > 0 {

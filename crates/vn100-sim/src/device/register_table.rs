@@ -36,7 +36,8 @@ const ANY: Field = Real(f32::MAX);
 const CALIBRATION: &[Field] = &[ANY; 12];
 const NO_CALIBRATION: &str = "1,0,0,0,1,0,0,0,1,0,0,0";
 
-/// The longest window of register 85. The maker states none; this is as long as a reading at 0.8 Hz needs.
+/// The longest window of register 85. The maker states none; this is as long as a reading at 0.8 Hz
+/// needs.
 const MAX_WINDOW: u32 = 1000;
 
 const fn writable(number: u16, fields: &'static [Field], default: &'static str) -> Row {
@@ -47,10 +48,11 @@ const fn read_only(number: u16, fields: &'static [Field], default: &'static str)
     Row { number, read_only: true, fields, default }
 }
 
-/// All registers with settings but those that are kept by port (5, 6, 7), hold masks (75 to 77), or are counted (33).
+/// All registers with settings but those that are kept by port (5, 6, 7), hold masks (75 to 77), or
+/// are counted (33).
 ///
-/// Ranges the maker does not state are as wide as the named values of the field. Register 83 has no agreed defaults: all zero but the
-/// distance that makes it compute anew.
+/// Ranges the maker does not state are as wide as the named values of the field. Register 83 has no
+/// agreed defaults: all zero but the distance that makes it compute anew.
 pub(crate) const ROWS: &[Row] = &[
     writable(0, &[Text(20)], ""),
     read_only(1, &[Text(24)], "VN-100S-CR"),

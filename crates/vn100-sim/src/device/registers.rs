@@ -175,7 +175,8 @@ impl Registers {
         }
     }
 
-    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`: it takes effect at start-up.
+    /// Windows, calibrations and the rotation of the frame. The rotation is that of `started_with`:
+    /// it takes effect at start-up.
     pub(crate) fn processing(&self, started_with: &Self) -> Processing {
         let real =
             |registers: &Self, number| registers.values.get(&number).map(|values| reals(values)).unwrap_or_default();

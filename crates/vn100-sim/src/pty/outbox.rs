@@ -4,7 +4,8 @@ use std::{collections::VecDeque, io};
 
 use super::port::Port;
 
-/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall held back are 48 KiB at 200 Hz.
+/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall held back are 48 KiB
+/// at 200 Hz.
 const ROOM: usize = 64 * 1024;
 
 /// The bytes on their way to a host, in order.

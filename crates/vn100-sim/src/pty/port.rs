@@ -32,10 +32,11 @@ pub(super) enum HostChange {
 #[derive(Debug)]
 pub(super) struct Port {
     master: OwnedFd,
-    /// Our own hold on the side of the host. Without it the port reads as hung up until the first host comes, and no one could tell how
-    /// much a host has not read yet.
+    /// Our own hold on the side of the host. Without it the port reads as hung up until the first
+    /// host comes, and no one could tell how much a host has not read yet.
     slave: Option<OwnedFd>,
-    /// Tells of openings and closings; `None` when our hold is gone, from when on a hang-up tells of the end.
+    /// Tells of openings and closings; `None` when our hold is gone, from when on a hang-up tells
+    /// of the end.
     watch: Option<OwnedFd>,
     path: PathBuf,
     host_is_there: bool,
@@ -64,7 +65,8 @@ impl Port {
         &self.path
     }
 
-    /// Sleeps until a host does something, there is room if that is `for_room`, `waker` is readable, or the time is over.
+    /// Sleeps until a host does something, there is room if that is `for_room`, `waker` is
+    /// readable, or the time is over.
     pub(super) fn wait(&self, waker: &OwnedFd, for_room: bool, timeout: &Timespec) -> io::Result<()> {
         let events = if for_room { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
         let mut fds = vec![PollFd::new(waker, PollFlags::IN), PollFd::new(&self.master, events)];

@@ -89,8 +89,8 @@ pub fn serve(device: Device, options: PtyOptions) -> Result<PtySensor, PtyError>
 }
 
 impl PtySensor {
-    /// The path to open: the link where there is one. Without a link it changes when a host leaves; while the sensor is unplugged it is
-    /// the last that was.
+    /// The path to open: the link where there is one. Without a link it changes when a host leaves;
+    /// while the sensor is unplugged it is the last that was.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         self.shared.state().path.clone()
@@ -211,7 +211,8 @@ impl Server {
         self.give(&bytes)
     }
 
-    /// Hands bytes to the host, behind those that wait for room; what finds none there either is lost.
+    /// Hands bytes to the host, behind those that wait for room; what finds none there either is
+    /// lost.
     fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
         let Some(port) = &self.port else { return Ok(()) };
         let dropped = self.outbox.push(bytes);

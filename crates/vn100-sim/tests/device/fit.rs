@@ -76,7 +76,8 @@ fn cases_seen_on_real_units() {
     assert!(bench.ask("VNRRG,05").starts_with("$VNRRG,05,57600*"));
 }
 
-/// Register 75 behind the divisor, bytes of a packet, packets a second that 57600, 115200, 230400, 460800 and 921600 baud carry.
+/// Register 75 behind the divisor, bytes of a packet, packets a second that 57600, 115200, 230400,
+/// 460800 and 921600 baud carry.
 const PACKETS: [(&str, u32, [u32; 5]); 8] = [
     ("01,0101", 26, [222, 443, 886, 1772, 3545]),
     ("01,0201", 38, [152, 303, 606, 1213, 2425]),

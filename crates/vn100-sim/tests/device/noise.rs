@@ -1,4 +1,5 @@
-//! The noise of the device: window, decimation, refresh rates, and the filter that removes the gyro bias.
+//! The noise of the device: window, decimation, refresh rates, and the filter that removes the gyro
+//! bias.
 
 use std::time::Duration;
 

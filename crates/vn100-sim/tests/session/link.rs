@@ -1,4 +1,5 @@
-//! A session and a sensor on the two ends of a line that loses, damages, delays and repeats what the test says.
+//! A session and a sensor on the two ends of a line that loses, damages, delays and repeats what
+//! the test says.
 
 use std::{collections::VecDeque, time::Duration};
 

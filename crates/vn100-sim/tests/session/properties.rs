@@ -1,4 +1,5 @@
-//! Any faults in any order: each request ends once and in time, nothing that may not is sent twice, and what is told is true.
+//! Any faults in any order: each request ends once and in time, nothing that may not is sent twice,
+//! and what is told is true.
 
 use std::time::Duration;
 

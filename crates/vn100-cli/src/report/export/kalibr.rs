@@ -1,4 +1,5 @@
-//! The file that Kalibr takes: white noise and random walk of each sensor, in continuous time and SI units.
+//! The file that Kalibr takes: white noise and random walk of each sensor, in continuous time and
+//! SI units.
 //!
 //! Names and units as in the page "Yaml formats" of its documentation.
 
@@ -20,8 +21,8 @@ pub(crate) struct Yaml {
     was_moved: bool,
 }
 
-/// Of each sensor the worst axis. Where its random walk is not estimated, and `with_over_bound`, the white noise and the random walk that
-/// together lie above the whole curve of every axis.
+/// Of each sensor the worst axis. Where its random walk is not estimated, and `with_over_bound`,
+/// the white noise and the random walk that together lie above the whole curve of every axis.
 pub(crate) fn yaml(record: &Record<'_>, with_over_bound: bool) -> Yaml {
     let snapshot = record.snapshot();
     let mut yaml = Yaml::default();
@@ -57,7 +58,8 @@ impl Yaml {
     }
 
     /// # Errors
-    /// Where a figure is not known: Kalibr does not start without it, and a guess would pass for a measurement.
+    /// Where a figure is not known: Kalibr does not start without it, and a guess would pass for a
+    /// measurement.
     pub(crate) fn complete(&self) -> Result<()> {
         if self.was_moved {
             bail!(

@@ -1,6 +1,8 @@
-//! The samples as ROS 2 messages in an MCAP file: `sensor_msgs/msg/Imu` and `sensor_msgs/msg/MagneticField`.
+//! The samples as ROS 2 messages in an MCAP file: `sensor_msgs/msg/Imu` and
+//! `sensor_msgs/msg/MagneticField`.
 //!
-//! Axes and frame are the sensor's own: x forwards, y to the right, z down; the orientation is against north, east, down.
+//! Axes and frame are the sensor's own: x forwards, y to the right, z down; the orientation is
+//! against north, east, down.
 
 use std::{collections::BTreeMap, io::Cursor, path::Path};
 
@@ -191,7 +193,8 @@ impl Messages {
     }
 }
 
-/// x, y, z, w of the rotation from the body to north, east, down: yaw about z, then pitch about y, then roll about x, in degrees.
+/// x, y, z, w of the rotation from the body to north, east, down: yaw about z, then pitch about y,
+/// then roll about x, in degrees.
 fn quaternion([yaw, pitch, roll]: [f64; 3]) -> [f64; 4] {
     let [(sy, cy), (sp, cp), (sr, cr)] = [yaw, pitch, roll].map(|angle| (angle.to_radians() / 2.0).sin_cos());
     [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]

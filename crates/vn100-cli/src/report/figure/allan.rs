@@ -13,7 +13,8 @@ use crate::units::{ChannelValues, Point};
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
 
-/// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules read.
+/// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules
+/// read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
     let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);

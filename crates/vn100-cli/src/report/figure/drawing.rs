@@ -105,7 +105,8 @@ pub(crate) enum Colour {
     Series(usize),
 }
 
-/// Told apart by people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design" (2008).
+/// Told apart by people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design"
+/// (2008).
 const SERIES: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 

@@ -1,4 +1,5 @@
-//! The record over time: for each block of it the range of its samples, its mean, and one standard deviation on either side.
+//! The record over time: for each block of it the range of its samples, its mean, and one standard
+//! deviation on either side.
 
 use anyhow::Result;
 

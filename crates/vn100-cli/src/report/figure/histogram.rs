@@ -61,8 +61,8 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>> {
     Ok(Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }])))
 }
 
-/// Bars joined in pairs until none lies far below some near it on both sides: values that come in steps would leave gaps between narrower bars, and
-/// twice as high ones beside them.
+/// Bars joined in pairs until none lies far below some near it on both sides: values that come in
+/// steps would leave gaps between narrower bars, and twice as high ones beside them.
 fn as_wide_as_steps(mut width: f64, counts: &[u64]) -> (f64, Vec<u64>) {
     // what chance alone hardly does to a bar between such neighbours
     const FULL: u64 = 20;

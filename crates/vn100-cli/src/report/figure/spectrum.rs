@@ -5,7 +5,8 @@ use anyhow::Result;
 use super::{Axis, Colour, Dash, Figure, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit};
 use crate::{report::findings::shakes, units::ChannelValues};
 
-/// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would lie on each other.
+/// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would
+/// lie on each other.
 const SAME: f64 = 0.03;
 const APART: f64 = 0.12;
 

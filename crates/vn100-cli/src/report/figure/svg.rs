@@ -4,7 +4,8 @@ use std::fmt::{self, Write};
 
 use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Mark, Shape};
 
-/// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`; `title` is read aloud.
+/// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`;
+/// `title` is read aloud.
 pub(crate) fn element(drawing: &Drawing, id: &str, title: &str) -> String {
     write(drawing, id, title, "")
 }

@@ -1,4 +1,5 @@
-//! Means and standard deviations, one table for each sensor, each with what it says for this record.
+//! Means and standard deviations, one table for each sensor, each with what it says for this
+//! record.
 
 use std::cmp::Ordering;
 

@@ -1,4 +1,5 @@
-//! A panic while the view has the terminal: the terminal is given back first, and the panic is read on the normal screen.
+//! A panic while the view has the terminal: the terminal is given back first, and the panic is read
+//! on the normal screen.
 #![cfg(target_os = "linux")]
 
 use std::{

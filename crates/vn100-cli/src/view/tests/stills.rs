@@ -1,5 +1,6 @@
-//! The stills in `stills/`: screens of two hours of an emulated sensor, replayed. They are drawn anew with
-//! `VN100_WRITE_STILLS=1 cargo test -p vn100-cli stills`; otherwise those kept must be what is drawn.
+//! The stills in `stills/`: screens of two hours of an emulated sensor, replayed. They are drawn
+//! anew with `VN100_WRITE_STILLS=1 cargo test -p vn100-cli stills`; otherwise those kept must be
+//! what is drawn.
 
 use std::{
     env,
@@ -100,7 +101,8 @@ fn emulated() -> Source {
     .clone()
 }
 
-/// A screen as a picture: each row a text, each change of style or of kind of sign placed anew, so that no font moves the columns.
+/// A screen as a picture: each row a text, each change of style or of kind of sign placed anew, so
+/// that no font moves the columns.
 fn svg(buffer: &Buffer) -> String {
     let (columns, rows) = (f64::from(buffer.area.width), f64::from(buffer.area.height));
     let (width, height) = (columns * CELL.0, rows * CELL.1);
