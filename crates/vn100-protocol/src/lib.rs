@@ -96,47 +96,39 @@
 
 extern crate alloc;
 
-mod bad_line;
-mod checksum;
-mod command;
-mod decimal;
-mod decoder;
-mod device_error;
-mod digits;
-mod fields;
-mod framer;
-mod layout;
+mod framing;
 mod link_budget;
 mod message;
-mod packet;
-mod print_format;
 mod register;
-mod reply;
-mod sentence;
-mod session;
-mod tally;
-mod template;
+mod request;
 
-pub use bad_line::{BadKind, BadLine};
-pub use checksum::{Check, CheckDigits, crc16, xor8};
-pub use command::Command;
-pub use decimal::{Decimal, DecimalError};
-pub use decoder::{Decoder, Item};
-pub use device_error::DeviceError;
-pub use fields::{Fields, FieldsError};
-pub use framer::{Frame, Framer, Options, Step};
-pub use layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR};
+pub use framing::{
+    bad_line::{BadKind, BadLine},
+    checksum::{Check, CheckDigits, crc16, xor8},
+    framer::{Frame, Framer, Options, Step},
+    packet::{MAX_PACKET, Packet},
+    sentence::{MAX_BODY, Sentence},
+    tally::{BadTally, Tally},
+};
 pub use link_budget::{LineForm, LinkLoad};
-pub use message::{GrammarError, Imu, MessageError, RangeError, Suffix, Ymr};
-pub use packet::{MAX_PACKET, Packet};
-pub use print_format::PrintFormat;
+pub use message::{
+    GrammarError, Imu, MessageError, RangeError, Suffix, Ymr,
+    decimal::{Decimal, DecimalError},
+    decoder::{Decoder, Item},
+    layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR},
+    print_format::PrintFormat,
+};
 pub use register::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, CalibratedSensor, Calibration, DeltaSettings,
     Firmware, HardwareRevision, HsiControl, HsiResult, ImuFilter, Model, PerSensor, ProtocolControl,
     ReferenceFrameRotation, ReferenceVectors, Register, RegisterContents, RegisterValue, SerialNumber, Setting,
     StartupGyroBias, SyncControl, ValueError, VpeControl,
+    fields::{Fields, FieldsError},
 };
-pub use reply::{Reply, ReplyError};
-pub use sentence::{MAX_BODY, Sentence};
-pub use session::{Answer, Handled, QueueFull, RequestFailure, RequestId, Session};
-pub use tally::{BadTally, Tally};
+pub use request::{
+    RequestFailure,
+    command::Command,
+    device_error::DeviceError,
+    reply::{Reply, ReplyError},
+    session::{Answer, Handled, QueueFull, RequestId, Session},
+};

@@ -3,8 +3,8 @@
 use core::{iter::Sum, ops::Add};
 
 use crate::{
-    checksum::Check,
-    layout::OUTPUT_RATES_HZ,
+    framing::checksum::Check,
+    message::layout::OUTPUT_RATES_HZ,
     register::{AsyncRate, AsyncType, BaudRate, BinaryOutput, ProtocolControl},
 };
 

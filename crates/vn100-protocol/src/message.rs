@@ -1,9 +1,15 @@
 //! What the measuring messages have in common: numbers, an optional suffix, and the way back to
 //! bytes.
 
+pub(crate) mod decimal;
+pub(crate) mod decoder;
+mod digits;
 mod imu;
+pub(crate) mod layout;
 mod numbers;
+pub(crate) mod print_format;
 mod suffix;
+mod template;
 mod ymr;
 
 use nom::{IResult, Parser, bytes::complete::tag};
@@ -11,9 +17,9 @@ use thiserror::Error;
 
 pub use self::{imu::Imu, suffix::Suffix, ymr::Ymr};
 use crate::{
-    decimal::{Decimal, DecimalError},
-    layout::{Channel, Layout},
-    sentence::Sentence,
+    framing::sentence::Sentence,
+    message::decimal::{Decimal, DecimalError},
+    message::layout::{Channel, Layout},
 };
 
 /// Why a sentence with a measuring message's header is not that message.

@@ -5,6 +5,7 @@ mod baud_rate;
 mod binary_output;
 mod calibration;
 mod field_reader;
+pub(crate) mod fields;
 mod identity;
 mod processing;
 mod protocol_control;
@@ -27,7 +28,7 @@ pub use self::{
     protocol_control::ProtocolControl,
     sync_control::SyncControl,
 };
-use crate::{checksum::Check, fields::Fields, message::MessageError};
+use crate::{framing::checksum::Check, message::MessageError, register::fields::Fields};
 
 /// The number of a register; displays with two digits at least, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -6,11 +6,11 @@ use core::fmt::{self, Write};
 
 use super::{Counts, Fields, GrammarError, MessageError, Suffix, numbers::Numbers, parse_fields, scale, split_fields};
 use crate::{
-    checksum::Check,
-    decimal::Decimal,
-    layout::{IMU_CHANNELS, VNIMU},
+    framing::checksum::Check,
+    framing::sentence::{Sentence, write_sentence},
+    message::decimal::Decimal,
+    message::layout::{IMU_CHANNELS, VNIMU},
     register::{Register, RegisterContents, RegisterValue, ValueError},
-    sentence::{Sentence, write_sentence},
 };
 
 /// One `$VNIMU` line.

@@ -5,7 +5,7 @@
 //! [`Decimal`](crate::Decimal) reads the line again and judges it. What is read here is read there
 //! alike.
 
-use crate::{digits::eight_digits, layout::Channel};
+use crate::{message::digits::eight_digits, message::layout::Channel};
 
 /// The numbers at the head of a body.
 pub(super) struct Numbers<'a, const N: usize> {

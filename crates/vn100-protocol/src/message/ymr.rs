@@ -4,11 +4,11 @@ use core::fmt::{self, Write};
 
 use super::{Counts, GrammarError, MessageError, RangeError, Suffix, numbers::Numbers, parse_fields, scale};
 use crate::{
-    checksum::Check,
-    decimal::Decimal,
-    layout::{VNYMR, YMR_CHANNELS},
-    print_format::PrintFormat,
-    sentence::{Sentence, write_sentence},
+    framing::checksum::Check,
+    framing::sentence::{Sentence, write_sentence},
+    message::decimal::Decimal,
+    message::layout::{VNYMR, YMR_CHANNELS},
+    message::print_format::PrintFormat,
 };
 
 /// One `$VNYMR` line.

@@ -6,7 +6,7 @@ use super::{
     Register, RegisterContents, RegisterValue, Setting, ValueError,
     field_reader::{FieldReader, integer},
 };
-use crate::layout::OUTPUT_RATES_HZ;
+use crate::message::layout::OUTPUT_RATES_HZ;
 
 /// The message that a port sends of itself, by the code that register 6 takes.
 ///

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader};
-use crate::packet;
+use crate::framing::packet;
 
 /// One of the three registers of binary outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

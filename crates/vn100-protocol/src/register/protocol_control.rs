@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
-use crate::checksum::Check;
+use crate::framing::checksum::Check;
 
 /// Suffix fields, checksums and error reports. The numbers are kept as they are, so that one that
 /// is not known here survives.

@@ -5,10 +5,10 @@ use alloc::{borrow::ToOwned, string::String};
 use thiserror::Error;
 
 use crate::{
-    device_error::DeviceError,
-    fields::Fields,
+    framing::sentence::Sentence,
+    register::fields::Fields,
     register::{Register, RegisterContents},
-    sentence::Sentence,
+    request::device_error::DeviceError,
 };
 
 /// An answer of the sensor, an error that it reports unasked, or a question that the line brings

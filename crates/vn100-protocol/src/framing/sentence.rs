@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::checksum::{Check, CheckDigits, crc16_step};
+use crate::framing::checksum::{Check, CheckDigits, crc16_step};
 
 /// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the
 /// longest stock message.

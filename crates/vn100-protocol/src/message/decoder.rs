@@ -1,14 +1,14 @@
 //! Bytes to messages: the framer, the messages and the fast path in one.
 
 use crate::{
-    bad_line::{BadKind, BadLine},
-    checksum::Check,
-    framer::{Frame, Framer, Options, Step},
+    framing::bad_line::{BadKind, BadLine},
+    framing::checksum::Check,
+    framing::framer::{Frame, Framer, Options, Step},
+    framing::packet::{MAX_PACKET, Packet},
+    framing::sentence::Sentence,
+    framing::tally::Tally,
+    message::template,
     message::{Imu, MessageError, Ymr},
-    packet::{MAX_PACKET, Packet},
-    sentence::Sentence,
-    tally::Tally,
-    template,
 };
 
 /// Decodes a byte stream.

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::{
-    checksum::CheckDigits,
+    framing::checksum::CheckDigits,
     message::{GrammarError, RangeError},
 };
 
@@ -44,7 +44,7 @@ pub enum BadKind {
     #[error("truncated: the line breaks off before its end")]
     Truncated,
     /// No end within the length of the longest sentence.
-    #[error("too long: no end after {} bytes, more than any sentence has", crate::sentence::MAX_BODY)]
+    #[error("too long: no end after {} bytes, more than any sentence has", crate::framing::sentence::MAX_BODY)]
     TooLong,
 }
 

@@ -3,7 +3,7 @@
 //! Whatever differs in one byte is left to the general path, which says the same of every line that
 //! this one takes.
 
-use crate::{digits::eight_digits, layout::YMR_CHANNELS, message::Ymr};
+use crate::{message::Ymr, message::digits::eight_digits, message::layout::YMR_CHANNELS};
 
 /// The length of the usual line up to its last check digit.
 pub(crate) const LENGTH: usize = 120;

@@ -11,11 +11,11 @@
 use memchr::{memchr_iter, memchr2};
 
 use crate::{
-    bad_line::{BadKind, BadLine},
-    checksum::{Check, CheckDigits, crc16, xor8},
-    packet::{self, Candidate, Packet},
-    sentence::{MAX_BODY, Sentence},
-    tally::Tally,
+    framing::bad_line::{BadKind, BadLine},
+    framing::checksum::{Check, CheckDigits, crc16, xor8},
+    framing::packet::{self, Candidate, Packet},
+    framing::sentence::{MAX_BODY, Sentence},
+    framing::tally::Tally,
 };
 
 /// What is taken for a good line.

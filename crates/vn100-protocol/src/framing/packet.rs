@@ -8,7 +8,7 @@
 //! CRC alone decides, over whatever bytes these are: one in 65 536 false starts with known masks is
 //! taken for a packet.
 
-use crate::checksum::crc16;
+use crate::framing::checksum::crc16;
 
 /// The byte a packet begins with.
 pub(crate) const START: u8 = 0xFA;

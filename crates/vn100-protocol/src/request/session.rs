@@ -1,21 +1,19 @@
 //! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an
 //! argument.
 
-mod failure;
-
 use alloc::{collections::VecDeque, string::String, vec::Vec};
 use core::time::Duration;
 
 use thiserror::Error;
 
-pub use self::failure::RequestFailure;
 use crate::{
-    checksum::Check,
-    command::Command,
-    device_error::DeviceError,
-    fields::Fields,
+    framing::checksum::Check,
+    register::fields::Fields,
     register::{Register, RegisterContents},
-    reply::Reply,
+    request::RequestFailure,
+    request::command::Command,
+    request::device_error::DeviceError,
+    request::reply::Reply,
 };
 
 /// Sends requests one at a time, finds their answers among the replies and repeats what may be

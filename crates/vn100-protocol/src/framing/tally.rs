@@ -1,6 +1,6 @@
 //! What a stream has carried, byte by byte and line by line.
 
-use crate::bad_line::BadKind;
+use crate::framing::bad_line::BadKind;
 
 /// Counts since the beginning of the stream. Every byte is in exactly one of the five byte counts
 /// at any moment.

@@ -1,6 +1,6 @@
 //! The two ways in which firmware prints `$VNYMR`.
 
-use crate::layout::Channel;
+use crate::message::layout::Channel;
 
 /// How many digits the numbers of a line have.
 ///

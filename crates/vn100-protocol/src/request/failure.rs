@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::{device_error::DeviceError, fields::Fields};
+use crate::{register::fields::Fields, request::device_error::DeviceError};
 
 /// Why a request has no good answer. `line` is the command as sent, without CR and LF.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -4,11 +4,11 @@ use alloc::string::ToString;
 use core::{fmt, time::Duration};
 
 use crate::{
-    checksum::Check,
-    fields::Fields,
+    framing::checksum::Check,
+    framing::sentence::write_sentence,
+    register::fields::Fields,
     register::{Register, Setting},
-    reply::Reply,
-    sentence::write_sentence,
+    request::reply::Reply,
 };
 
 /// A command to the sensor.
