@@ -1,5 +1,4 @@
 //! Every test that `RELIABILITY.md` names is there.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     fs,

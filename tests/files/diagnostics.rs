@@ -1,12 +1,8 @@
 //! What `-v` and `--log FILE` tell, and that nothing else changes by them.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{fs, os::unix::fs::symlink};
 
-use support::{document, replay, replay_log, run, vn100, with_stdin};
+use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 
 /// The lines of a log that hold `what`, behind time and source.
 fn entries<'a>(log: &'a str, what: &str) -> Vec<&'a str> {

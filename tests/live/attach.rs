@@ -1,7 +1,4 @@
 //! Live sources that need no device: a serial server, standard input, and what cannot be opened.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs,
@@ -10,8 +7,8 @@ use std::{
     thread,
 };
 
+use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 use serde_json::Value;
-use support::{document, replay, replay_log, run, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

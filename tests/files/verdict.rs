@@ -1,13 +1,5 @@
 //! Measurements against data sheets, end to end: verdicts, grades and the exit code that scripts
 //! wait for.
-#![allow(
-    clippy::panic,
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says so when it skips"
-)]
-
-mod support;
 
 use std::{
     fmt::Write,
@@ -15,8 +7,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::support::{channel, document, real_captures, replay, vn100};
 use serde_json::Value;
-use support::{channel, document, real_captures, replay, vn100};
 
 const GYRO: [&str; 3] = ["gyro_x", "gyro_y", "gyro_z"];
 const RATE: [&str; 2] = ["--rate", "40"];

@@ -1,10 +1,4 @@
 //! What a live command leaves behind: the sensor as it was found, however the command ends.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-#[path = "support/sensor.rs"]
-mod sensor;
-mod support;
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -14,10 +8,10 @@ use std::{
     time::Duration,
 };
 
+use crate::sensor::Sensor;
+use crate::support::{Lines, document, replay, run, vn100};
 use rustix::process::{Pid, Signal, kill_process};
-use sensor::Sensor;
 use serde_json::Value;
-use support::{Lines, document, replay, run, vn100};
 
 const SIGNALS: [Signal; 2] = [Signal::INT, Signal::TERM];
 

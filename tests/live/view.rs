@@ -1,25 +1,19 @@
 //! The live view in a real terminal: started, steered, ended in every way, and what it leaves
 //! behind.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-#[path = "support/session.rs"]
-mod session;
-mod support;
 
 use std::{
     fs::{self, File},
     path::Path,
 };
 
+use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
+use crate::support::{replay, replay_log};
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
     process::Signal,
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{Action, tcflow},
 };
-use session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
-use support::{replay, replay_log};
 
 #[test]
 fn keys_lead_through_the_view_and_the_result_follows() {

@@ -1,6 +1,5 @@
 //! Questions at speeds that are not the sensor's reach it as junk; what it says to that is not told
 //! as an answer to somebody else.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     io,

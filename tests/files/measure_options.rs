@@ -1,12 +1,9 @@
 //! What an option of a measurement changes in its result, and what it leaves as it was.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::fs;
 
+use crate::support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
 use serde_json::Value;
-use support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

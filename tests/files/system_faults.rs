@@ -1,8 +1,4 @@
 //! What befalls the program and its files: disks, pipes, and being killed.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs,
@@ -13,8 +9,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::support::{replay, replay_log, vn100};
 use serde_json::Value;
-use support::{replay, replay_log, vn100};
 use vn100_driver::{Input, RecordingReader};
 
 const CLEAN: &str = "clean-minute.vnymr";

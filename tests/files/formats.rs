@@ -1,16 +1,13 @@
 //! Recordings with times, and recordings in other forms: the result is that of the lines they were
 //! made from.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
+use crate::support::{channel, replay, replay_log, vn100, warned};
 use serde_json::Value;
-use support::{channel, replay, replay_log, vn100, warned};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

@@ -1,12 +1,9 @@
 //! The captures that ship with the project: what the program says of each is what stands beside it.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{fs, path::Path};
 
+use crate::support::{replay, replay_log};
 use serde_json::Value;
-use support::{replay, replay_log};
 
 const LOGS: &[&str] = &["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"];
 

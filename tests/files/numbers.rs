@@ -1,18 +1,15 @@
 //! The numbers an engineer signs: noise parameters of records whose truth is known, and what is
 //! said of streams that do not show it.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 mod disturbed;
-#[path = "../support/mod.rs"]
-mod support;
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
+use crate::support::{channel, deviation, real_captures, replay, replay_log, vn100, warned};
 use serde_json::Value;
-use support::{channel, deviation, real_captures, replay, replay_log, vn100, warned};
 
 /// A capture of the emulated sensor.
 fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {

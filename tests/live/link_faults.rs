@@ -1,6 +1,5 @@
 //! Each fault of a link, on an emulated sensor and a clock in memory: what it costs at 40 and at
 //! 200 Hz, and that it costs nothing else.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{collections::VecDeque, io, time::Duration};
 

@@ -1,14 +1,5 @@
 //! What others wrote never steers the terminal, files are never written over unasked, and what
 //! comes with the program is whole.
-#![cfg(unix)]
-#![allow(
-    clippy::panic,
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says so when it skips"
-)]
-
-mod support;
 
 use std::{
     fs,
@@ -19,7 +10,7 @@ use std::{
     thread,
 };
 
-use support::{replay_log, run, vn100, with_stdin};
+use crate::support::{replay_log, run, vn100, with_stdin};
 
 /// Clears the screen, in ASCII and as one character above it; rings; turns the direction of text;
 /// feigns a line.
@@ -60,7 +51,7 @@ fn names_of_captures_steer_nothing_and_stay_whole_in_documents() {
         assert!(assert_harmless(&output.stdout).contains("other"), "{form:?}");
     }
     let output = vn100().arg("replay").arg(&good).arg("--json").output().unwrap();
-    assert_eq!(support::document(&output)["source"]["name"], format!("good{HOSTILE}"));
+    assert_eq!(crate::support::document(&output)["source"]["name"], format!("good{HOSTILE}"));
 }
 
 #[test]
@@ -147,7 +138,7 @@ fn what_a_sensor_says_steers_nothing_and_is_no_markup() {
     assert_harmless(&recorded.stderr);
 
     let sheet = folder.path().join("sheet.toml");
-    let built_in = support::workspace().join("crates/vn100-cli/datasheets/vn-100.toml");
+    let built_in = crate::support::workspace().join("crates/vn100-cli/datasheets/vn-100.toml");
     let figures =
         fs::read_to_string(built_in).unwrap().replace("source = \"", &format!("source = \"{escaped}{MARKUP}"));
     let (_, figures) = figures.split_at(figures.find("[[figure]]").unwrap());

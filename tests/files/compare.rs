@@ -1,8 +1,5 @@
 //! Captures side by side, and plans: what is said of equal sensors, of one that is noisier, and of
 //! how long to measure.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fmt::Write,
@@ -10,8 +7,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::support::{channel, document, vn100};
 use serde_json::Value;
-use support::{channel, document, vn100};
 
 /// A capture of the emulated sensor.
 fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {
@@ -213,7 +210,7 @@ fn the_disturbed_record_is_named_with_the_time() {
     // with a part left out the times are still those of the record, in words and numbers
     let output =
         vn100().args(["replay", "--json", "--skip", "2min"]).args(GYRO_COLUMNS).arg(&slammed).output().unwrap();
-    let document = support::document(&output);
+    let document = crate::support::document(&output);
     let warnings = document["warnings"].as_array().unwrap();
     let text = |warning: &Value| warning["text"].as_str().unwrap().to_owned();
     assert!(warnings.iter().any(|warning| text(warning).contains("from 5:00 to 5:0")), "{warnings:?}");
@@ -367,7 +364,7 @@ fn a_record_of_the_planned_length_shows_what_was_wanted() {
     // the window a sensor is sold with is the exact one at 200 Hz
     let file = capture(folder.path(), "n", &["--duration", &seconds, "--rate", "200", "--message", "VNIMU"]);
     let output = vn100().arg("replay").arg(file).args(["--rate", "200", "--json"]).output().unwrap();
-    let measured = support::document(&output);
+    let measured = crate::support::document(&output);
     for axis in ["gyro_x", "gyro_y", "gyro_z"] {
         let white = &channel(&measured, axis)["noise"]["white"];
         let number = |name: &str| white[name].as_f64().unwrap();

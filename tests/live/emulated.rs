@@ -1,21 +1,10 @@
 //! The whole program on emulated sensors behind real pseudo-terminals: each fault, with its counts.
-#![cfg(target_os = "linux")]
-#![allow(
-    clippy::panic,
-    clippy::unwrap_used,
-    clippy::print_stderr,
-    reason = "a test fails by panicking and says so when it skips"
-)]
-
-#[path = "support/sensor.rs"]
-mod sensor;
-mod support;
 
 use std::process::{Command, Output};
 
-use sensor::Sensor;
+use crate::sensor::Sensor;
+use crate::support::{Lines, Running, document, replay, run, vn100, warned};
 use serde_json::Value;
-use support::{Lines, Running, document, replay, run, vn100, warned};
 
 fn number(document: &Value, pointer: &str) -> u64 {
     document.pointer(pointer).and_then(Value::as_u64).unwrap_or_else(|| panic!("no {pointer} in {document}"))

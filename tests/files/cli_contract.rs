@@ -1,7 +1,4 @@
 //! What users and their scripts may rely on: streams, exit codes, options, the document.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs,
@@ -9,9 +6,9 @@ use std::{
     process::{Command, Stdio},
 };
 
+use crate::support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
-use support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

@@ -1,7 +1,4 @@
 //! What a report must hold, and what becomes of the files beside it.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs,
@@ -16,7 +13,7 @@ const CHANNELS: [&str; 12] =
     ["yaw", "pitch", "roll", "mag_x", "mag_y", "mag_z", "accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"];
 
 fn vn100(arguments: &[&str]) -> Output {
-    support::vn100().args(arguments).output().unwrap()
+    crate::support::vn100().args(arguments).output().unwrap()
 }
 
 fn text(path: &Path) -> &str {
@@ -291,7 +288,7 @@ fn a_capture_of_nothing_says_so() {
 
 #[test]
 fn a_capture_of_motion_gives_no_figures_to_a_filter() {
-    let Some(captures) = support::real_captures() else { return };
+    let Some(captures) = crate::support::real_captures() else { return };
     let capture = captures.join("vn100-shake-iwale-153s.vnymr");
     let folder = TempDir::new().unwrap();
     let page = folder.path().join("r.html");
@@ -306,7 +303,7 @@ fn a_capture_of_motion_gives_no_figures_to_a_filter() {
 
 #[test]
 fn the_shared_static_record_is_told_as_it_is() {
-    let Some(captures) = support::real_captures() else { return };
+    let Some(captures) = crate::support::real_captures() else { return };
     let capture = captures.join("vn100-static-kiran-330s.csv");
     let folder = TempDir::new().unwrap();
     let (_, html) = report(&folder, &[&capture], &[]);

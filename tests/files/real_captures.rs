@@ -1,13 +1,10 @@
 //! Recordings of real sensors: what a right reader says of each. They cannot be shipped; without
 //! them these tests say so and pass.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{fs, path::Path};
 
+use crate::support::{channel, deviation, real_captures, replay, warned};
 use serde_json::Value;
-use support::{channel, deviation, real_captures, replay, warned};
 use vn100_driver::protocol::{Check, Frame, Framer, Options};
 
 fn bad(document: &Value) -> u64 {

@@ -1,8 +1,4 @@
 //! The whole program on a port whose line hands back what is sent, as a loopback plug does.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
-
-mod support;
 
 use std::{
     fs::{File, OpenOptions},
@@ -10,11 +6,11 @@ use std::{
     thread,
 };
 
+use crate::support::{run, vn100};
 use rustix::{
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{OptionalActions, tcgetattr, tcsetattr},
 };
-use support::{run, vn100};
 
 /// A port with a loopback plug: its name, and what keeps it there.
 fn loopback() -> (String, File) {

@@ -1,0 +1,26 @@
+//! The program on captures and other files: formats, numbers, verdicts, comparisons, reports, and the
+//! options, streams and exit codes that scripts rely on.
+#![allow(
+    clippy::panic,
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says so when it skips"
+)]
+
+mod cli_contract;
+mod compare;
+#[cfg(unix)]
+mod diagnostics;
+mod formats;
+mod measure_options;
+mod numbers;
+mod real_captures;
+mod replay_logs;
+mod report;
+#[path = "../support/mod.rs"]
+mod support;
+#[cfg(unix)]
+mod system_faults;
+#[cfg(unix)]
+mod terminal;
+mod verdict;

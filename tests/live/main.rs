@@ -1,0 +1,26 @@
+//! The program on live sources: emulated sensors on pseudo-terminals and behind TCP, faults of their
+//! links, and the live view in a terminal.
+#![allow(
+    clippy::panic,
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says so when it skips"
+)]
+
+mod attach;
+#[cfg(target_os = "linux")]
+mod echo;
+#[cfg(target_os = "linux")]
+mod emulated;
+#[cfg(target_os = "linux")]
+mod left_as_found;
+mod link_faults;
+mod own_questions;
+#[cfg(target_os = "linux")]
+mod sensor;
+#[cfg(target_os = "linux")]
+mod session;
+#[path = "../support/mod.rs"]
+mod support;
+#[cfg(target_os = "linux")]
+mod view;
