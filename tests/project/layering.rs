@@ -9,11 +9,20 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ("vn100-driver", &["vn100-protocol"], &["clap", "ratatui", "anyhow", "serde"]),
     ("vn100-sim", &["vn100-protocol"], &["tokio", "tokio-util", "clap", "anyhow", "serde"]),
     (
-        "vn100-pipeline",
+        "vn100-analysis",
         &["vn100-protocol", "vn100-driver", "imu-noise"],
+        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "anyhow", "serde"],
+    ),
+    (
+        "vn100-pipeline",
+        &["vn100-protocol", "vn100-driver", "vn100-analysis"],
         &["serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
-    ("vn100-cli", &["vn100-protocol", "vn100-driver", "imu-noise", "vn100-sim", "vn100-pipeline"], &[]),
+    (
+        "vn100-cli",
+        &["vn100-protocol", "vn100-driver", "imu-noise", "vn100-sim", "vn100-analysis", "vn100-pipeline"],
+        &[],
+    ),
 ];
 
 fn crates() -> &'static Path {

@@ -7,7 +7,7 @@ mod measure;
 use std::{path::PathBuf, time::Duration};
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum, error::ErrorKind};
-use vn100_pipeline::{DEFAULT_CONFIDENCE, Want};
+use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, BaudRate};
 use vn100_sim::CaptureMessage;
 

@@ -11,8 +11,9 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Assessments, Settings};
 use vn100_driver::{Change, LinkState, ReadOptions, RecordError, Recorder, RecordingState};
-use vn100_pipeline::{Assessments, Outcome, Settings, start};
+use vn100_pipeline::{Outcome, start};
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName, Telling},

@@ -1,7 +1,7 @@
 //! `vn100 compare`: captures side by side.
 
 use anyhow::Result;
-use vn100_pipeline::{Comparison, DEFAULT_CONFIDENCE, Record};
+use vn100_analysis::{Comparison, DEFAULT_CONFIDENCE, Record};
 
 use crate::{
     args::CompareArgs,

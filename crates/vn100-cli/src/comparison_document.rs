@@ -6,7 +6,7 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_pipeline::{Chance, ChannelMeans, Comparison, Ranking};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking};
 
 use crate::{
     measured::Measured,
@@ -174,7 +174,7 @@ impl ComparisonDocument {
         };
         let channels = tests_by_channel(&comparison.octaves).into_iter().map(|channel| {
             let TestsOfChannel { name, unit, tests } = channel;
-            let octave = |test: &&vn100_pipeline::OctaveTest| OctaveDocument {
+            let octave = |test: &&vn100_analysis::OctaveTest| OctaveDocument {
                 tau_s: test.tau_s,
                 records: test.records,
                 deviations: test.deviations,

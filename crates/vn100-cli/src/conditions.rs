@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use toml::Value;
-use vn100_pipeline::{Goal, Settings};
+use vn100_analysis::{Goal, Settings};
 
 use crate::toml_file;
 

@@ -9,7 +9,7 @@ use serde::{
     de::{self, IgnoredAny, SeqAccess, Visitor},
 };
 use toml::Spanned;
-use vn100_pipeline::{Datasheet, DatasheetFigure, SheetOnboard};
+use vn100_analysis::{Datasheet, DatasheetFigure, SheetOnboard};
 
 use crate::toml_file::{self, line};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
-use vn100_pipeline::{Assessment, MissingFrom, RateFrom, Snapshot};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, Snapshot};
 
 use crate::{
     measured::{Measured, Verdicts},

@@ -15,8 +15,9 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Assessments, Settings};
 use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
-use vn100_pipeline::{Assessments, Outcome, Settings, every_second, start};
+use vn100_pipeline::{Outcome, every_second, start};
 
 use crate::{
     args::FileArgs,

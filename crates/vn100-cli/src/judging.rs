@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use imu_noise::Verdict;
-use vn100_pipeline::{Assessment, Datasheet, Figure, FigureVerdict, FilterModels, Snapshot, not_passed};
+use vn100_analysis::{Assessment, Datasheet, Figure, FigureVerdict, FilterModels, Snapshot, not_passed};
 
 use crate::{
     args::MeasureArgs,

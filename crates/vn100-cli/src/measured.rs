@@ -5,10 +5,11 @@ use std::{io, sync::Arc};
 use anyhow::{Context, Result};
 use indicatif::HumanBytes;
 use tokio::task::JoinHandle;
-use vn100_driver::RecordingState;
-use vn100_pipeline::{
-    Analysis, Assessment, FigureVerdict, FilterModels, Goal, Outcome, Settings, Snapshot, Warning, WarningKind,
+use vn100_analysis::{
+    Analysis, Assessment, FigureVerdict, FilterModels, Goal, Settings, Snapshot, Warning, WarningKind,
 };
+use vn100_driver::RecordingState;
+use vn100_pipeline::Outcome;
 
 use crate::{
     exit::{Exit, about},

@@ -2,7 +2,7 @@
 
 use imu_noise::{Convention, Parameter, Sides, Status, Term, conventions};
 use serde::Serialize;
-use vn100_pipeline::{ChannelNoise, FilterModels};
+use vn100_analysis::{ChannelNoise, FilterModels};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct NoiseDocument {

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use tokio::time::Instant;
-use vn100_pipeline::{RateChange, Snapshot};
+use vn100_analysis::{RateChange, Snapshot};
 
 /// A sensor that is heard and sends no measurement in this time, or none at its rate, will send
 /// none: it is set to something else. Bytes that were held back come at another rate for less.
@@ -112,7 +112,7 @@ const LOST: &str = ", as after a restart that lost settings that were not saved;
 
 #[cfg(test)]
 mod tests {
-    use vn100_pipeline::{Analysis, Settings};
+    use vn100_analysis::{Analysis, Settings};
 
     use super::*;
 

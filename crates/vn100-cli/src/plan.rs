@@ -1,7 +1,7 @@
 //! `vn100 plan`: how to set the sensor, and how long to measure, for what shall be known.
 
 use anyhow::Result;
-use vn100_pipeline::{Given, Plan, Want};
+use vn100_analysis::{Given, Plan, Want};
 
 use crate::{
     args::PlanArgs,

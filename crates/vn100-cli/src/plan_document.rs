@@ -4,7 +4,7 @@
 
 use imu_noise::Term;
 use serde::Serialize;
-use vn100_pipeline::{Datasheet, Given, Known, Plan, PlannedWant};
+use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant};
 
 use crate::plan_steps::{SENSORS, Steps};
 

@@ -1,7 +1,7 @@
 //! The commands that do what was planned.
 
 use imu_noise::Sensor;
-use vn100_pipeline::{Given, Plan};
+use vn100_analysis::{Given, Plan};
 use vn100_protocol::BaudRate;
 
 /// By the names that wants have for them.

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use vn100_analysis::Snapshot;
 use vn100_driver::{CsvReport, Recorded};
-use vn100_pipeline::Snapshot;
 
 use crate::recorded::RecordedDocument;
 

@@ -4,8 +4,8 @@
 use std::{borrow::Cow, time::Duration};
 
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use vn100_analysis::Snapshot;
 use vn100_driver::{LinkState, RecordingState, Up};
-use vn100_pipeline::Snapshot;
 
 use crate::{
     exit::{about, printable, report},
@@ -207,8 +207,8 @@ fn counts(snapshot: &Snapshot) -> String {
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::{Analysis, Settings};
     use vn100_driver::{Arrival, Batch, LatencyTimer, protocol::VNYMR};
-    use vn100_pipeline::{Analysis, Settings};
 
     use super::*;
 

@@ -17,8 +17,8 @@ pub(crate) mod verdict_words;
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
+use vn100_analysis::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
 use vn100_driver::CsvReport;
-use vn100_pipeline::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
 
 use deviations::write_deviations;
 use distribution::{write_distribution, write_parts};

@@ -1,7 +1,7 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
-use vn100_pipeline::{
+use vn100_analysis::{
     Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, OctaveTest, Snapshot,
 };
 use vn100_protocol::{Channel, Quantity};

@@ -2,7 +2,7 @@
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Term, conventions};
 use serde::Serialize;
-use vn100_pipeline::{ChannelNoise, FigureVerdict, StreamUnknown};
+use vn100_analysis::{ChannelNoise, FigureVerdict, StreamUnknown};
 
 use crate::{
     noise_document::term_name,

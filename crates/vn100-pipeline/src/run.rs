@@ -16,9 +16,8 @@ use tokio::{
     task::JoinHandle,
     time::{self, MissedTickBehavior},
 };
+use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
 use vn100_driver::{CsvReport, End, Event};
-
-use crate::{analysis::Analysis, assessment::Assessment, settings::Settings, snapshot::Snapshot};
 
 /// Snapshots of every second that may wait for whoever writes them down.
 const WAITING_SECONDS: usize = 4;

@@ -6,8 +6,9 @@ use std::io;
 
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::Settings;
 use vn100_driver::{Chunk, Input, ReadOptions, Source, read_samples};
-use vn100_pipeline::{Settings, start};
+use vn100_pipeline::start;
 
 /// The same chunk of whole lines, so often.
 struct Again {

@@ -7,10 +7,10 @@ use std::{io, time::Duration};
 use bytes::Bytes;
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Analysis, Settings};
 use vn100_driver::{
     Chunk, Connect, ConnectError, Connection, Event, Input, LinkEventKind, LinkOptions, Source, open_link,
 };
-use vn100_pipeline::{Analysis, Settings};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 

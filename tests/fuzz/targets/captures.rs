@@ -7,8 +7,8 @@ use std::{
 };
 
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Analysis, Assessment, Settings};
 use vn100_driver::{Capture, ColumnMap, CsvReport, Event, Format, LinkCounts, OpenError, ReadOptions};
-use vn100_pipeline::{Analysis, Assessment, Settings};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
+use vn100_analysis::{Analysis, Assessment, Figure, Goal, Settings, Want};
 use vn100_driver::{Batch, ColumnMap};
-use vn100_pipeline::{Analysis, Assessment, Figure, Goal, Settings, Want};
 use vn100_protocol::VNYMR;
 use vn100_sim::fault::FaultPlan;
 

@@ -18,8 +18,8 @@ use std::{
 use serialport::{SerialPort, TTYPort};
 use tokio::{runtime::Builder, task::JoinSet, time};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Analysis, Settings};
 use vn100_driver::{Clock, Event, LinkOptions, SerialPorts, open_link};
-use vn100_pipeline::{Analysis, Settings};
 
 /// The first argument of the feeder.
 pub(crate) const FEED: &str = "feed";

@@ -14,8 +14,9 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{DEFAULT_RATE_HZ, Settings};
 use vn100_driver::{Capture, ColumnMap, Event, ReadOptions};
-use vn100_pipeline::{DEFAULT_RATE_HZ, Outcome, Settings, start};
+use vn100_pipeline::{Outcome, start};
 
 use crate::{
     args::ReplayArgs,

@@ -1,7 +1,7 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
 use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
+use vn100_analysis::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::record::Record;

@@ -1,6 +1,6 @@
 //! One capture's result in the units in which a report gives it.
 
-use vn100_pipeline::{Assessment, FigureVerdict, Snapshot};
+use vn100_analysis::{Assessment, FigureVerdict, Snapshot};
 use vn100_protocol::Quantity;
 
 use super::capture_file::CaptureFile;

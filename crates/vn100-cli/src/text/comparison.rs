@@ -3,7 +3,7 @@
 
 use std::fmt::{self, Write};
 
-use vn100_pipeline::{Chance, Comparison, OctaveTest, Onboard, Ranking};
+use vn100_analysis::{Chance, Comparison, OctaveTest, Onboard, Ranking};
 
 use super::{
     layout::fill,

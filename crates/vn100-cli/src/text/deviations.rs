@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Deviation, Estimator};
-use vn100_pipeline::Snapshot;
+use vn100_analysis::Snapshot;
 
 use super::{
     layout::{COLUMN, fill},

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term, conventions};
-use vn100_pipeline::FilterModels;
+use vn100_analysis::FilterModels;
 
 use super::{layout::row, names::sensor, numbers::four_digits};
 use crate::units::ChannelValues;

@@ -4,7 +4,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
-use vn100_pipeline::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
+use vn100_analysis::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
 
 use super::{
     layout::{fill, row},

@@ -4,7 +4,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::BoxcarWindow;
-use vn100_pipeline::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
+use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
 
 use super::{
     layout::{WIDTH, fill},

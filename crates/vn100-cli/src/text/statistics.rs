@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::STANDARD_GRAVITY_M_S2;
-use vn100_pipeline::Snapshot;
+use vn100_analysis::Snapshot;
 use vn100_protocol::Quantity;
 
 use super::layout::fill;

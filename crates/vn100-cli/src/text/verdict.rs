@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Claim, Verdict};
-use vn100_pipeline::{FigureVerdict, Motion};
+use vn100_analysis::{FigureVerdict, Motion};
 
 use super::{
     layout::fill,

@@ -1,7 +1,7 @@
 //! Verdicts and grades in words, the same in text, documents and reports.
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Term, Verdict, conventions};
-use vn100_pipeline::{ChannelNoise, FigureVerdict, LongTaus, StreamUnknown};
+use vn100_analysis::{ChannelNoise, FigureVerdict, LongTaus, StreamUnknown};
 
 use super::numbers::four_digits;
 

@@ -7,8 +7,9 @@ use std::{
 };
 
 use tokio::sync::{mpsc, watch};
+use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
 use vn100_driver::{LinkState, RecordingState};
-use vn100_pipeline::{Analysis, Assessment, Controls, Settings, Snapshot};
+use vn100_pipeline::Controls;
 
 use super::{source::Source, state::SourceRequest};
 use crate::{exit::printable, pace::Position, source_document::Origin};

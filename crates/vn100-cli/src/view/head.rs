@@ -8,8 +8,8 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
+use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
-use vn100_pipeline::RateFrom;
 use vn100_protocol::Quantity;
 
 use super::{

@@ -8,7 +8,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_pipeline::{DatasheetFigure, FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
+use vn100_analysis::{DatasheetFigure, FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::{

@@ -1,7 +1,7 @@
 //! The last minutes of a channel in as many columns as there is room for.
 
 use imu_noise::counts_to_unit;
-use vn100_pipeline::Slot;
+use vn100_analysis::Slot;
 
 use super::source::Source;
 

@@ -12,7 +12,7 @@ use ratatui::{
     crossterm::event::{Event, KeyEventKind},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_pipeline::Assessments;
+use vn100_analysis::Assessments;
 
 use super::{
     Signals,

@@ -12,8 +12,8 @@ use std::{env, fmt::Write, fs, path::Path};
 
 use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
+use vn100_analysis::{RateChange, Warning, WarningKind};
 use vn100_driver::LinkState;
-use vn100_pipeline::{RateChange, Warning, WarningKind};
 
 use super::{
     curve::NextOctave,
@@ -129,7 +129,7 @@ fn a_damaged_stream_says_what_it_suffers_from() {
 #[test]
 fn every_warning_is_listed_and_read_in_full() {
     let every = {
-        use vn100_pipeline::WarningKind::*;
+        use vn100_analysis::WarningKind::*;
         [
             RecordingFailed,
             NoValidLines,

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use imu_noise::{Deviation, Term};
-use vn100_pipeline::ChannelNoise;
+use vn100_analysis::ChannelNoise;
 
 use super::{
     Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,

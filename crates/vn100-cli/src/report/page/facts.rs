@@ -2,7 +2,7 @@
 
 use imu_noise::Arrivals;
 use maud::{Markup, html};
-use vn100_pipeline::{MissingFrom, RateFrom};
+use vn100_analysis::{MissingFrom, RateFrom};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterValue, StartupGyroBias, VpeControl,

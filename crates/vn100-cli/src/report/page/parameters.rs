@@ -2,7 +2,7 @@
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
-use vn100_pipeline::{ChannelNoise, LongTaus, WalkSeenLater};
+use vn100_analysis::{ChannelNoise, LongTaus, WalkSeenLater};
 use vn100_protocol::Quantity;
 
 use super::super::{

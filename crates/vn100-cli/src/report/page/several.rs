@@ -1,7 +1,7 @@
 //! Several records side by side.
 
 use maud::{Markup, html};
-use vn100_pipeline::{Chance, Comparison, OctaveTest};
+use vn100_analysis::{Chance, Comparison, OctaveTest};
 
 use super::{
     super::{
@@ -15,15 +15,15 @@ use super::{
 use crate::{args::ReportArgs, units::tests_by_channel};
 
 pub(super) fn several(records: &[Record<'_>], together: &Figures, options: &ReportArgs) -> Markup {
-    let compared: Vec<vn100_pipeline::Record<'_>> = (records.iter())
-        .map(|record| vn100_pipeline::Record {
+    let compared: Vec<vn100_analysis::Record<'_>> = (records.iter())
+        .map(|record| vn100_analysis::Record {
             name: &record.origin().name,
             snapshot: record.snapshot(),
             assessment: record.assessment(),
         })
         .collect();
     let comparison =
-        Comparison::of(&compared, options.files.measure.confidence.unwrap_or(vn100_pipeline::DEFAULT_CONFIDENCE));
+        Comparison::of(&compared, options.files.measure.confidence.unwrap_or(vn100_analysis::DEFAULT_CONFIDENCE));
     html! {
         section id="comparison" {
             h2 { "Comparison" }

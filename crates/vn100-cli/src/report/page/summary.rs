@@ -2,7 +2,7 @@
 
 use imu_noise::{Parameter, Sensor, Status, Term, Verdict};
 use maud::{Markup, html};
-use vn100_pipeline::Motion;
+use vn100_analysis::Motion;
 
 use super::super::{
     figure::pretty_unit,

@@ -17,7 +17,7 @@ use crate::{
     },
     units::ChannelValues,
 };
-use vn100_pipeline::{FigureVerdict, StreamUnknown};
+use vn100_analysis::{FigureVerdict, StreamUnknown};
 
 pub(super) fn verdicts(record: &Record<'_>) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {

@@ -1,7 +1,7 @@
 //! What would make a better record, the greatest gain first.
 
 use imu_noise::{Sensor, Status};
-use vn100_pipeline::{LongTaus, RateFrom, WarningKind};
+use vn100_analysis::{LongTaus, RateFrom, WarningKind};
 
 use super::super::{
     findings::Findings,

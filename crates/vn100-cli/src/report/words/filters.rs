@@ -1,7 +1,7 @@
 //! What a filter that uses the stream is to be told.
 
 use imu_noise::{Sensor, Term, conventions};
-use vn100_pipeline::LongTaus;
+use vn100_analysis::LongTaus;
 
 use super::super::{
     figure::pretty_unit,

@@ -1,7 +1,7 @@
 //! What stands between the record and the sensor.
 
 use imu_noise::{Sensor, Term, Verdict, conventions};
-use vn100_pipeline::{LongTaus, Onboard, WarningKind};
+use vn100_analysis::{LongTaus, Onboard, WarningKind};
 
 use super::{
     super::{

@@ -1,7 +1,7 @@
 //! How noisy each axis is.
 
 use imu_noise::{Parameter, Sensor, Status, Term, conventions};
-use vn100_pipeline::{LongTaus, Motion};
+use vn100_analysis::{LongTaus, Motion};
 
 use super::{
     super::{

@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_pipeline::{LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
+use vn100_analysis::{LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
 
 use super::*;
 use crate::report::findings::{AxisFindings, SensorFindings};

@@ -1,7 +1,7 @@
 //! How far the numbers can be trusted.
 
 use imu_noise::{Parameter, Status};
-use vn100_pipeline::{RateFrom, WarningKind};
+use vn100_analysis::{RateFrom, WarningKind};
 
 use super::{
     super::{

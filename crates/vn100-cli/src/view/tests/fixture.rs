@@ -7,11 +7,11 @@ use std::{
 };
 
 use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
+use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot};
 use vn100_driver::{
     Batch, LinkCounts, LinkState, Mark, MarkKind, RecordingState, RegisterValue, Up,
     protocol::{Layout, VNIMU, VNYMR},
 };
-use vn100_pipeline::{Analysis, Assessment, RateFrom, Settings, Snapshot};
 
 use crate::{
     args::MeasureArgs,

@@ -1,7 +1,7 @@
 //! What keys and the mouse do.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
-use vn100_pipeline::Assessment;
+use vn100_analysis::Assessment;
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::{

@@ -17,8 +17,9 @@ use ratatui::{
     style::{Color, Modifier},
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Assessment, Settings};
 use vn100_driver::{Capture, ReadOptions};
-use vn100_pipeline::{Assessment, Settings, start};
+use vn100_pipeline::start;
 use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
 
 use super::{drawn, nothing, one};

@@ -11,16 +11,15 @@ use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, Regist
 use vn100_protocol::{Layout, PrintFormat, Register};
 
 use crate::{
-    advice::{self, Findings},
-    channel_state::ChannelState,
-    norms::Norm,
-    polled::Polled,
-    recent::Recent,
-    repeats::Repeats,
+    accumulate::{
+        channel_state::ChannelState, norms::Norm, polled::Polled, recent::Recent, repeats::Repeats, waiting::Waiting,
+    },
     settings::{DEFAULT_RATE_HZ, Settings},
     snapshot::{FalseRate, MissingFrom, Outages, RateChange, RateFrom, Snapshot, Timing},
-    waiting::Waiting,
-    warning::{Warning, WarningKind},
+    warning::{
+        Warning, WarningKind,
+        advice::{self, Findings},
+    },
 };
 
 /// So many channels never repeat all at once while a sensor lives.

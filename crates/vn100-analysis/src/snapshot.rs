@@ -9,7 +9,10 @@ use imu_noise::{
 use vn100_driver::{LinkCounts, LinkEvent, LinkEventKind};
 use vn100_protocol::{Channel, Layout, Quantity};
 
-use crate::{norms::Norm, recent::Recent, warning::Warning};
+use crate::{
+    accumulate::{norms::Norm, recent::Recent},
+    warning::Warning,
+};
 
 /// Everything known of a measurement at one moment. Taking one does not disturb the measurement.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Analysis;
-use crate::repeats::Repeats;
+use crate::accumulate::repeats::Repeats;
 
 impl Analysis {
     /// Leaves out everything that came so far, as warm-up, and gives the data time that is: the

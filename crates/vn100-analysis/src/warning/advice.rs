@@ -10,7 +10,7 @@ use vn100_protocol::{Channel, Quantity, Tally};
 
 use self::{no_valid_lines::no_valid_lines, refused::refused};
 use crate::{
-    rates::rates_hz,
+    accumulate::rates::rates_hz,
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };

@@ -9,11 +9,11 @@ use std::{sync::Arc, time::Duration};
 
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
+use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
 use vn100_driver::{
     Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
     protocol::{Layout, PrintFormat, VNIMU, VNYMR},
 };
-use vn100_pipeline::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
 
 /// One thing on a stream.
 #[derive(Debug, Clone, Copy)]

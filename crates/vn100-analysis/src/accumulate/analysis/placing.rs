@@ -7,9 +7,11 @@ use vn100_driver::{Batch, MarkKind};
 
 use super::Analysis;
 use crate::{
-    evidence::Verdict,
+    accumulate::{
+        evidence::Verdict,
+        waiting::{Ready, Waiting},
+    },
     snapshot::MissingFrom,
-    waiting::{Ready, Waiting},
 };
 
 /// Lines of less time do not tell their rate where they come bunched.

@@ -1,5 +1,7 @@
 //! What may spoil a result, each with what was seen, why it matters and what to try.
 
+pub(crate) mod advice;
+
 use std::fmt;
 
 /// The kinds of warning, by the names scripts may rely on.

@@ -4,9 +4,8 @@ use imu_noise::{NominalRate, Refusal, Timebase, TimebaseSummary};
 
 use super::Analysis;
 use crate::{
-    rates::rates_hz,
+    accumulate::{rates::rates_hz, waiting::Waiting},
     snapshot::{FalseRate, RateChange, RateFrom, Timing},
-    waiting::Waiting,
 };
 
 impl Analysis {

@@ -6,7 +6,7 @@ use std::{collections::VecDeque, time::Duration};
 use imu_noise::{Timebase, TimebaseSummary};
 use vn100_driver::{Batch, MarkKind};
 
-use crate::evidence::{Evidence, Verdict};
+use crate::accumulate::evidence::{Evidence, Verdict};
 
 /// The first stamp: long after zero, as later ones may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);

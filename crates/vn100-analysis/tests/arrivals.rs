@@ -6,11 +6,11 @@ use std::{sync::Arc, time::Duration};
 
 use imu_noise::{Arrivals, ChannelAccumulator, Deviation, Estimator, NominalRate};
 use proptest::prelude::*;
+use vn100_analysis::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
 use vn100_driver::{
     Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
     protocol::{Layout, VNYMR},
 };
-use vn100_pipeline::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
 
 /// A good line that arrives then, or a bad one.
 #[derive(Debug, Clone, Copy)]

@@ -1,0 +1,40 @@
+//! From batches of samples to statistics, and what they say of the sensor. Pure: no task, no
+//! clock, no file.
+//!
+//! [`Analysis`] takes batches and gives a [`Snapshot`] of all numbers at any time; an
+//! [`Assessment`] is what a snapshot says at one level of confidence: intervals, noise parameters,
+//! disturbances. [`Datasheet`], [`Comparison`], [`Plan`] and [`Goal`] build on both.
+
+mod accumulate;
+mod assessment;
+mod comparison;
+mod datasheet;
+mod figure;
+mod goal;
+mod plan;
+mod settings;
+mod snapshot;
+mod warning;
+
+pub use accumulate::{
+    analysis::Analysis,
+    norms::Norm,
+    recent::{Recent, Slot},
+};
+pub use assessment::{
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, Motion,
+    OctaveAssessment, Onboard, WalkSeenLater,
+};
+pub use comparison::{
+    Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
+    Record, RecordMean, WhiteTest,
+};
+pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, not_passed};
+pub use figure::{Figure, FigureChannels, FigureError};
+pub use goal::{Goal, GoalError};
+pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
+pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
+pub use snapshot::{
+    ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,
+};
+pub use warning::{Warning, WarningKind};
