@@ -50,59 +50,38 @@
 //!   local level model.
 //! - IEEE Std 952 and 1293: the Allan variance of gyroscopes and accelerometers.
 
-mod aligned;
-mod blocks;
-mod channel;
-mod chi_squared;
-mod comparison;
-mod confidence;
-mod convention;
-mod counter;
-mod histogram;
-mod identification;
-mod lanes;
-mod moments;
-mod noise_model;
-mod normality;
-mod octaves;
+mod accumulate;
+mod infer;
 #[cfg(test)]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
-mod power_law;
-mod record;
-mod record_length;
-mod scale;
-mod signal;
-mod significance;
-mod spectrum;
-mod stationarity;
 mod timebase;
-mod trend;
-mod unwrap;
-mod verdict;
 
-pub use blocks::{Block, MAX_BLOCKS};
-pub use channel::ChannelAccumulator;
-pub use comparison::{Spread, VarianceEstimate, f_test, holm};
-pub use confidence::{Interval, edf};
-pub use convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, Sides, conventions};
-pub use counter::{Counted, LineCounter};
-pub use histogram::{Bars, Histogram, MAX_BINS};
-pub use identification::{LagOne, NoiseType};
-pub use moments::Moments;
-pub use noise_model::{
+pub use accumulate::blocks::{Block, MAX_BLOCKS};
+pub use accumulate::channel::ChannelAccumulator;
+pub use accumulate::counts::counts_to_unit;
+pub use accumulate::histogram::{Bars, Histogram, MAX_BINS};
+pub use accumulate::moments::Moments;
+pub use accumulate::octaves::{OctaveSum, Octaves};
+pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
+pub use accumulate::signal::ChannelSignal;
+pub use accumulate::spectrum::density::{Density, DensityPoint, Sides};
+pub use accumulate::spectrum::{Spectrum, SpectrumPlan};
+pub use accumulate::unwrap::Unwrap;
+pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
+pub use infer::confidence::{Interval, edf};
+pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions};
+pub use infer::disturbance::Disturbance;
+pub use infer::identification::{LagOne, NoiseType};
+pub use infer::level_change::{LevelChange, LevelShape};
+pub use infer::noise_model::{
     BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
     Term, Terms, classical_reading, curve_minimum, over_bound, visible_random_walk, white_deficit,
 };
-pub use normality::{Normality, NotJudged};
-pub use octaves::{Deviation, Estimator, OctaveSum, Octaves};
-pub use power_law::PowerLaw;
-pub use record::{Octave, RecordShape};
-pub use record_length::{Aim, Wanted};
-pub use scale::counts_to_unit;
-pub use signal::ChannelSignal;
-pub use spectrum::{Density, DensityPoint, Line, Spectrum, SpectrumPlan};
-pub use stationarity::{Disturbance, LevelChange, LevelShape};
+pub use infer::normality::{Normality, NotJudged};
+pub use infer::power_law::PowerLaw;
+pub use infer::record_length::{Aim, Wanted};
+pub use infer::spectral_lines::Line;
+pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
+pub use timebase::counter::{Counted, LineCounter};
 pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
-pub use unwrap::Unwrap;
-pub use verdict::{Claim, Grade, StreamFactor, Verdict};

@@ -63,6 +63,7 @@ use std::time::Duration;
 
 mod arrivals;
 mod clock;
+pub(crate) mod counter;
 mod envelope;
 mod listed;
 mod placed;

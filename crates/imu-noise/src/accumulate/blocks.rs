@@ -1,0 +1,170 @@
+//! Mean, deviation and extremes of consecutive blocks of a record, in bounded memory.
+
+use ethnum::I256;
+
+use super::counts;
+
+/// Most blocks of a record; a record that has filled them is held in half as many of twice the
+/// length.
+pub const MAX_BLOCKS: usize = 96;
+
+/// Samples of the shortest block, and of the windows in which disturbances are sought.
+pub(crate) const WINDOW: usize = 32;
+
+/// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length.
+///
+/// Blocks lie on a grid of absolute sample indices; their length is the smallest power of two, from
+/// 32 samples up, with which the record fits. So the blocks depend on the samples only, not on
+/// their division over calls.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Blocks {
+    /// Binary logarithm of the length.
+    length_log2: u32,
+    /// The blocks from absolute index 0 on; those without a sample are empty.
+    sums: Vec<Sums>,
+}
+
+/// One block of a record: which samples, and their exact statistics in counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// Absolute index of the first sample the block has room for, a multiple of its length.
+    pub first_sample: u64,
+    /// Samples the block has room for, a power of two.
+    pub length: u64,
+    sums: Sums,
+}
+
+/// Sums over samples, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`]
+/// blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sums {
+    squares: u128,
+    sum: i64,
+    count: u64,
+    min: i32,
+    max: i32,
+}
+
+impl Block {
+    /// Samples present, at least 1 and at most [`length`](Self::length).
+    #[must_use]
+    pub const fn count(&self) -> u64 {
+        self.sums.count
+    }
+
+    /// Arithmetic mean in counts.
+    #[must_use]
+    pub fn mean_counts(&self) -> f64 {
+        self.sums.sum as f64 / self.sums.count as f64
+    }
+
+    /// Sample standard deviation in counts (divisor n - 1), exactly 0 for a constant; `None` for
+    /// one sample.
+    #[must_use]
+    pub fn std_counts(&self) -> Option<f64> {
+        let Sums { squares, sum, count, .. } = self.sums;
+        if count < 2 {
+            return None;
+        }
+        let n = count as f64;
+        let numerator = I256::from(squares) * I256::from(count) - I256::from(sum) * I256::from(sum);
+        Some((numerator.as_f64() / (n * (n - 1.0))).sqrt())
+    }
+
+    /// Smallest sample in counts.
+    #[must_use]
+    pub const fn min_counts(&self) -> i32 {
+        self.sums.min
+    }
+
+    /// Largest sample in counts.
+    #[must_use]
+    pub const fn max_counts(&self) -> i32 {
+        self.sums.max
+    }
+}
+
+impl Blocks {
+    pub(crate) fn new() -> Self {
+        Self { length_log2: WINDOW.ilog2(), sums: Vec::with_capacity(MAX_BLOCKS) }
+    }
+
+    /// Adds samples of one window, that is of one block of the shortest length.
+    pub(crate) fn add(&mut self, sample: u64, sums: &Sums) {
+        while sample >> self.length_log2 >= MAX_BLOCKS as u64 {
+            self.merge_pairs();
+        }
+        let block = (sample >> self.length_log2) as usize;
+        if self.sums.len() <= block {
+            self.sums.resize(block + 1, Sums::EMPTY);
+        }
+        self.sums[block].add(sums);
+    }
+
+    /// The blocks that have samples, in time order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
+        let length = 1_u64 << self.length_log2;
+        let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);
+        present.map(move |(&sums, block)| Block { first_sample: block * length, length, sums })
+    }
+
+    fn merge_pairs(&mut self) {
+        for pair in 0..self.sums.len().div_ceil(2) {
+            let mut merged = self.sums[2 * pair];
+            if let Some(second) = self.sums.get(2 * pair + 1) {
+                merged.add(second);
+            }
+            self.sums[pair] = merged;
+        }
+        self.sums.truncate(self.sums.len().div_ceil(2));
+        self.length_log2 += 1;
+    }
+}
+
+impl Sums {
+    const EMPTY: Self = Self { squares: 0, sum: 0, count: 0, min: i32::MAX, max: i32::MIN };
+
+    /// The sums of at most [`WINDOW`] samples, and n Σd² - (Σd)² = n (n - 1) variance.
+    #[inline]
+    pub(crate) fn of(window: &[i32]) -> (Self, f64) {
+        let Some(&pivot) = window.first() else { return (Self::EMPTY, 0.0) };
+        let deviation = |count: i32| f64::from(count) - f64::from(pivot);
+        let first = counts::lane_sum([window], |[count]| deviation(count));
+        let second = counts::lane_sum([window], |[count]| deviation(count) * deviation(count));
+        // No more than 32 times 2^32: exact.
+        let first_exact = first as i64;
+        let second_exact =
+            if second < counts::EXACT_BELOW { i128::from(second as i64) } else { squares_about(window, pivot) };
+        let (p, n) = (i64::from(pivot), window.len() as i64);
+        let sums = Self {
+            // Not negative: a sum of squares.
+            squares: (second_exact + i128::from(p) * i128::from(2 * first_exact + n * p)) as u128,
+            sum: first_exact + n * p,
+            count: window.len() as u64,
+            min: window.iter().fold(pivot, |min, &count| min.min(count)),
+            max: window.iter().fold(pivot, |max, &count| max.max(count)),
+        };
+        (sums, second * window.len() as f64 - first * first)
+    }
+
+    /// Σ c.
+    pub(crate) const fn sum(&self) -> i64 {
+        self.sum
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.squares += other.squares;
+        self.sum += other.sum;
+        self.count += other.count;
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+    }
+}
+
+/// For windows of any spread.
+#[cold]
+#[inline(never)]
+fn squares_about(window: &[i32], pivot: i32) -> i128 {
+    let deviations = window.iter().map(|&count| i128::from(count) - i128::from(pivot));
+    deviations.map(|d| d * d).sum()
+}

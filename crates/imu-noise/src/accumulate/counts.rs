@@ -1,0 +1,39 @@
+//! Sums of integer-valued `f64` in vector registers, and the bound that proves them exact.
+
+/// An integer-valued `f64` below 2^53 has not been rounded. Sums of terms that are not negative
+/// never fall, so one that ends below this bound was never rounded on the way, in any order of
+/// additions.
+pub(crate) const EXACT_BELOW: f64 = (1_u64 << 53) as f64;
+
+/// Independent partial sums, so that additions neither wait for each other nor stay scalar.
+const LANES: usize = 8;
+
+/// Sum of `term` over the places of `slices`, which are equally long.
+#[inline]
+pub(crate) fn lane_sum<T: Copy, const S: usize>(slices: [&[T]; S], term: impl Fn([T; S]) -> f64) -> f64 {
+    let chunks = slices.map(|slice| slice.as_chunks::<LANES>());
+    let mut lanes = [0.0_f64; LANES];
+    for chunk in 0..chunks[0].0.len() {
+        let chunk = chunks.map(|(whole, _)| &whole[chunk]);
+        for (lane, sum) in lanes.iter_mut().enumerate() {
+            *sum += term(chunk.map(|values| values[lane]));
+        }
+    }
+    let whole: f64 = lanes.iter().sum();
+    let rest: f64 = (0..chunks[0].1.len()).map(|i| term(chunks.map(|(_, rest)| rest[i]))).sum();
+    whole + rest
+}
+
+/// A value in counts, in the unit of a channel with `decimals` digits behind the point: one count
+/// is 10^-decimals.
+///
+/// Divides once by a power of ten, which is exact up to 22 decimals. Variances take twice the
+/// decimals.
+///
+/// ```
+/// assert_eq!(imu_noise::counts_to_unit(-9813.0, 3), -9.813);
+/// ```
+#[must_use]
+pub fn counts_to_unit(counts: f64, decimals: u8) -> f64 {
+    counts / 10_f64.powi(decimals.into())
+}

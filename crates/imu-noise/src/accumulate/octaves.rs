@@ -1,0 +1,182 @@
+//! Allan and Hadamard deviation at averaging factors m = 1, 2, 4, ..., from exact integer sums.
+
+mod cascade;
+mod overlapping;
+mod squares;
+
+use super::record::{Deviation, Estimator, Octave};
+use cascade::Cascade;
+use overlapping::Overlapping;
+
+/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in
+/// counts.
+///
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same sums, bit by
+/// bit.
+///
+/// ```
+/// use imu_noise::{Deviation, Estimator, Octaves};
+///
+/// // The nine-point suite of NBS Monograph 140.
+/// let mut octaves = Octaves::new(Estimator::Full, Deviation::Allan);
+/// octaves.push(&[892, 809, 823, 798, 671, 644, 883, 903, 677]);
+/// let adev: Vec<_> = octaves.sums().map(|octave| octave.deviation_counts().unwrap()).collect();
+/// assert!((adev[0] - 91.22945).abs() < 1e-4);
+/// assert!((adev[1] - 85.95287).abs() < 1e-4);
+/// assert_eq!(adev.len(), 3);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Octaves {
+    estimator: Estimator,
+    deviation: Deviation,
+    windows: Windows,
+}
+
+#[derive(Clone, Debug)]
+enum Windows {
+    Strided(Cascade),
+    Full(Overlapping),
+}
+
+/// The exact sum of one octave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OctaveSum {
+    /// What was squared.
+    pub deviation: Deviation,
+    /// Averaging factor: samples per block, a power of two from 1 to 2^30.
+    pub m: u64,
+    /// Number of windows n, at least 1.
+    pub terms: u64,
+    /// Sum of the n squared differences of block sums, in counts². `None` once it needed more than
+    /// 128 bits. Strided windows over counts that span 27 bits (±67 rad/s with six decimals) need
+    /// 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
+    pub sum_squares: Option<u128>,
+    /// Sum of the differences themselves, in counts; `None` unless asked for by
+    /// [`Octaves::keeping_slope`].
+    pub sum: Option<i128>,
+}
+
+impl Octaves {
+    /// Sums without any sample.
+    #[must_use]
+    pub fn new(estimator: Estimator, deviation: Deviation) -> Self {
+        let windows = match estimator {
+            Estimator::Strided => Windows::Strided(Cascade::new(16, deviation)),
+            Estimator::Plain => Windows::Strided(Cascade::new(1, deviation)),
+            Estimator::Full => Windows::Full(Overlapping::new(deviation)),
+        };
+        Self { estimator, deviation, windows }
+    }
+
+    /// The same, with what [`OctaveSum::without_slope`] needs; costs somewhat more.
+    #[must_use]
+    pub fn keeping_slope(mut self) -> Self {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.keep_terms(),
+            Windows::Full(overlapping) => overlapping.keep_terms(),
+        }
+        self
+    }
+
+    /// Which windows are summed.
+    #[must_use]
+    pub const fn estimator(&self) -> Estimator {
+        self.estimator
+    }
+
+    /// What is summed.
+    #[must_use]
+    pub const fn deviation(&self) -> Deviation {
+        self.deviation
+    }
+
+    /// Adds the next samples, in time order.
+    pub fn push(&mut self, counts: &[i32]) {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.push(counts),
+            Windows::Full(overlapping) => overlapping.push(counts),
+        }
+    }
+
+    /// Samples are missing here: no window reaches across.
+    ///
+    /// `Some(missing)` keeps the grid of windows: the next sample has an absolute index that is
+    /// higher by `missing` (0: a break without loss). `None`, an unknown number: the grid starts
+    /// anew with the next sample.
+    pub fn gap(&mut self, missing: Option<u64>) {
+        match &mut self.windows {
+            Windows::Strided(cascade) => cascade.gap(missing),
+            Windows::Full(overlapping) => overlapping.gap(),
+        }
+    }
+
+    /// Announces that about `samples` samples follow without a gap, so that [`Estimator::Full`]
+    /// allocates once. The other estimators need nothing.
+    pub fn reserve(&mut self, samples: usize) {
+        if let Windows::Full(overlapping) = &mut self.windows {
+            overlapping.reserve(samples);
+        }
+    }
+
+    /// The octaves that have at least one window, from m = 1 up. Empty below two samples (Hadamard:
+    /// three).
+    pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
+        let squares = |k: u32| match &self.windows {
+            Windows::Strided(cascade) => cascade.squares(k as usize),
+            Windows::Full(overlapping) => overlapping.squares(k as usize),
+        };
+        let terms = |k: u32| match &self.windows {
+            Windows::Strided(cascade) => cascade.terms(k as usize),
+            Windows::Full(overlapping) => overlapping.terms(k as usize),
+        };
+        (0..).map_while(move |k| squares(k).filter(|squares| squares.terms > 0).map(|squares| (k, squares))).map(
+            move |(k, squares)| OctaveSum {
+                deviation: self.deviation,
+                m: 1 << k,
+                terms: squares.terms,
+                sum_squares: squares.sum,
+                sum: terms(k),
+            },
+        )
+    }
+}
+
+impl OctaveSum {
+    /// Averaging factor and windows, what confidence and fit need to know besides the variance.
+    #[must_use]
+    pub const fn octave(&self) -> Octave {
+        Octave { m: self.m, terms: self.terms }
+    }
+
+    /// The octave of the same samples without a line of `slope_counts` counts per sample: each
+    /// difference of block sums less slope · m², the sum of squares rounded to a whole count².
+    /// Unchanged for the Hadamard deviation, which no line shows in; with an unknown sum where the
+    /// differences were not kept.
+    #[must_use]
+    pub fn without_slope(self, slope_counts: f64) -> Self {
+        if self.deviation == Deviation::Hadamard {
+            return self;
+        }
+        let m = self.m as f64;
+        let drift = slope_counts * m * m;
+        let less = self.sum.map(|sum| drift * (self.terms as f64 * drift - 2.0 * sum as f64));
+        let sum_squares = self.sum_squares.zip(less).map(|(squares, less)| (squares as f64 + less).round() as u128);
+        Self { sum_squares, ..self }
+    }
+
+    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is
+    /// unknown.
+    #[must_use]
+    pub fn variance_counts2(&self) -> Option<f64> {
+        let m = self.m as f64;
+        let divisor = self.deviation.divisor() * m * m * self.terms as f64;
+        self.sum_squares.map(|sum| sum as f64 / divisor)
+    }
+
+    /// Deviation in counts, the square root of the variance. Relative error below 1e-15. `None`
+    /// where the sum is unknown.
+    #[must_use]
+    pub fn deviation_counts(&self) -> Option<f64> {
+        self.variance_counts2().map(f64::sqrt)
+    }
+}

@@ -1,0 +1,107 @@
+//! Exact sums of squares of integers: floating-point lanes where they are provably exact, 128 bits
+//! where not.
+
+use crate::accumulate::counts;
+
+/// 1.5 · 2^52 and its bits: adding a small integer to the bits adds it to the value.
+const SHIFTER: f64 = 6_755_399_441_055_744.0;
+const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
+
+/// Number of terms and exact sum of their squares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SquareSum {
+    pub(super) terms: u64,
+    /// `None` once 128 bits were not enough.
+    pub(super) sum: Option<u128>,
+}
+
+impl SquareSum {
+    pub(super) const EMPTY: Self = Self { terms: 0, sum: Some(0) };
+
+    /// Adds the squares of `z` at each place of the slices of `points`, which are equally long.
+    #[inline]
+    pub(super) fn add<const P: usize>(&mut self, points: [&[i64]; P], z: impl Fn([i64; P]) -> i64) {
+        self.terms += points[0].len() as u64;
+        let squares = match in_lanes(points, &z) {
+            Some(sum) => Some(sum.into()),
+            None => in_128_bits(points, &z),
+        };
+        self.sum = self.sum.zip(squares).and_then(|(sum, squares)| sum.checked_add(squares));
+    }
+}
+
+/// The sum where it is below 2^53, else `None`.
+///
+/// What it returns is exact: see [`counts::EXACT_BELOW`], and [`to_f64`] turns integers beyond 2^51
+/// into numbers at least that large, or into NaN, which ends in `None` as well.
+#[inline]
+fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
+    let sum = counts::lane_sum(points, |points| {
+        let value = to_f64(z(points));
+        value * value
+    });
+    (sum < counts::EXACT_BELOW).then_some(sum as u64)
+}
+
+/// `z` as `f64`, exact for |z| < 2^51 and monotonic (or NaN) beyond. The default x86-64 target has
+/// no vector instruction for this conversion, but it can add.
+#[inline]
+fn to_f64(z: i64) -> f64 {
+    f64::from_bits(SHIFTER_BITS.wrapping_add(z as u64)) - SHIFTER
+}
+
+#[cold]
+#[inline(never)]
+fn in_128_bits<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u128> {
+    (0..points[0].len()).try_fold(0_u128, |sum, i| {
+        let magnitude = u128::from(z(points.map(|point| point[i])).unsigned_abs());
+        sum.checked_add(magnitude * magnitude)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn integers_beyond_the_lanes_are_never_taken_for_small_ones() {
+        for exponent in 51..64 {
+            for offset in -3_i64..=3 {
+                for sign in [1_i64, -1] {
+                    let z = (1_i64 << (exponent % 63)).wrapping_mul(sign).wrapping_add(offset);
+                    if z.unsigned_abs() >= 1 << 27 {
+                        assert_eq!(in_lanes([&[z]], &|[z]| z), None, "{z}");
+                    }
+                }
+            }
+        }
+        assert_eq!(in_lanes([&[i64::MIN]], &|[z]| z), None);
+        assert_eq!(in_lanes([&[i64::MAX]], &|[z]| z), None);
+    }
+
+    #[test]
+    fn a_sum_beyond_128_bits_is_unknown() {
+        let mut sum = SquareSum::EMPTY;
+        sum.add([&[i64::MIN; 3]], |[z]| z);
+        assert_eq!(sum, SquareSum { terms: 3, sum: Some(3 << 126) });
+        sum.add([&[i64::MIN]], |[z]| z);
+        assert_eq!(sum, SquareSum { terms: 4, sum: None });
+    }
+
+    proptest! {
+        #[test]
+        fn lanes_and_128_bits_agree(
+            bits in 1_u32..64,
+            values in proptest::collection::vec(any::<i64>(), 0..40),
+        ) {
+            let z = |[value]: [i64; 1]| value >> (63 - bits);
+            let wide = in_128_bits([&values], &z);
+            if let Some(sum) = in_lanes([&values], &z) {
+                prop_assert_eq!(Some(u128::from(sum)), wide);
+            } else {
+                prop_assert!(wide.is_none_or(|sum| sum >= 1 << 53));
+            }
+        }
+    }
+}

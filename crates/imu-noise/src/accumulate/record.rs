@@ -1,0 +1,111 @@
+//! What a record offers to the octave deviations: how many windows fit, and at which starts.
+
+/// Which windows of m samples enter the sums.
+///
+/// Windows start at absolute sample indices that are multiples of the stride s; n windows fit in N
+/// samples without gap (d = 2 for Allan, 3 for Hadamard).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Estimator {
+    /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.
+    /// All overlaps for m <= 16, and at least 99.5 % of the degrees of freedom of all overlaps
+    /// above, for white, flicker and random-walk noise of a rate.
+    #[default]
+    Strided,
+    /// The textbook non-overlapping estimator, s = m, n = floor(N/m) - d + 1. Bounded memory.
+    Plain,
+    /// All overlaps, s = 1, n = N - d m + 1: the overlapping Allan deviation. Memory grows by 8
+    /// bytes per sample.
+    Full,
+}
+
+/// The difference of block sums that is squared, and with it the noise that drops out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Deviation {
+    /// B2 - B1 of adjacent sums of m samples. Removes a constant. Allan (1966).
+    #[default]
+    Allan,
+    /// B3 - 2 B2 + B1. Removes a linear drift too. Baugh (1971).
+    Hadamard,
+}
+
+impl Deviation {
+    /// Blocks of m samples in one window.
+    pub(crate) const fn order(self) -> usize {
+        match self {
+            Self::Allan => 2,
+            Self::Hadamard => 3,
+        }
+    }
+
+    /// Factor c of variance = sum / (c m^2 n): 2 (Riley, NIST SP 1065, 2008, eq. 10 and 11), 6 (eq.
+    /// 16).
+    pub(crate) const fn divisor(self) -> f64 {
+        match self {
+            Self::Allan => 2.0,
+            Self::Hadamard => 6.0,
+        }
+    }
+}
+
+/// One octave of a record, whatever the channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Octave {
+    /// Averaging factor: samples per block, a power of two.
+    pub m: u64,
+    /// Number of windows: squared differences in the variance.
+    pub terms: u64,
+}
+
+/// How the octaves of a record came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordShape {
+    /// Samples from the first to the last, missing ones included.
+    pub samples: u64,
+    /// Time between samples, in seconds, above 0.
+    pub interval_s: f64,
+    /// Which windows were summed.
+    pub estimator: Estimator,
+    /// What was squared.
+    pub deviation: Deviation,
+}
+
+impl RecordShape {
+    /// Samples between the starts of successive windows at averaging factor `m`.
+    #[must_use]
+    pub const fn stride(&self, m: u64) -> u64 {
+        match self.estimator {
+            Estimator::Strided => {
+                if m < 16 {
+                    1
+                } else {
+                    m / 16
+                }
+            }
+            Estimator::Plain => m,
+            Estimator::Full => 1,
+        }
+    }
+
+    /// Windows of averaging factor `m` that fit if no sample is missing.
+    #[must_use]
+    pub const fn windows(&self, m: u64) -> u64 {
+        let span = m.saturating_mul(self.deviation.order() as u64);
+        if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
+    }
+
+    /// Every octave with a window, at the averaging factors 1, 2, 4 …, as it is if no sample is
+    /// missing; none for no sample.
+    #[must_use]
+    pub fn octaves(&self) -> Vec<Octave> {
+        (0..u64::BITS)
+            .map(|power| 1_u64 << power)
+            .map(|m| Octave { m, terms: self.windows(m) })
+            .take_while(|octave| octave.terms > 0)
+            .collect()
+    }
+
+    /// Windows that are there, of those that would be if no sample were missing.
+    pub(crate) fn share_of_windows(&self, octave: &Octave) -> f64 {
+        (octave.terms as f64 / self.windows(octave.m).max(1) as f64).min(1.0)
+    }
+}

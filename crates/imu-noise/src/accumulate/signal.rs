@@ -1,0 +1,127 @@
+//! What else a channel tells beside its deviations: spectrum, blocks, stationarity.
+
+use super::blocks::{Block, Blocks, Sums, WINDOW};
+use super::spectrum::{Spectrum, SpectrumPlan};
+use super::window_statistics::WindowStatistics;
+
+/// Absolute index that no gap reaches beyond, whatever it claims: behind it is room for all samples
+/// there will ever be.
+const FARTHEST: u64 = 1 << 62;
+
+/// Spectrum, block statistics and watch for disturbances of one channel.
+///
+/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit
+/// by bit. Holds 10 KiB of a sensor at rest (blocks 4.5 KiB, spectrum 3.3 KiB, watch the rest), for
+/// any length of record; below 13 KiB whatever the counts.
+///
+/// ```
+/// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
+///
+/// let mut accelerometer = ChannelSignal::new(&SpectrumPlan::new());
+/// let interval_s = 0.025;
+/// // A fan at 5 Hz, 0.1 m/s² large, in m/s² with three decimals, and some noise.
+/// let fan = |i: u32| (100.0 * (std::f64::consts::TAU * 5.0 * interval_s * f64::from(i)).sin()).round() as i32;
+/// let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 16) as i32 % 41 - 20;
+/// accelerometer.push(&(0..4000).map(|i| fan(i) + noise(i * i) - 9813).collect::<Vec<_>>());
+///
+/// let lines = accelerometer.spectrum().lines(interval_s, 3);
+/// assert_eq!(lines.len(), 1);
+/// assert!((lines[0].frequency_hz - 5.0).abs() < 1e-2 && (lines[0].amplitude - 0.1).abs() < 5e-3);
+/// assert_eq!(lines[0].aliases_hz(interval_s, 80.0).count(), 4); // 5, 35, 45, 75 Hz
+/// assert_eq!(accelerometer.spectrum().density(Sides::One, interval_s, 3).unwrap().points.len(), 256);
+/// ```
+#[derive(Clone, Debug)]
+pub struct ChannelSignal {
+    spectrum: Spectrum,
+    blocks: Blocks,
+    windows: WindowStatistics,
+    /// Absolute index of the next sample.
+    next: u64,
+    /// Samples of the window being filled.
+    window: Vec<i32>,
+}
+
+impl ChannelSignal {
+    /// A channel without samples.
+    #[must_use]
+    pub fn new(plan: &SpectrumPlan) -> Self {
+        Self {
+            spectrum: Spectrum::new(plan),
+            blocks: Blocks::new(),
+            windows: WindowStatistics::new(),
+            next: 0,
+            window: Vec::with_capacity(WINDOW),
+        }
+    }
+
+    /// Adds the next samples, in time order.
+    pub fn push(&mut self, mut counts: &[i32]) {
+        self.spectrum.push(counts);
+        while !counts.is_empty() {
+            let room = WINDOW - (self.next % WINDOW as u64) as usize;
+            let (head, tail) = counts.split_at(room.min(counts.len()));
+            if head.len() == WINDOW {
+                self.add_window(head);
+            } else {
+                self.window.extend_from_slice(head);
+                if head.len() == room {
+                    self.end_window();
+                }
+            }
+            self.next += head.len() as u64;
+            counts = tail;
+        }
+    }
+
+    /// Samples are missing here: `Some(missing)` of them, or an unknown number, which counts as
+    /// none. Seconds of data go on; no segment of the spectrum and no window for disturbances
+    /// reaches across.
+    pub fn gap(&mut self, missing: Option<u64>) {
+        self.spectrum.gap();
+        self.end_window();
+        self.windows.gap();
+        let beyond = self.next.saturating_add(missing.unwrap_or(0));
+        self.next = self.next.max(beyond.min(FARTHEST));
+    }
+
+    /// What disturbances are sought in.
+    pub(crate) const fn windows(&self) -> &WindowStatistics {
+        &self.windows
+    }
+
+    /// The power spectral density and its lines.
+    #[must_use]
+    pub const fn spectrum(&self) -> &Spectrum {
+        &self.spectrum
+    }
+
+    /// Mean, deviation and extremes of the blocks of the record, in time order: at most
+    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), those without a sample left out.
+    #[must_use]
+    pub fn blocks(&self) -> Vec<Block> {
+        let mut blocks = self.blocks.clone();
+        if let (Some(sample), false) = (self.next.checked_sub(1), self.window.is_empty()) {
+            blocks.add(sample, &Sums::of(&self.window).0);
+        }
+        blocks.iter().collect()
+    }
+
+    /// Adds what is in the window, which has no room left or is not continued.
+    fn end_window(&mut self) {
+        if self.window.is_empty() {
+            return;
+        }
+        let window = std::mem::take(&mut self.window);
+        self.add_window(&window);
+        self.window = window;
+        self.window.clear();
+    }
+
+    fn add_window(&mut self, window: &[i32]) {
+        let (sums, spread) = Sums::of(window);
+        self.blocks.add(self.next, &sums);
+        if window.len() == WINDOW {
+            self.windows.push(self.next / WINDOW as u64, &sums, spread);
+        }
+    }
+}

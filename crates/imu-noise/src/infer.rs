@@ -1,0 +1,16 @@
+//! From sums to judgement: degrees of freedom, intervals, noise models, tests and verdicts.
+
+pub(crate) mod chi_squared;
+pub(crate) mod comparison;
+pub(crate) mod confidence;
+pub(crate) mod convention;
+pub(crate) mod disturbance;
+pub(crate) mod identification;
+pub(crate) mod level_change;
+mod local_level;
+pub(crate) mod noise_model;
+pub(crate) mod normality;
+pub(crate) mod power_law;
+pub(crate) mod record_length;
+pub(crate) mod spectral_lines;
+pub(crate) mod verdict;

@@ -1,0 +1,191 @@
+//! Equivalent degrees of freedom of an octave, and the confidence interval of its deviation.
+
+use super::chi_squared;
+use super::power_law::{PowerLaw, difference_autocovariance};
+use crate::accumulate::record::{Octave, RecordShape};
+
+/// Windows per averaging time that stand for all overlaps: the degrees of freedom differ by less
+/// than 1e-6 for α <=
+/// 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
+const ALL_OVERLAPS: u64 = 2048;
+
+/// Correlations of flicker noise fall with the square of the distance. What they add beyond this
+/// many averaging times is below 1e-6 of the degrees of freedom.
+const LONGEST_LAG_TAU: u64 = 64;
+
+/// Confidence interval of the deviation of one octave.
+///
+/// It holds for this octave alone: octaves share samples, so all intervals of a curve together are
+/// right less often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Equivalent degrees of freedom.
+    pub edf: f64,
+    /// Lower bound of the true deviation, in the unit of the channel.
+    pub lower: f64,
+    /// Upper bound.
+    pub upper: f64,
+}
+
+impl Interval {
+    /// The interval with probability `confidence` (0 < p < 1) around an estimate `variance` with
+    /// `edf` degrees of freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes,
+    /// 1981). Both tails have the same probability.
+    ///
+    /// `None` for a confidence outside 0 < p < 1, an edf that is not positive, a variance that is
+    /// negative or no number.
+    #[must_use]
+    pub fn new(variance: f64, edf: f64, confidence: f64) -> Option<Self> {
+        if !(variance >= 0.0 && edf.is_finite() && confidence > 0.0 && confidence < 1.0) {
+            return None;
+        }
+        let tail = (1.0 - confidence) / 2.0;
+        let bound = |p| chi_squared::quantile(p, edf).map(|quantile| (variance * edf / quantile).sqrt());
+        Some(Self { edf, lower: bound(1.0 - tail)?, upper: bound(tail)? })
+    }
+}
+
+/// Equivalent degrees of freedom of an octave in noise of one kind.
+///
+/// edf = M / (1 + 2 Σ (1 - j/M) ρ_j²), with M windows and the correlation ρ_j of differences j
+/// strides apart (Greenhall and Riley, 2003, eq. 7), summed for the stride in use with the
+/// covariances of sampled noise. With samples missing, the edf shrinks as the number of windows.
+///
+/// `None` for fewer than two windows.
+#[must_use]
+pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
+    let windows = shape.windows(octave.m);
+    if octave.terms < 2 || windows < 2 {
+        return None;
+    }
+    let correlations = correlations(shape, octave.m, |lag| law.phase_covariance(lag));
+    Some(
+        windows as f64 / variance_inflation(shape, octave.m, &correlations, &correlations)
+            * shape.share_of_windows(octave),
+    )
+}
+
+/// Correlations of the differences at averaging factor `m`, at the lags of [`lags`].
+pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f64) -> Vec<f64> {
+    let at = |lag| difference_autocovariance(shape.deviation, m as f64, lag, &phase);
+    let variance = at(0.0);
+    lags(shape, m).map(|lag| at(lag.samples as f64) / variance).collect()
+}
+
+/// Σ over all lags of (1 - |j|/M) ρ_j ρ'_j: the number of windows over the degrees of freedom,
+/// where ρ = ρ'.
+pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other: &[f64]) -> f64 {
+    let span = (shape.windows(m) * shape.stride(m)) as f64;
+    let products = lags(shape, m).zip(rho).zip(other);
+    products.map(|((lag, rho), other)| lag.weight * (1.0 - lag.samples as f64 / span) * rho * other).sum()
+}
+
+/// A distance between windows, and how many pairs of a window with another one it stands for.
+struct Lag {
+    samples: u64,
+    weight: f64,
+}
+
+/// Every distance where correlations have corners, few where they are smooth.
+fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = Lag> {
+    let stride = shape.stride(m);
+    let fine = stride.max(m / ALL_OVERLAPS);
+    let coarse = stride.max(m / 4);
+    let corners = (shape.deviation.order() as u64 + 5) * m;
+    let last = (LONGEST_LAG_TAU * m).min((shape.windows(m).max(1) - 1) * stride);
+    let fine_lags = (0..=corners.min(last) / fine).map(move |j| {
+        let pairs = fine as f64 / stride as f64;
+        // a lag and its negative; half of either step at the transition
+        let weight = match j * fine {
+            0 => pairs,
+            lag if lag == corners => pairs + coarse as f64 / stride as f64,
+            _ => 2.0 * pairs,
+        };
+        Lag { samples: j * fine, weight }
+    });
+    let coarse_lags = (corners / coarse + 1..=last / coarse)
+        .map(move |j| Lag { samples: j * coarse, weight: 2.0 * coarse as f64 / stride as f64 });
+    fine_lags.chain(coarse_lags)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accumulate::record::{Deviation, Estimator};
+    use crate::oracle;
+
+    fn column(row: &[(String, String)], name: &str) -> f64 {
+        oracle::field(row, name).unwrap().parse().unwrap()
+    }
+
+    #[test]
+    fn edf_is_that_of_the_exact_table() {
+        let mut used = 0;
+        for row in oracle::table("edf_table.csv") {
+            let number = |name| column(&row, name);
+            let (alpha, m, stride) = (number("alpha"), number("m") as u64, number("stride") as u64);
+            let estimator = match stride {
+                _ if alpha < -2.0 || number("modified") == 1.0 => continue,
+                1 => Estimator::Full,
+                stride if stride == m => Estimator::Plain,
+                stride if stride == m / 16 => Estimator::Strided,
+                _ => continue,
+            };
+            let deviation = if number("d") == 2.0 { Deviation::Allan } else { Deviation::Hadamard };
+            let shape = RecordShape { samples: number("N") as u64 - 1, interval_s: 1.0, estimator, deviation };
+            let terms = shape.windows(m);
+            assert_eq!(terms, number("M") as u64);
+            if alpha > 0.0 && stride == 1 && m > ALL_OVERLAPS {
+                continue;
+            }
+            let Some(found) = edf(&Octave { m, terms }, &shape, PowerLaw::nearest(alpha as i8)) else {
+                assert_eq!(terms, 1);
+                continue;
+            };
+            let expected = number("edf_iid");
+            assert!((found / expected - 1.0).abs() < 1e-6, "{row:?}: {found}");
+            used += 1;
+        }
+        assert_eq!(used, 513);
+    }
+
+    #[test]
+    fn bounds_are_those_of_the_exact_table() {
+        let mut used = 0;
+        for row in oracle::table("chi2_ci.csv") {
+            let number = |name| column(&row, name);
+            let interval = Interval::new(4.0, number("edf"), number("p")).unwrap();
+            assert!((interval.lower / (2.0 * number("lo")) - 1.0).abs() < 1e-10, "{row:?}: {interval:?}");
+            assert!((interval.upper / (2.0 * number("hi")) - 1.0).abs() < 1e-10, "{row:?}: {interval:?}");
+            used += 1;
+        }
+        assert_eq!(used, 72);
+    }
+
+    #[test]
+    fn missing_windows_shrink_the_edf_in_proportion() {
+        let shape =
+            RecordShape { samples: 4096, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
+        let whole = shape.windows(64);
+        let edf_of = |terms: u64| edf(&Octave { m: 64, terms }, &shape, PowerLaw::Flicker).unwrap();
+        assert!((edf_of(whole / 2) / edf_of(whole) - (whole / 2) as f64 / whole as f64).abs() < 1e-12);
+    }
+
+    #[test]
+    fn few_windows_and_odd_levels_have_no_interval() {
+        let shape =
+            RecordShape { samples: 9, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
+        let octave = |m, terms| Octave { m, terms };
+        assert!(edf(&octave(4, 2), &shape, PowerLaw::White).is_some());
+        assert_eq!(edf(&octave(4, 1), &shape, PowerLaw::White), None);
+        assert_eq!(edf(&octave(4, 0), &shape, PowerLaw::White), None);
+        assert_eq!(edf(&octave(16, 2), &shape, PowerLaw::White), None);
+        for confidence in [0.0, 1.0, -0.5, 2.0, f64::NAN] {
+            assert_eq!(Interval::new(1.0, 10.0, confidence), None, "{confidence}");
+        }
+        assert_eq!(Interval::new(f64::NAN, 10.0, 0.95), None);
+        assert_eq!(Interval::new(1.0, 0.0, 0.95), None);
+        assert!(Interval::new(1.0, 10.0, 1e-6).is_some());
+        assert_eq!(Interval::new(0.0, 10.0, 0.95).map(|interval| interval.upper), Some(0.0));
+    }
+}

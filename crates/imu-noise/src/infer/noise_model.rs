@@ -1,0 +1,134 @@
+//! The noise parameters of IEEE Std 952 and 1293 from octave variances: what a record shows, what
+//! it bounds, and what it cannot tell.
+
+mod boxcar;
+mod classical;
+mod curve_minimum;
+mod deficit;
+mod expected;
+mod fit;
+mod gauss_markov;
+mod joint;
+mod least_squares;
+mod model;
+mod parameter;
+mod regression;
+mod slope;
+mod term;
+
+use super::confidence::edf;
+use super::power_law::PowerLaw;
+use crate::accumulate::record::{Octave, RecordShape};
+pub use boxcar::BoxcarWindow;
+use boxcar::StreamedWhite;
+pub use classical::{ClassicalReading, OverBound, classical_reading, over_bound, visible_random_walk};
+pub use curve_minimum::curve_minimum;
+pub use deficit::white_deficit;
+pub use fit::{FitQuality, NoiseFit};
+pub use gauss_markov::GaussMarkovFit;
+use joint::Component;
+use model::Model;
+pub use parameter::{Parameter, Status};
+use slope::Slope;
+pub use term::{Term, Terms};
+
+/// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them
+/// that share all samples are too far from jointly normal, and they would say next to nothing.
+const LEAST_EDF: f64 = 2.0;
+
+/// A noise model for all channels that were sampled together: it knows how the octaves of their
+/// record vary, and together.
+///
+/// ```
+/// use imu_noise::{Deviation, Estimator, NoiseModel, Octaves, RecordShape, Status, Term, Terms};
+///
+/// // 16 384 samples of white noise with a standard deviation near 289 counts, at 40 Hz.
+/// let mut state = 1_u32;
+/// let counts: Vec<i32> = (0..16_384)
+///     .map(|_| {
+///         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///         (state >> 16) as i32 % 1000
+///     })
+///     .collect();
+/// let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
+/// sums.push(&counts);
+/// let shape = RecordShape {
+///     samples: 16_384,
+///     interval_s: 0.025,
+///     estimator: Estimator::Strided,
+///     deviation: Deviation::Allan,
+/// };
+/// let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
+/// let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap()).collect();
+///
+/// let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
+/// let fit = model.fit(&variances, None, 0.95);
+/// let white = fit.parameter(Term::White).unwrap();
+/// assert_eq!(white.status, Status::Estimated);
+/// assert!((white.value.unwrap() / (288.7 * 0.025_f64.sqrt()) - 1.0).abs() < 0.05);
+/// assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
+/// ```
+#[derive(Clone, Debug)]
+pub struct NoiseModel {
+    shape: RecordShape,
+    terms: Terms,
+    window: Option<BoxcarWindow>,
+    /// Stochastic terms, in order.
+    noise: Vec<Term>,
+    /// The octaves that can vary, with two windows or more, and their places among those given.
+    octaves: Vec<(usize, Octave)>,
+    /// How many of these, from the first on, have a part in the fit.
+    fitted: usize,
+    without_ramp: Option<Model>,
+    with_ramp: Option<Model>,
+}
+
+impl NoiseModel {
+    /// A model of `terms` for `octaves` in ascending order. `window` is the averaging on board,
+    /// where it is known and matters: see [`BoxcarWindow`].
+    ///
+    /// Costs a few milliseconds; the fits of the channels are cheaper.
+    #[must_use]
+    pub fn new(octaves: &[Octave], shape: &RecordShape, terms: Terms, window: Option<BoxcarWindow>) -> Self {
+        let noise: Vec<Term> =
+            Term::ALL.into_iter().filter(|term| terms.contains(*term) && *term != Term::RateRamp).collect();
+        let edf = |octave: &Octave| edf(octave, shape, PowerLaw::RandomWalk);
+        let used: Vec<(usize, Octave)> =
+            octaves.iter().copied().enumerate().filter(|(_, octave)| edf(octave).is_some()).collect();
+        let fitted = used.iter().take_while(|(_, octave)| edf(octave).is_some_and(|edf| edf >= LEAST_EDF)).count();
+        let octaves_used: Vec<Octave> = used.iter().map(|(_, octave)| *octave).collect();
+        let model = (!noise.is_empty() && !used.is_empty()).then(|| model(&octaves_used, shape, &noise, window));
+        let with_ramp = model.clone().filter(|_| terms.contains(Term::RateRamp));
+        Self {
+            shape: *shape,
+            terms,
+            window,
+            without_ramp: model,
+            with_ramp: with_ramp.map(|model| model.with_ramp(Slope::new(&noise, &octaves_used, shape))),
+            octaves: used,
+            fitted,
+            noise,
+        }
+    }
+}
+
+fn model(octaves: &[Octave], shape: &RecordShape, noise: &[Term], window: Option<BoxcarWindow>) -> Model {
+    let averaged = StreamedWhite::new(window);
+    let white = |lag: f64| averaged.phase_covariance(lag);
+    let quantization = |lag: f64| PowerLaw::WhitePhase.phase_covariance(lag);
+    let flicker = |lag: f64| PowerLaw::Flicker.phase_covariance(lag);
+    let walk = |lag: f64| PowerLaw::RandomWalk.phase_covariance(lag);
+    let component = |term: &Term| -> Option<Component<'_>> {
+        let phase: &dyn Fn(f64) -> f64 = match term {
+            Term::Quantization => &quantization,
+            Term::White => &white,
+            Term::BiasInstability => &flicker,
+            Term::RateRandomWalk => &walk,
+            Term::RateRamp => return None,
+        };
+        let scale = if *term == Term::White { averaged.length() } else { 1 };
+        Some(Component { phase, meets_at_edges: *term == Term::Quantization, scale })
+    };
+    let components: Vec<_> = noise.iter().filter_map(component).collect();
+    Model::new(octaves, shape, &components)
+}

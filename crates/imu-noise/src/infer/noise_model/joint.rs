@@ -1,0 +1,283 @@
+//! How the variances of all octaves of a record vary together, for each pair of noise components.
+
+use crate::accumulate::record::{Estimator, Octave, RecordShape};
+use crate::infer::confidence::{correlations, variance_inflation};
+use crate::infer::power_law::{difference_autocovariance, difference_covariance};
+
+/// What a component of the noise is, as far as differences see it.
+pub(super) struct Component<'a> {
+    /// Generalised covariance of the phase, at integer lags.
+    pub(super) phase: &'a dyn Fn(f64) -> f64,
+    /// Uncorrelated from one sample of the phase to the next: differences are alike only where
+    /// their edges meet.
+    pub(super) meets_at_edges: bool,
+    /// Time scale in samples beyond which correlations are the same at every averaging factor, for
+    /// the same ratio.
+    pub(super) scale: u64,
+}
+
+/// Where the sampled forms have become those of continuous noise as far as correlations go (0.4 %).
+const CONTINUOUS_LEVEL: u32 = 4;
+
+/// For octaves a and b and components p and q: the mean over all pairs of windows of κ_p κ_q, with
+/// κ the correlation of the two differences.
+///
+/// For Gaussian differences z the covariance of two mean squares is twice the mean of squared
+/// covariances (Isserlis, 1918), and covariances of independent components add: cov(V_a, V_b) = 2
+/// Σ_pq √(V_pa V_pb V_qa V_qb) · mean(κ_p κ_q), where V_pa is what component p contributes to
+/// octave a.
+#[derive(Clone, Debug)]
+pub(super) struct JointMeans {
+    components: usize,
+    octaves: usize,
+    /// By a, b <= a, p, q.
+    means: Vec<f64>,
+}
+
+impl JointMeans {
+    /// For `octaves` in ascending order.
+    pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>]) -> Self {
+        let scale = noise.iter().map(|component| component.scale).max().unwrap_or(1);
+        let last_own = CONTINUOUS_LEVEL.saturating_add(scale.max(1).ilog2());
+        let components = noise.len();
+        let mut joint = Self {
+            components,
+            octaves: octaves.len(),
+            means: vec![0.0; octaves.len() * octaves.len() * components * components],
+        };
+        // Cross terms hardly depend on the stride: sparse windows stand for all overlaps.
+        let sparse = match shape.estimator {
+            Estimator::Full => RecordShape { estimator: Estimator::Strided, ..*shape },
+            _ => *shape,
+        };
+        // of the octaves that all look the same, by the ratio of their lengths
+        let mut known: Vec<(u32, Coherence)> = Vec::new();
+        let mut rho: Vec<Vec<f64>> = Vec::new();
+        for (a, long) in octaves.iter().enumerate() {
+            // All overlaps are the one grid that does not scale with the octave.
+            if long.m.ilog2() <= last_own || shape.estimator == Estimator::Full || rho.is_empty() {
+                rho = noise.iter().map(|component| correlations(shape, long.m, component.phase)).collect();
+            }
+            joint.set_diagonal(a, long, shape, &rho);
+            for (b, short) in octaves[..a].iter().enumerate() {
+                let level = short.m.ilog2().min(last_own);
+                let ratio = long.m.ilog2() - short.m.ilog2();
+                let new = || Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise);
+                let own;
+                let coherence = if level < last_own {
+                    own = new();
+                    &own
+                } else {
+                    let index = known.iter().position(|(known, _)| *known == ratio).unwrap_or_else(|| {
+                        known.push((ratio, new()));
+                        known.len() - 1
+                    });
+                    &known[index].1
+                };
+                let stride_ratio = sparse.stride(long.m) / sparse.stride(short.m);
+                let pairs = Pairs {
+                    short: sparse.windows(short.m) as f64,
+                    long: sparse.windows(long.m) as f64,
+                    stride_ratio: stride_ratio as f64,
+                };
+                let gaps = (shape.share_of_windows(long) * shape.share_of_windows(short)).sqrt();
+                let start = joint.start(a, b);
+                let means = &mut joint.means[start..][..components * components];
+                coherence.add_means(&pairs, means);
+                means.iter_mut().for_each(|mean| *mean /= gaps);
+            }
+        }
+        joint
+    }
+
+    /// The mean for octaves `a` >= `b` and components `p`, `q`.
+    pub(super) fn mean(&self, a: usize, b: usize, p: usize, q: usize) -> f64 {
+        self.means[self.start(a, b) + p * self.components + q]
+    }
+
+    fn start(&self, a: usize, b: usize) -> usize {
+        (a * self.octaves + b) * self.components * self.components
+    }
+
+    fn set_diagonal(&mut self, a: usize, octave: &Octave, shape: &RecordShape, rho: &[Vec<f64>]) {
+        let windows = shape.windows(octave.m) as f64 * shape.share_of_windows(octave);
+        let start = self.start(a, a);
+        for p in 0..self.components {
+            for q in 0..=p {
+                let mean = variance_inflation(shape, octave.m, &rho[p], &rho[q]) / windows;
+                self.means[start + p * self.components + q] = mean;
+                self.means[start + q * self.components + p] = mean;
+            }
+        }
+    }
+}
+
+/// Windows of two octaves at strides s and `stride_ratio` · s.
+struct Pairs {
+    short: f64,
+    long: f64,
+    stride_ratio: f64,
+}
+
+impl Pairs {
+    /// Pairs of windows where the short one starts less than `lag` strides s after the long one.
+    fn before(&self, lag: f64) -> f64 {
+        // Σ over long windows j of clamp(lag + ratio · j, 0, short)
+        let first = (-lag / self.stride_ratio).ceil().clamp(0.0, self.long);
+        let full = ((self.short - lag) / self.stride_ratio).ceil().clamp(first, self.long);
+        let partial = full - first;
+        partial * lag + self.stride_ratio * partial * (first + full - 1.0) / 2.0 + self.short * (self.long - full)
+    }
+}
+
+/// Correlations of the differences of two octaves at selected distances of their starts.
+struct Coherence {
+    components: usize,
+    /// In strides of the short octave, ascending: each set of correlations stands for distances
+    /// from one of these up to the next.
+    bounds: Vec<f64>,
+    /// By distance and component.
+    correlations: Vec<f64>,
+}
+
+impl Coherence {
+    fn new(shape: &RecordShape, short: u64, long: u64, noise: &[Component<'_>]) -> Self {
+        let (short_f, long_f) = (short as f64, long as f64);
+        let stride = shape.stride(short);
+        let dense = noise.iter().any(|component| component.meets_at_edges);
+        let order = shape.deviation.order() as i64;
+        let lags = distances(order, (short / stride) as i64, (long / stride) as i64, dense);
+        let between = lags.windows(2).map(|pair| (pair[0] + pair[1] + 1).div_euclid(2) as f64);
+        let (first, end) = (lags.first().map(|lag| *lag as f64), lags.last().map(|lag| *lag as f64 + 1.0));
+        let bounds = first.into_iter().chain(between).chain(end).collect();
+        let variance =
+            |component: &Component<'_>, m| difference_autocovariance(shape.deviation, m, 0.0, component.phase);
+        let norms: Vec<_> =
+            noise.iter().map(|component| (variance(component, short_f) * variance(component, long_f)).sqrt()).collect();
+        let mut correlations = Vec::with_capacity(lags.len() * noise.len());
+        for lag in lags {
+            let lag = (lag * stride as i64) as f64;
+            for (component, norm) in noise.iter().zip(&norms) {
+                let covariance = difference_covariance(shape.deviation, short_f, long_f, lag, component.phase);
+                correlations.push(covariance / norm);
+            }
+        }
+        Self { components: noise.len(), bounds, correlations }
+    }
+
+    fn add_means(&self, pairs: &Pairs, means: &mut [f64]) {
+        let all = pairs.short * pairs.long;
+        let before: Vec<f64> = self.bounds.iter().map(|bound| pairs.before(*bound)).collect();
+        for (bounds, rho) in before.windows(2).zip(self.correlations.chunks(self.components)) {
+            let weight = (bounds[1] - bounds[0]) / all;
+            if weight == 0.0 {
+                continue;
+            }
+            for (p, rho_p) in rho.iter().enumerate() {
+                for (q, rho_q) in rho.iter().enumerate() {
+                    means[p * self.components + q] += weight * rho_p * rho_q;
+                }
+            }
+        }
+    }
+}
+
+/// Distances of starts, in strides of the short octave, whose blocks have `short` and `long`
+/// strides: close together where an edge of a long block passes through a short window (`dense`:
+/// every one), wider away from the edges, out to where flicker noise is forgotten.
+fn distances(order: i64, short: i64, long: i64, dense: bool) -> Vec<i64> {
+    const TAIL: i64 = 4;
+    let fine = if dense || long / short <= 2 { 1 } else { (short / 4).max(1) };
+    let (first, last) = (-order * short - TAIL * long, (order + TAIL) * long);
+    let mut lags = Vec::new();
+    let mut lag = first;
+    while lag <= last {
+        lags.push(lag);
+        let to_edges = (0..=order).map(|edge| edge * long);
+        // Distance to the nearest stretch [edge - order · short, edge], and to the next one ahead.
+        let distance =
+            to_edges.clone().map(|edge| (edge - order * short - lag).max(lag - edge).max(0)).min().unwrap_or(0);
+        let ahead =
+            to_edges.map(|edge| edge - order * short - lag).filter(|ahead| *ahead > 0).min().unwrap_or(i64::MAX);
+        lag += (distance / 4).max(fine).min(ahead);
+    }
+    lags
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accumulate::record::Deviation;
+    use crate::infer::power_law::PowerLaw;
+
+    /// The mean over every pair of windows, one by one.
+    fn by_definition(shape: &RecordShape, a: u64, b: u64, p: PowerLaw, q: PowerLaw) -> f64 {
+        let correlation = |law: PowerLaw, lag: f64| {
+            let phase = |lag| law.phase_covariance(lag);
+            let variance = |m| difference_autocovariance(shape.deviation, m as f64, 0.0, phase);
+            difference_covariance(shape.deviation, a as f64, b as f64, lag, phase) / (variance(a) * variance(b)).sqrt()
+        };
+        let starts = |m| (0..shape.windows(m)).map(move |i| (i * shape.stride(m)) as f64);
+        let mut sum = 0.0;
+        for i in starts(a) {
+            for j in starts(b) {
+                sum += correlation(p, i - j) * correlation(q, i - j);
+            }
+        }
+        sum / (shape.windows(a) * shape.windows(b)) as f64
+    }
+
+    #[test]
+    fn means_are_those_over_every_pair_of_windows() {
+        let laws = [PowerLaw::White, PowerLaw::Flicker, PowerLaw::RandomWalk];
+        let phases = laws.map(|law| move |lag: f64| law.phase_covariance(lag));
+        let noise: Vec<Component<'_>> =
+            phases.iter().map(|phase| Component { phase, meets_at_edges: false, scale: 1 }).collect();
+        for (samples, estimator, deviation) in [
+            (70, Estimator::Strided, Deviation::Allan),
+            (260, Estimator::Strided, Deviation::Allan),
+            (150, Estimator::Strided, Deviation::Hadamard),
+            (150, Estimator::Plain, Deviation::Allan),
+            (150, Estimator::Full, Deviation::Allan),
+        ] {
+            let shape = RecordShape { samples, interval_s: 1.0, estimator, deviation };
+            let octaves: Vec<Octave> = (0..12)
+                .map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) })
+                .filter(|octave| octave.terms > 0)
+                .collect();
+            let joint = JointMeans::new(&octaves, &shape, &noise);
+            for a in 0..octaves.len() {
+                for b in 0..=a {
+                    for p in 0..laws.len() {
+                        for q in 0..laws.len() {
+                            let found = joint.mean(a, b, p, q);
+                            let expected = by_definition(&shape, octaves[a].m, octaves[b].m, laws[p], laws[q]);
+                            let scale = (joint.mean(a, a, p, p) * joint.mean(b, b, q, q)).sqrt();
+                            let error = (found - expected).abs() / scale;
+                            assert!(error < 0.02, "{shape:?} {a} {b} {p} {q}: {found}, not {expected}, {error}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn octaves_of_a_long_record_are_hardly_correlated_when_far_apart() {
+        let flicker = |lag: f64| PowerLaw::Flicker.phase_covariance(lag);
+        let noise = [Component { phase: &flicker, meets_at_edges: false, scale: 1 }];
+        let shape = RecordShape {
+            samples: 1 << 30,
+            interval_s: 1.0,
+            estimator: Estimator::Strided,
+            deviation: Deviation::Allan,
+        };
+        let octaves: Vec<Octave> = (0..24).map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) }).collect();
+        let joint = JointMeans::new(&octaves, &shape, &noise);
+        let correlation = |a, b| joint.mean(a, b, 0, 0) / (joint.mean(a, a, 0, 0) * joint.mean(b, b, 0, 0)).sqrt();
+        for a in 1..octaves.len() {
+            assert!((0.5..0.85).contains(&correlation(a, a - 1)), "{a}: {}", correlation(a, a - 1));
+        }
+        assert!(correlation(20, 4).abs() < 0.01, "{}", correlation(20, 4));
+    }
+}

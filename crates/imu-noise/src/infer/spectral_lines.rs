@@ -1,0 +1,142 @@
+//! Vibration lines: narrow peaks that stand above the noise around them.
+
+use super::chi_squared;
+use crate::accumulate::counts::counts_to_unit;
+use crate::accumulate::spectrum::{Spectrum, density::Powers};
+
+/// Points on either side in the median that is the noise around a point.
+const SIDE: usize = 10;
+
+/// Lowest point looked at: below, the noise around a point cannot be told from it, and drift leaks
+/// in.
+const LOWEST: usize = 4;
+
+/// Points on either side that a line reaches under the Hann window.
+const REACH: usize = 2;
+
+/// Probability that a clean record of twelve channels shows a line.
+const FALSE_ALARM: f64 = 1e-4;
+
+/// A vibration line of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Frequency in the record in Hz, between 0 and half the sampling rate, interpolated between
+    /// the points.
+    pub frequency_hz: f64,
+    /// Amplitude of the sine in the unit of the channel (half of peak to peak).
+    pub amplitude: f64,
+    /// Share of the line in the variance within segments, from 0 to 1. Slower changes than a
+    /// segment are no part of it.
+    pub share_of_variance: f64,
+    /// Power of the highest point over the power of the noise around it.
+    pub peak_to_floor: f64,
+}
+
+impl Line {
+    /// The frequencies in Hz up to `max_hz` that a sensor sampled every `interval_s` seconds
+    /// without filter shows at this place, in rising order: f, 1/interval - f, 1/interval + f,
+    /// 2/interval - f, ... Which of them it is, the samples cannot tell.
+    pub fn aliases_hz(&self, interval_s: f64, max_hz: f64) -> impl Iterator<Item = f64> {
+        let (line_hz, rate_hz) = (self.frequency_hz, 1.0 / interval_s);
+        let pairs = (0..).flat_map(move |n| {
+            let carrier_hz = f64::from(n) * rate_hz;
+            [carrier_hz - line_hz, carrier_hz + line_hz]
+        });
+        pairs.skip(1).take_while(move |&alias_hz| alias_hz <= max_hz)
+    }
+
+    /// What the line adds to the Allan variance at averaging factor `m`, in the unit of the channel
+    /// squared, on average over all phases between blocks: 3/8 (a/(m sin πf t))², for a sine that
+    /// is not steady enough to be followed over many blocks. To the Hadamard variance it adds a
+    /// ninth more.
+    #[must_use]
+    pub fn allan_variance(&self, m: u64, interval_s: f64) -> f64 {
+        let blocks = m as f64 * (std::f64::consts::PI * self.frequency_hz * interval_s).sin();
+        0.375 * (self.amplitude / blocks).powi(2)
+    }
+}
+
+impl Spectrum {
+    /// The lines of a channel sampled every `interval_s` seconds with `decimals` digits, in rising
+    /// frequency.
+    ///
+    /// A line is a peak above the noise around it (a running median) that a clean record of twelve
+    /// channels shows with a probability below 1e-4, if its noise is Gaussian and its spectrum
+    /// smooth. Empty before four segments are full, and where `interval_s` is not positive.
+    #[must_use]
+    pub fn lines(&self, interval_s: f64, decimals: u8) -> Vec<Line> {
+        let Some(spectrum) = self.powers().filter(|spectrum| spectrum.segments >= 4) else { return Vec::new() };
+        if interval_s.is_nan() || interval_s <= 0.0 {
+            return Vec::new();
+        }
+        let step_hz = 1.0 / (spectrum.segment_samples as f64 * interval_s);
+        peaks(&spectrum).into_iter().map(|peak| spectrum.line(&peak, step_hz, decimals)).collect()
+    }
+}
+
+/// A point that stands out, and the noise around it.
+struct Peak {
+    k: usize,
+    floor: f64,
+}
+
+fn peaks(spectrum: &Powers) -> Vec<Peak> {
+    let last = spectrum.segment_samples / 2;
+    let candidates = (last - LOWEST + 1) as f64 * chi_squared::CHANNELS;
+    let Some(threshold) = chi_squared::chi_squared_ratio(2.0 * spectrum.averages, FALSE_ALARM / candidates) else {
+        return Vec::new();
+    };
+    let mut peaks: Vec<Peak> = Vec::new();
+    for k in LOWEST..=last {
+        let power = spectrum.power(k);
+        if (1..=REACH).any(|off| power < spectrum.power(k + off) || power <= spectrum.power(k - off)) {
+            continue;
+        }
+        let (floor, points) = spectrum.floor(k);
+        // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
+        let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * points as f64).sqrt();
+        if floor > 0.0 && power > floor * threshold * uncertain {
+            peaks.push(Peak { k, floor });
+        }
+    }
+    peaks
+}
+
+impl Powers {
+    /// The power at point k, mirrored about half the sampling rate as every sampled spectrum is.
+    fn power(&self, k: usize) -> f64 {
+        let last = self.segment_samples / 2;
+        self.powers[if k > last { 2 * last - k } else { k }]
+    }
+
+    /// Median of the points around k and their number. As many on either side, so that a slope
+    /// cancels.
+    fn floor(&self, k: usize) -> (f64, usize) {
+        let side = SIDE.min(k - 1);
+        let mut around: Vec<_> = (k - side..=k + side).map(|k| self.power(k)).collect();
+        around.sort_by(f64::total_cmp);
+        (around[side], around.len())
+    }
+
+    fn line(&self, peak: &Peak, step_hz: f64, decimals: u8) -> Line {
+        let above = |k: usize| (self.power(k) - peak.floor).max(0.0);
+        // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
+        // (1 + δ)/(2 - δ).
+        let (below, here, beyond) = (above(peak.k - 1), above(peak.k), above(peak.k + 1));
+        let ratio = (below.max(beyond) / here).sqrt();
+        let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
+        let place = peak.k as f64 + if beyond >= below { off } else { -off };
+        let half = self.segment_samples as f64 / 2.0;
+        // Points beyond half the sampling rate are the mirror image of those below it, and count once.
+        let reach = (peak.k - REACH)..=(peak.k + REACH).min(self.segment_samples / 2);
+        let sides = |k: usize| if 2 * k == self.segment_samples { 1.0 } else { 2.0 };
+        let power: f64 = reach.map(|k| sides(k) * above(k)).sum::<f64>() / self.segment_samples as f64;
+        let total: f64 = (1..self.powers.len()).map(|k| sides(k) * self.powers[k]).sum::<f64>() / (2.0 * half);
+        Line {
+            frequency_hz: place.min(half) * step_hz,
+            amplitude: counts_to_unit((2.0 * power).sqrt(), decimals),
+            share_of_variance: power / total,
+            peak_to_floor: self.power(peak.k) / peak.floor,
+        }
+    }
+}
