@@ -136,9 +136,10 @@ impl Connection for Bench {
         Ok(())
     }
 
-    async fn close(self) {
+    async fn close(self) -> Vec<Input> {
         let now = self.now();
         self.wire.lock().unwrap().close(now);
+        Vec::new()
     }
 }
 

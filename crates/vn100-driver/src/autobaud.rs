@@ -40,8 +40,6 @@ pub(crate) struct Trial {
     pub(crate) baud: Option<u32>,
     /// Send nothing.
     pub(crate) listen_only: bool,
-    /// Believe lines that carry no checksum.
-    pub(crate) accept_unchecked: bool,
 }
 
 /// What a trial heard, in two parts.
@@ -57,15 +55,20 @@ pub(crate) struct Heard {
 }
 
 impl Trial {
-    /// Listens, and asks unless that is not allowed; the question, if it was written, is told to
-    /// `sent`.
+    /// Listens, and asks unless that is not allowed; the question, if it was written, is handed to
+    /// `sent`. Gives the place of the first good line or packet; `listener` keeps all that came,
+    /// also behind an error or where the future is dropped.
     ///
     /// # Errors
     /// When the link goes down.
-    pub(crate) async fn run(self, connection: &mut impl Connection, sent: impl FnOnce(&[u8])) -> io::Result<Heard> {
+    pub(crate) async fn run(
+        self,
+        connection: &mut impl Connection,
+        listener: &mut Listener,
+        sent: impl FnOnce(&[u8]),
+    ) -> io::Result<Option<u64>> {
         // ten bits a byte
         let line_time = self.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1));
-        let mut listener = Listener::new(self.accept_unchecked);
         let listen = if self.listen_only { LISTEN_ONLY + line_time } else { LISTEN };
         let mut found_at = listener.listen(connection, listen).await?;
         if found_at.is_none() && !self.listen_only {
@@ -73,22 +76,22 @@ impl Trial {
             sent(QUESTION);
             found_at = listener.listen(connection, ANSWER + line_time).await?;
         }
-        Ok(listener.heard(found_at))
+        Ok(found_at)
     }
 }
 
 /// Takes what has come at the speed before, and what comes of it for so long yet, so that it is not
-/// taken for something of the next.
-pub(crate) async fn drain(connection: &mut impl Connection, time: Duration) -> io::Result<Vec<Input>> {
+/// taken for something of the next: put behind `inputs`, also before an error.
+pub(crate) async fn drain(connection: &mut impl Connection, time: Duration, inputs: &mut Vec<Input>) -> io::Result<()> {
     let end = Instant::now() + time;
-    let mut inputs = Vec::new();
     while let Ok(input) = timeout_at(end, connection.next_input()).await {
         inputs.push(input?.ok_or(io::ErrorKind::UnexpectedEof)?);
     }
-    Ok(inputs)
+    Ok(())
 }
 
-struct Listener {
+/// Keeps what comes, and looks for a sensor in it.
+pub(crate) struct Listener {
     framer: Framer,
     inputs: Vec<Input>,
     bytes: Vec<u8>,
@@ -98,7 +101,7 @@ struct Listener {
 }
 
 impl Listener {
-    fn new(accept_unchecked: bool) -> Self {
+    pub(crate) fn new(accept_unchecked: bool) -> Self {
         let framer = Framer::new(Options { accept_unchecked });
         Self { framer, inputs: Vec::new(), bytes: Vec::new(), framed: 0, echoes: 0 }
     }
@@ -134,7 +137,8 @@ impl Listener {
         }
     }
 
-    fn heard(self, found_at: Option<u64>) -> Heard {
+    /// All that came, cut where the first good line or packet begins.
+    pub(crate) fn heard(self, found_at: Option<u64>) -> Heard {
         let echoes = self.echoes;
         let Some(found_at) = found_at else { return Heard { before: self.inputs, sensor: None, echoes } };
         let (mut before, mut sensor) = (Vec::new(), Vec::new());

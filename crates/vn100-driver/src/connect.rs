@@ -3,7 +3,11 @@
 
 use std::{future::Future, io};
 
-use crate::{connect_error::ConnectError, low_latency::LatencyTimer, source::Source};
+use crate::{
+    connect_error::ConnectError,
+    low_latency::LatencyTimer,
+    source::{Input, Source},
+};
 
 /// Opens a link, and opens it again after it went down.
 pub trait Connect: Send + 'static {
@@ -44,8 +48,9 @@ pub trait Connection: Source {
     /// When they cannot all be handed to the system, as after an unplug.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = io::Result<()>> + Send;
 
-    /// Closes it. When this is done the port can be opened again.
-    fn close(self) -> impl Future<Output = ()> + Send;
+    /// Closes it. When this is done the port can be opened again. Gives what had been read by then
+    /// and was not taken, so that no byte is lost uncounted.
+    fn close(self) -> impl Future<Output = Vec<Input>> + Send;
 
     /// The latency timer of the adapter, where it has one.
     fn latency_timer(&self) -> Option<&LatencyTimer> {

@@ -8,9 +8,10 @@ use std::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
+    time::Duration,
 };
 
-use tokio::sync::mpsc;
+use tokio::{sync::mpsc, time::timeout};
 use vn100_protocol::{AsyncType, Reply};
 
 use crate::{
@@ -20,6 +21,9 @@ use crate::{
     read_samples::{Parser, ReadOptions},
     source::Input,
 };
+
+/// How long a recording that is full may take to make room for the last link events.
+const LAST_EVENTS: Duration = Duration::from_secs(1);
 
 /// Nobody receives the events any more.
 #[derive(Debug)]
@@ -111,11 +115,16 @@ impl LinkOutput {
     }
 
     /// Ends the stream.
-    pub(crate) async fn finish(mut self, error: Option<io::Error>) {
-        for batch in self.parser.finish() {
+    pub(crate) async fn finish(self, error: Option<io::Error>) {
+        let Self { mut parser, events, recording, .. } = self;
+        for batch in parser.finish() {
             // a receiver that left has no use for the end either
-            let _ = self.events.send(Event::Batch(batch)).await;
+            let _ = events.send(Event::Batch(batch)).await;
         }
-        let _ = self.events.send(Event::End(End { error, csv: None })).await;
+        let _ = events.send(Event::End(End { error, csv: None })).await;
+        drop(events);
+        if let Some(mut recording) = recording {
+            let _ = timeout(LAST_EVENTS, recording.send_waiting_async()).await;
+        }
     }
 }

@@ -121,8 +121,7 @@ impl<C: Connect> LinkTask<C> {
                         Ok(()) => self.attend(&mut connection, up, held).await,
                         Err(trouble) => trouble,
                     };
-                    connection.close().await;
-                    trouble
+                    self.close(connection).await.err().map_or(trouble, Trouble::from)
                 }
                 Err(trouble) => trouble,
             };
@@ -181,11 +180,18 @@ impl<C: Connect> LinkTask<C> {
         up: Up,
         held: Vec<Input>,
     ) -> Result<Infallible, Trouble> {
-        self.greet(&up).await?;
+        if let Err(unheard) = self.greet(&up).await {
+            self.set_aside(held).await?;
+            return Err(unheard.into());
+        }
         let health = Health::new(self.output.seen());
         let mut watch = Watch { up, health, heard: Instant::now(), silence: None, is_restarting: false };
-        for input in held {
-            self.take(input, &mut watch.health).await?;
+        let mut held = held.into_iter();
+        while let Some(input) = held.next() {
+            if let Err(trouble) = self.take(input, &mut watch.health).await {
+                self.set_aside(held.collect()).await?;
+                return Err(trouble);
+            }
         }
         // what was answered here was the question by which it was found
         self.output.take_replies();

@@ -62,6 +62,14 @@ impl LossySender {
         }
     }
 
+    /// Sends what waits, as soon as there is room for it.
+    pub(crate) async fn send_waiting_async(&mut self) {
+        for event in self.waiting.drain(..) {
+            // a receiver that was dropped has no use for it
+            let _ = self.inputs.send(Input::Link(event)).await;
+        }
+    }
+
     /// Bytes dropped so far.
     pub(crate) fn lost_bytes(&self) -> u64 {
         self.lost_bytes

@@ -191,11 +191,18 @@ impl Connection for SerialConnection {
         self.port.write_all(bytes)
     }
 
-    async fn close(self) {
+    async fn close(self) -> Vec<Input> {
         let Self { port, mut inputs, stop, .. } = self;
         drop((port, stop));
+        let mut left = Vec::new();
         // the reading thread lets go of the port before it lets go of the channel
-        let _ = tokio::time::timeout(CLOSE_TIMEOUT, async { while inputs.recv().await.is_some() {} }).await;
+        let drain = async {
+            while let Some(input) = inputs.recv().await {
+                left.push(input);
+            }
+        };
+        let _ = tokio::time::timeout(CLOSE_TIMEOUT, drain).await;
+        left
     }
 
     fn latency_timer(&self) -> Option<&LatencyTimer> {
@@ -224,12 +231,11 @@ impl Reader {
         let mut at_ns = 0;
         let error = loop {
             if self.stop.load(Ordering::Relaxed) {
-                drop(port);
-                return;
+                break None;
             }
             match port.read(&mut buffer[length..]) {
                 // what was readable and has no byte is gone
-                Ok(0) => break ErrorKind::BrokenPipe.into(),
+                Ok(0) => break Some(ErrorKind::BrokenPipe.into()),
                 Ok(n) => {
                     at_ns = self.clock.now_ns();
                     let ends_line = buffer[length..length + n].contains(&b'\n');
@@ -245,15 +251,17 @@ impl Reader {
                     length = 0;
                     self.inputs.send_waiting();
                 }
-                Err(error) => break error,
+                Err(error) => break Some(error),
             }
         };
         drop(port);
         self.hand_on(&buffer[..length], at_ns);
         // nothing comes any more that waiting could delay
         self.inputs.send_waiting_blocking();
-        // without a receiver nobody has use for it
-        let _ = self.end.send(error);
+        if let Some(error) = error {
+            // a receiver that was dropped has no use for it
+            let _ = self.end.send(error);
+        }
     }
 
     fn hand_on(&mut self, bytes: &[u8], at_ns: i64) {

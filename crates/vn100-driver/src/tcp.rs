@@ -123,9 +123,11 @@ impl Connection for TcpConnection {
         })
     }
 
-    async fn close(mut self) {
+    async fn close(mut self) -> Vec<Input> {
         // it is closed either way when it is dropped
         let _ = self.stream.shutdown().await;
+        // what was read is handed out at once
+        Vec::new()
     }
 }
 

@@ -8,7 +8,11 @@ use std::{
 };
 
 use serialport::{SerialPort, TTYPort};
-use vn100_driver::{Clock, Connect, ConnectError, Connection, Input, SerialConnection, SerialPorts, Source};
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{
+    Clock, Connect, ConnectError, Connection, Event, Input, LinkCounts, LinkOptions, LinkState, SerialConnection,
+    SerialPorts, Source, open_link,
+};
 
 /// The sensor's end, and the name of ours.
 fn terminal() -> (TTYPort, String) {
@@ -113,4 +117,31 @@ async fn what_cannot_be_opened_is_told_by_kind() {
         assert_eq!(matches!(error, ConnectError::NotFound { .. }), missing, "{error:?}");
         assert_eq!(matches!(error, ConnectError::NotASerialPort { .. }), !missing, "{error:?}");
     }
+}
+
+#[tokio::test]
+async fn inputs_that_wait_when_a_link_is_stopped_are_counted() {
+    const LINES: usize = 200;
+    let (mut sensor, name) = terminal();
+    let stop = CancellationToken::new();
+    let (link, mut events) = open_link(SerialPorts::new(&name, Clock::start()), LinkOptions::default(), stop.clone());
+    link.state().wait_for(|state| matches!(state, LinkState::Probing { .. })).await.unwrap();
+    let line = b"$VNYPR,-129.867,-000.355,-000.296*61\r\n".repeat(25);
+    let writer = std::thread::spawn(move || {
+        (0..LINES).for_each(|_| sensor.write_all(&line).unwrap());
+        (sensor, LINES * line.len())
+    });
+    // no event is taken meanwhile, so that the bytes wait behind the link
+    let (_sensor, written) = tokio::task::spawn_blocking(|| writer.join().unwrap()).await.unwrap();
+    stop.cancel();
+    let mut counts = LinkCounts::default();
+    while let Some(event) = events.recv().await {
+        if let Event::Batch(batch) = event {
+            counts = batch.link;
+        }
+    }
+    // what the system holds was not read
+    const UNREAD: usize = 80_000;
+    let counted = (counts.bytes() + counts.overrun_bytes) as usize;
+    assert!(counted + UNREAD >= written, "{counted} of {written} bytes");
 }

@@ -70,7 +70,9 @@ impl Connection for Sensor {
         Ok(())
     }
 
-    async fn close(self) {}
+    async fn close(self) -> Vec<Input> {
+        Vec::new()
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -7,7 +7,7 @@ use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure};
 
 use super::LinkTask;
 use crate::{
-    autobaud::{BAUD_RATES, QUESTION, Trial, drain},
+    autobaud::{BAUD_RATES, Listener, QUESTION, Trial, drain},
     connect::{Connect, Connection},
     link_output::NobodyListens,
     link_state::{LinkState, Up},
@@ -70,10 +70,7 @@ impl<C: Connect> LinkTask<C> {
                 };
                 Ok((connection, up, held))
             }
-            Err(trouble) => {
-                connection.close().await;
-                Err(trouble)
-            }
+            Err(trouble) => Err(self.close(connection).await.err().map_or(trouble, Trouble::from)),
         }
     }
 
@@ -164,20 +161,26 @@ impl<C: Connect> LinkTask<C> {
                 if connection.set_baud(baud).is_err() {
                     continue;
                 }
-                bytes += self.set_aside(drain(connection, look.settle).await?).await?;
+                let mut drained = Vec::new();
+                let end = drain(connection, look.settle, &mut drained).await;
+                bytes += self.set_aside(drained).await?;
+                end?;
             }
             tried.extend(baud.filter(|baud| !tried.contains(baud)));
             self.state.send_replace(LinkState::Probing { port: connection.name().to_owned(), baud });
-            let trial = Trial { baud, listen_only: self.listen_only, accept_unchecked: self.accept_unchecked };
+            let trial = Trial { baud, listen_only: self.listen_only };
             loop {
                 let (output, conversation) = (&mut self.output, &mut self.conversation);
                 let sent = |line: &[u8]| {
                     output.note_sent(line);
                     conversation.expect_junk_answers();
                 };
-                let heard = self.stop.run_until_cancelled(trial.run(connection, sent)).await;
-                let heard = heard.ok_or(Trouble::Stopped)??;
+                let mut listener = Listener::new(self.accept_unchecked);
+                let ended = self.stop.run_until_cancelled(trial.run(connection, &mut listener, sent)).await;
+                let ended = ended.ok_or(Trouble::Stopped).and_then(|found_at| Ok(found_at?));
+                let heard = listener.heard(ended.as_ref().ok().copied().flatten());
                 let came = self.set_aside(heard.before).await?;
+                ended?;
                 (bytes, echoes) = (bytes + came, echoes + heard.echoes);
                 if let Some(inputs) = heard.sensor {
                     if !may_be_held {
@@ -202,19 +205,26 @@ impl<C: Connect> LinkTask<C> {
         Err(Trouble::Unheard { port: self.connect.name(), tried, bytes, echoes, asked: !self.listen_only })
     }
 
-    /// Takes what is no part of the measurement: how many bytes.
+    /// Takes what is no part of the measurement: how many bytes. All of it is recorded, also where
+    /// the events are not received any more.
     pub(super) async fn set_aside(&mut self, inputs: Vec<Input>) -> Result<u64, NobodyListens> {
-        let mut bytes = 0;
+        let (mut bytes, mut received) = (0, Ok(()));
         for input in inputs {
             match input {
                 Input::Chunk(chunk) => bytes += chunk.bytes.len() as u64,
-                Input::Link(event) => self.tell(event.kind).await?,
+                Input::Link(event) => received = received.and(self.tell(event.kind).await),
             }
         }
         if bytes > 0 {
-            self.tell(LinkEventKind::Probed { bytes }).await?;
+            received = received.and(self.tell(LinkEventKind::Probed { bytes }).await);
         }
-        Ok(bytes)
+        received.map(|()| bytes)
+    }
+
+    /// Closes the connection. What was read from it and not taken is no part of the measurement.
+    pub(super) async fn close(&mut self, connection: C::Connection) -> Result<(), NobodyListens> {
+        let left = connection.close().await;
+        self.set_aside(left).await.map(drop)
     }
 }
 

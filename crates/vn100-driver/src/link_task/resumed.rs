@@ -22,7 +22,7 @@ impl<C: Connect> LinkTask<C> {
     /// Leaves the output as it was found.
     pub(super) async fn pause_again(&mut self, connection: &mut C::Connection) {
         let output = &mut self.output;
-        // what comes meanwhile is behind the end
+        // what comes meanwhile is behind the end of the measurement
         let mut behind = Vec::new();
         let answers = exchange(connection, [Command::Async(false)], &mut behind, |line| output.note_sent(line)).await;
         if answers.is_ok_and(|answers| answers.iter().all(Result::is_ok)) {
@@ -30,5 +30,6 @@ impl<C: Connect> LinkTask<C> {
             // also into a recording, where nobody takes the events any more
             let _ = self.tell(LinkEventKind::OutputPaused).await;
         }
+        let _ = self.set_aside(behind).await;
     }
 }
