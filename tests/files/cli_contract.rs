@@ -6,9 +6,10 @@ use std::{
     process::{Command, Stdio},
 };
 
-use crate::support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
+
+use crate::support::{Lines, channel, document, replay, replay_log, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

@@ -7,8 +7,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::support::{channel, document, vn100};
 use serde_json::Value;
+
+use crate::support::{channel, document, vn100};
 
 /// A capture of the emulated sensor.
 fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {

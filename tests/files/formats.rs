@@ -6,8 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::support::{channel, replay, replay_log, vn100, warned};
 use serde_json::Value;
+
+use crate::support::{channel, replay, replay_log, vn100, warned};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

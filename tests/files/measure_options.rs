@@ -2,8 +2,9 @@
 
 use std::fs;
 
-use crate::support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
 use serde_json::Value;
+
+use crate::support::{channel, deviation, document, replay, replay_log, vn100, warned, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

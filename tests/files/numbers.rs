@@ -8,8 +8,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::support::{channel, deviation, real_captures, replay, replay_log, vn100, warned};
 use serde_json::Value;
+
+use crate::support::{channel, deviation, real_captures, replay, replay_log, vn100, warned};
 
 /// A capture of the emulated sensor.
 fn capture(folder: &Path, name: &str, options: &[&str]) -> PathBuf {

@@ -3,9 +3,10 @@
 
 use std::{fs, path::Path};
 
-use crate::support::{channel, deviation, real_captures, replay, warned};
 use serde_json::Value;
 use vn100_driver::protocol::{Check, Frame, Framer, Options};
+
+use crate::support::{channel, deviation, real_captures, replay, warned};
 
 fn bad(document: &Value) -> u64 {
     document["link"]["bad_frames"].as_object().unwrap().values().map(|count| count.as_u64().unwrap()).sum()

@@ -2,8 +2,9 @@
 
 use std::{fs, path::Path};
 
-use crate::support::{replay, replay_log};
 use serde_json::Value;
+
+use crate::support::{replay, replay_log};
 
 const LOGS: &[&str] = &["clean-minute.vnymr", "corrupted.vnymr", "gaps.vnymr", "binary-between.bin"];
 

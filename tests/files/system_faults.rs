@@ -9,9 +9,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::support::{replay, replay_log, vn100};
 use serde_json::Value;
 use vn100_driver::{Input, RecordingReader};
+
+use crate::support::{replay, replay_log, vn100};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

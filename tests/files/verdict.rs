@@ -7,8 +7,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::support::{channel, document, real_captures, replay, vn100};
 use serde_json::Value;
+
+use crate::support::{channel, document, real_captures, replay, vn100};
 
 const GYRO: [&str; 3] = ["gyro_x", "gyro_y", "gyro_z"];
 const RATE: [&str; 2] = ["--rate", "40"];

@@ -7,8 +7,9 @@ use std::{
     thread,
 };
 
-use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 use serde_json::Value;
+
+use crate::support::{document, replay, replay_log, run, vn100, with_stdin};
 
 const CLEAN: &str = "clean-minute.vnymr";
 

@@ -6,11 +6,12 @@ use std::{
     thread,
 };
 
-use crate::support::{run, vn100};
 use rustix::{
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{OptionalActions, tcgetattr, tcsetattr},
 };
+
+use crate::support::{run, vn100};
 
 /// A port with a loopback plug: its name, and what keeps it there.
 fn loopback() -> (String, File) {

@@ -2,9 +2,10 @@
 
 use std::process::{Command, Output};
 
+use serde_json::Value;
+
 use crate::sensor::Sensor;
 use crate::support::{Lines, Running, document, replay, run, vn100, warned};
-use serde_json::Value;
 
 fn number(document: &Value, pointer: &str) -> u64 {
     document.pointer(pointer).and_then(Value::as_u64).unwrap_or_else(|| panic!("no {pointer} in {document}"))

@@ -8,10 +8,11 @@ use std::{
     time::Duration,
 };
 
-use crate::sensor::Sensor;
-use crate::support::{Lines, document, replay, run, vn100};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+
+use crate::sensor::Sensor;
+use crate::support::{Lines, document, replay, run, vn100};
 
 const SIGNALS: [Signal; 2] = [Signal::INT, Signal::TERM];
 

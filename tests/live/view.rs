@@ -6,14 +6,15 @@ use std::{
     path::Path,
 };
 
-use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
-use crate::support::{replay, replay_log};
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
     process::Signal,
     pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt},
     termios::{Action, tcflow},
 };
+
+use crate::session::{ALTERNATE_SCREEN, Modes, NORMAL_SCREEN, Session, set_size, wait_until};
+use crate::support::{replay, replay_log};
 
 #[test]
 fn keys_lead_through_the_view_and_the_result_follows() {

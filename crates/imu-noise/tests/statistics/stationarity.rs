@@ -1,10 +1,8 @@
 //! Where a disturbance, a step and a warm-up are said to be, and how large.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod synthetic;
 
 use imu_noise::{ChannelSignal, LevelShape, SpectrumPlan};
-use synthetic::Synthesis;
+
+use crate::synthetic::Synthesis;
 
 const INTERVAL_S: f64 = 0.025;
 const SAMPLES: usize = 24_000;

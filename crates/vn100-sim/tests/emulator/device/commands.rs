@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use vn100_protocol::{crc16, xor8};
 use vn100_sim::{DeviceConfig, device::Firmware};
 
-use crate::bench::Bench;
+use super::bench::Bench;
 
 /// Replies of real units and of the maker's documents, to reads of a sensor as delivered.
 const READ: [&str; 23] = [

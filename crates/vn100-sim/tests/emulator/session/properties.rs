@@ -6,7 +6,7 @@ use std::time::Duration;
 use proptest::{collection::vec, option, prelude::*, sample::select};
 use vn100_protocol::{Answer, AsyncRate, Command, Fields, Register};
 
-use crate::link::{Fate, Link, line, ms};
+use super::link::{Fate, Link, line, ms};
 
 const ABSENT: Register = Register(99);
 

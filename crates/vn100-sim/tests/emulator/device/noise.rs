@@ -6,7 +6,7 @@ use std::time::Duration;
 use vn100_protocol::{Decoder, Item, Options, Packet};
 use vn100_sim::{DeviceConfig, Profile, noise::ChannelNoise};
 
-use crate::bench::{BOOT_MS, Bench};
+use super::bench::{BOOT_MS, Bench};
 
 /// Channels 0 to 11 of `$VNYMR`, in their units.
 fn rows(output: &[u8]) -> Vec<[f64; 12]> {

@@ -1,13 +1,11 @@
 //! Planned lengths against records of those lengths.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod synthetic;
 
 use imu_noise::{
     Aim, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, Status, Term, Terms, Wanted,
     visible_random_walk,
 };
-use synthetic::Synthesis;
+
+use crate::synthetic::Synthesis;
 
 const INTERVAL_S: f64 = 0.025;
 

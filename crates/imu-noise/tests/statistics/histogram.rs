@@ -1,5 +1,4 @@
 //! Histograms against their definition, in any order and division.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
 

@@ -7,7 +7,7 @@ use vn100_sim::{
     device::{BOOT, SentByte},
 };
 
-use crate::bench::{BOOT_MS, Bench};
+use super::bench::{BOOT_MS, Bench};
 
 fn sent_until(device: &mut Device, now: Duration) -> Vec<SentByte> {
     let mut sent = Vec::new();

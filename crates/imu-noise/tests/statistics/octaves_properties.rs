@@ -1,5 +1,4 @@
 //! Octave sums against their definition, for any division, any gaps and any counts.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use imu_noise::{Deviation, Estimator, Octaves};
 use proptest::{collection::vec, prelude::*};

@@ -1,6 +1,6 @@
 //! The captures that ship with the project are what their recipe writes.
 
-#[path = "../examples/replay_logs/main.rs"]
+#[path = "../../examples/replay_logs/main.rs"]
 #[allow(dead_code, reason = "the recipe's own main")]
 mod recipe;
 

@@ -1,13 +1,10 @@
 //! Clean records of twelve channels say nothing, disturbed ones say what happened and where. The
 //! benchmark of the same name does the same with more and longer records.
 
-#[path = "synthetic/disturbed.rs"]
-mod disturbed;
-mod synthetic;
-
-use disturbed::{Channel, Disturbance, Findings, NOISES, RATE_HZ};
 use imu_noise::SpectrumPlan;
-use synthetic::{Random, Synthesis};
+
+use crate::disturbed::{Channel, Disturbance, Findings, NOISES, RATE_HZ};
+use crate::synthetic::{Random, Synthesis};
 
 const SAMPLES: usize = (600.0 * RATE_HZ) as usize;
 

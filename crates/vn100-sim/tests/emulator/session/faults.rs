@@ -5,7 +5,7 @@ use std::time::Duration;
 use vn100_protocol::{AsyncRate, BaudRate, Command, DeviceError, Fields, Register, RequestFailure};
 use vn100_sim::device::BOOT;
 
-use crate::link::{Fate, Link, Outcome, line, ms};
+use super::link::{Fate, Link, Outcome, line, ms};
 
 const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
 const READ_ABSENT: Command = Command::ReadRegister(Register(99));

@@ -1,11 +1,10 @@
 //! The spectrum against SciPy's, and what gaps, length and late lines do to it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod oracle;
 
 use std::f64::consts::TAU;
 
 use imu_noise::{ChannelSignal, Line, Sides, SpectrumPlan};
+
+use crate::oracle;
 
 const INTERVAL_S: f64 = 0.025;
 

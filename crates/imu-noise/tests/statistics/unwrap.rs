@@ -1,5 +1,4 @@
 //! Angles made continuous.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use imu_noise::Unwrap;
 use proptest::{collection::vec, prelude::*};

@@ -1,6 +1,4 @@
 //! The emulated sensor on a real pseudo-terminal, opened as a plain file.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     fs::{self, File, OpenOptions},

@@ -1,5 +1,4 @@
 //! Sensor, cable and adapter on a clock that the test turns, with faults.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{num::NonZeroU32, time::Duration};
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use vn100_protocol::{Decoder, Item, Options, Packet};
 use vn100_sim::{DeviceConfig, Profile, noise::ChannelNoise};
 
-use crate::bench::Bench;
+use super::bench::Bench;
 
 /// Number in register 6, header, the register that reads the same, bytes, fields.
 const MESSAGES: [(u32, &str, u32, usize, usize); 12] = [

@@ -1,6 +1,6 @@
 //! What the line carries, and what is refused.
 
-use crate::bench::Bench;
+use super::bench::Bench;
 
 /// Baud, and the highest rate of `$VNYMR` that fits it.
 const HIGHEST_RATE_HZ: [(u32, u32); 9] = [

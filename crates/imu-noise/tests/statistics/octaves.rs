@@ -1,10 +1,8 @@
 //! Octave sums against exact tables, published tables, and the definition.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod oracle;
 
 use imu_noise::{Deviation, Estimator, OctaveSum, Octaves};
-use oracle::{Row, rows, series};
+
+use crate::oracle::{self, Row, rows, series};
 
 const STATISTICS: [(&str, Estimator, Deviation); 6] = [
     ("adev", Estimator::Plain, Deviation::Allan),

@@ -1,5 +1,4 @@
 //! A channel's blocks are exact, and nothing depends on the division of its samples over calls.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use imu_noise::{ChannelSignal, MAX_BLOCKS, Moments, Sides, SpectrumPlan};
 use proptest::{collection::vec, prelude::*};

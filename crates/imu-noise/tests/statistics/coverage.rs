@@ -1,14 +1,10 @@
 //! Intervals and bounds hold as often as they say, on seeded records of known noise. The benchmark
 //! of the same name does the same with more records.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-#[path = "synthetic/score.rs"]
-mod score;
-mod synthetic;
 
 use imu_noise::{Deviation, Estimator};
-use score::{CONFIDENCE, Cell, NOISES, RATE_HZ, ReadOut, TERMS, counts, tracked};
-use synthetic::Synthesis;
+
+use crate::score::{CONFIDENCE, Cell, NOISES, RATE_HZ, ReadOut, TERMS, counts, tracked};
+use crate::synthetic::Synthesis;
 
 #[test]
 fn intervals_hold_the_truth_and_absent_terms_are_not_estimated() {

@@ -1,11 +1,9 @@
 //! Normality is affirmed of normal records, correlated and rounded ones too, denied of others, and
 //! left open where nobody can tell.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod synthetic;
 
 use imu_noise::{ChannelSignal, Moments, Normality, NotJudged, SpectrumPlan};
-use synthetic::{Random, Synthesis};
+
+use crate::synthetic::{Random, Synthesis};
 
 const SAMPLES: usize = 6000;
 

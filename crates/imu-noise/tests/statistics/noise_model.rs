@@ -1,8 +1,4 @@
 //! The fit against noise-free curves, and what it says when data do not follow the model.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod oracle;
-mod synthetic;
 
 use std::f64::consts::TAU;
 
@@ -10,7 +6,9 @@ use imu_noise::{
     BoxcarWindow, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, Octaves, Parameter,
     RecordShape, Status, Term, Terms,
 };
-use synthetic::Synthesis;
+
+use crate::oracle;
+use crate::synthetic::Synthesis;
 
 const INTERVAL_S: f64 = 0.025;
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);

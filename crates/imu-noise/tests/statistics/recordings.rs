@@ -2,7 +2,6 @@
 //! is invented. One shaken by hand: said to be so.
 //!
 //! Reads the folder named by `VN100_CAPTURES`; skipped where there is none.
-#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]
 
 use std::{env, fs, path::Path};
 

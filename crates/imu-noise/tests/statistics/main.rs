@@ -1,0 +1,26 @@
+//! Accumulators and inference against definitions, published tables and records of known noise.
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a test fails by panicking, and says when it skips")]
+
+mod channel;
+mod coverage;
+#[path = "../synthetic/disturbed.rs"]
+mod disturbed;
+mod histogram;
+mod noise_model;
+mod normality;
+mod octaves;
+mod octaves_properties;
+#[path = "../oracle/mod.rs"]
+mod oracle;
+mod record_length;
+mod recordings;
+#[path = "../synthetic/score.rs"]
+mod score;
+mod signal;
+mod spectrum;
+mod stationarity;
+#[path = "../synthetic/mod.rs"]
+mod synthetic;
+mod unwrap;
+mod warnings;
+mod without_slope;

@@ -1,0 +1,6 @@
+//! The request machine of the protocol against the emulated sensor, on one clock that the test
+//! turns.
+
+mod faults;
+mod link;
+mod properties;
