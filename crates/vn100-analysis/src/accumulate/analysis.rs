@@ -108,7 +108,7 @@ impl Analysis {
             norms: Vec::new(),
             recent: None,
             column: Vec::new(),
-            repeats: Repeats::new(),
+            repeats: Repeats::default(),
             registers: BTreeMap::new(),
             before_break: None,
             two_serials: None,

@@ -47,7 +47,7 @@ impl Analysis {
         (timing.samples, timing.missing, timing.gaps, timing.segments) = (0, 0, 0, 0);
         self.missing_by_bad_lines = 0;
         self.in_segment = false;
-        self.repeats = Repeats::new();
+        self.repeats = Repeats::default();
         if let Some(layout) = self.layout.take() {
             self.begin(layout);
         }
