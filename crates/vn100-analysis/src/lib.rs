@@ -14,6 +14,7 @@ mod goal;
 mod plan;
 mod settings;
 mod snapshot;
+mod source_facts;
 mod warning;
 
 pub use accumulate::{
@@ -36,5 +37,9 @@ pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,
+};
+pub use source_facts::{
+    CsvFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, RejectedRows,
+    SourceFacts,
 };
 pub use warning::{Warning, WarningKind};

@@ -1,0 +1,140 @@
+//! What is known of a source beside its samples, as plain data: a session fills it, reports and
+//! faces read it together with the snapshot and its assessment.
+
+use std::collections::BTreeMap;
+
+/// The source of a record.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SourceFacts {
+    /// File name without its folder, `-` for standard input, or the port.
+    pub name: String,
+    /// The format of the source; `None` while it is not known.
+    pub kind: Option<&'static str>,
+    /// Why reading did not begin, or ended early.
+    pub error: Option<String>,
+    /// The lines of a CSV file.
+    pub csv: Option<CsvFacts>,
+    /// What a recording that is replayed says of itself.
+    pub recording: Option<RecordingFacts>,
+    /// The conditions of the measurement, as the user wrote them down.
+    pub meta: Option<BTreeMap<String, String>>,
+    /// The link of a live source; its counts are in the snapshot.
+    pub link: Option<LinkFacts>,
+    /// The recording that is made meanwhile.
+    pub recorder: Option<RecorderFacts>,
+    /// Where a paced replay is.
+    pub playback: Option<PlaybackFacts>,
+    /// Whether no more samples come.
+    pub ended: bool,
+}
+
+/// The lines of a CSV file: `lines = rows + skipped_lines + all rejected`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CsvFacts {
+    /// Lines read.
+    pub lines: u64,
+    /// Lines that became samples.
+    pub rows: u64,
+    /// Header, comments and blank lines.
+    pub skipped_lines: u64,
+    /// Rows that were rejected, by reason.
+    pub rejected: Vec<RejectedRows>,
+    /// Columns that were not used.
+    pub ignored_columns: Vec<String>,
+    /// Columns with more digits than are kept.
+    pub rounded: Vec<String>,
+}
+
+/// Rows of a CSV file rejected for one reason.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RejectedRows {
+    /// Why.
+    pub reason: String,
+    /// How many.
+    pub count: u64,
+    /// Number of the first, from 1.
+    pub first_line: u64,
+    /// Text of the first.
+    pub first_text: String,
+}
+
+/// What a recording says of itself.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RecordingFacts {
+    /// The program that wrote it.
+    pub program: Option<String>,
+    /// Time of the first byte, in nanoseconds since 1970-01-01 UTC.
+    pub started_ns: Option<i64>,
+    /// How it ended; `None` until it was read to the end.
+    pub end: Option<RecordingEndFacts>,
+}
+
+/// How a recording ended.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RecordingEndFacts {
+    /// Time of the last byte, in nanoseconds since 1970-01-01 UTC.
+    pub ended_ns: Option<i64>,
+    /// Whether the file was finished.
+    pub complete: bool,
+    /// Why the recording ended, as it says itself.
+    pub reason: Option<String>,
+}
+
+/// A live link at one moment.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LinkFacts {
+    /// What the link does.
+    pub status: LinkStatus,
+    /// The port by its name, once one is open.
+    pub port: Option<String>,
+    /// Baud rate; `None` where the link has none, or it is not known yet.
+    pub baud: Option<u32>,
+    /// Why the link is down.
+    pub cause: Option<String>,
+}
+
+/// What a link does.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LinkStatus {
+    /// The port is being opened.
+    #[default]
+    Opening,
+    /// The baud rate is searched.
+    Scanning,
+    /// The sensor is heard.
+    Connected,
+    /// The port is open and nothing comes on it.
+    Silent,
+    /// A connection was lost; it is opened again.
+    Lost,
+    /// There was no connection yet; it is tried again.
+    NotConnected,
+    /// The link is over.
+    Closed,
+}
+
+/// A recording that is being made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RecorderFacts {
+    /// The file.
+    pub path: String,
+    /// Bytes of the stream that are in it.
+    pub bytes: u64,
+    /// Bytes that are missing in it because the disk did not take them in time.
+    pub unrecorded_bytes: u64,
+    /// Why it stopped, if it did.
+    pub error: Option<String>,
+}
+
+/// Where a paced replay is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PlaybackFacts {
+    /// Samples replayed.
+    pub samples: u64,
+    /// Samples in the capture; `None` until they are counted.
+    pub total: Option<u64>,
+    /// Whether the replay is paused.
+    pub paused: bool,
+    /// Whether the capture was replayed to its end.
+    pub at_end: bool,
+}
