@@ -4,7 +4,7 @@
 use std::{fs, path::Path};
 
 use serde_json::Value;
-use vn100_driver::protocol::{Check, Frame, Framer, Options};
+use vn100_protocol::{Check, Frame, Framer, Options};
 
 use crate::support::{channel, deviation, real_captures, replay, warned};
 

@@ -10,7 +10,8 @@ use std::{
 };
 
 use serde_json::Value;
-use vn100_driver::{Input, RecordingReader};
+use vn100_capture::RecordingReader;
+use vn100_protocol::stream::Input;
 
 use crate::support::{replay, replay_log, vn100};
 
@@ -76,7 +77,7 @@ fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("capture");
     fs::copy(replay_log(CLEAN), &path).unwrap();
-    let capture = vn100_driver::Capture::open(&path, None).unwrap();
+    let capture = vn100_capture::Capture::open(&path, None).unwrap();
     fs::remove_file(&path).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     let samples = runtime.block_on(async {
@@ -84,9 +85,9 @@ fn a_capture_that_is_removed_while_it_is_read_is_read_to_its_end() {
         let mut samples = 0;
         while let Some(event) = events.recv().await {
             match event {
-                vn100_driver::Event::Batch(batch) => samples += batch.row_count(),
-                vn100_driver::Event::End(end) => assert!(end.error.is_none()),
-                vn100_driver::Event::Link(event) => panic!("{event:?}"),
+                vn100_capture::Event::Batch(batch) => samples += batch.row_count(),
+                vn100_capture::Event::End(end) => assert!(end.error.is_none()),
+                vn100_capture::Event::Link(event) => panic!("{event:?}"),
             }
         }
         samples

@@ -5,7 +5,8 @@ use std::{collections::VecDeque, io, time::Duration};
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, MissingFrom, Settings, Snapshot};
-use vn100_driver::{Chunk, Event, Input, ReadOptions, Source, read_samples};
+use vn100_capture::{Event, Source, read_samples};
+use vn100_protocol::stream::{Chunk, Input, ReadOptions};
 use vn100_protocol::{Decoder, Item, Options, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 

@@ -10,10 +10,9 @@ use std::{
 
 use tokio::time::{Instant, sleep_until, timeout_at};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    BAUD_RATES, Chunk, Connect, ConnectError, Connection, Diagnostic, Event, Input, LinkCounts, LinkEventKind,
-    LinkOptions, ReadOptions, Source, open_link,
-};
+use vn100_capture::{Event, Source};
+use vn100_driver::{BAUD_RATES, Connect, ConnectError, Connection, LinkOptions, open_link};
+use vn100_protocol::stream::{Chunk, Diagnostic, Input, LinkEventKind, ReadOptions, StreamCounts};
 use vn100_protocol::xor8;
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
@@ -146,7 +145,7 @@ impl Connection for Bench {
 /// What a link told in so many seconds.
 #[derive(Default)]
 struct Told {
-    counts: LinkCounts,
+    counts: StreamCounts,
     /// Errors that the sensor answered, in all.
     errors: usize,
     /// Refusals that are told as somebody else's.

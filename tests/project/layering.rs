@@ -6,21 +6,30 @@ use std::{collections::BTreeSet, fs, path::Path};
 const RULES: &[(&str, &[&str], &[&str])] = &[
     ("vn100-protocol", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
     ("imu-noise", &[], &["tokio", "tokio-util", "serialport", "clap", "tracing", "anyhow", "serde"]),
-    ("vn100-driver", &["vn100-protocol"], &["clap", "ratatui", "anyhow", "serde"]),
+    ("vn100-capture", &["vn100-protocol"], &["serialport", "clap", "ratatui", "anyhow", "serde"]),
+    ("vn100-driver", &["vn100-protocol", "vn100-capture"], &["clap", "ratatui", "anyhow", "serde"]),
     ("vn100-sim", &["vn100-protocol"], &["tokio", "tokio-util", "clap", "anyhow", "serde"]),
     (
         "vn100-analysis",
-        &["vn100-protocol", "vn100-driver", "imu-noise"],
+        &["vn100-protocol", "imu-noise"],
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
     (
         "vn100-pipeline",
-        &["vn100-protocol", "vn100-driver", "vn100-analysis"],
+        &["vn100-protocol", "vn100-capture", "vn100-analysis"],
         &["serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
     (
         "vn100-cli",
-        &["vn100-protocol", "vn100-driver", "imu-noise", "vn100-sim", "vn100-analysis", "vn100-pipeline"],
+        &[
+            "vn100-protocol",
+            "vn100-capture",
+            "vn100-driver",
+            "imu-noise",
+            "vn100-sim",
+            "vn100-analysis",
+            "vn100-pipeline",
+        ],
         &[],
     ),
 ];

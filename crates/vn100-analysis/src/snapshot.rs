@@ -6,7 +6,7 @@ use imu_noise::{
     ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, Refusal,
     TimebaseSummary, counts_to_unit,
 };
-use vn100_driver::{LinkCounts, LinkEvent, LinkEventKind};
+use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
@@ -39,7 +39,7 @@ pub struct Snapshot {
     /// within the stream.
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
-    pub link: LinkCounts,
+    pub link: StreamCounts,
     /// When the link was down.
     pub outages: Outages,
     /// How the deviations are estimated.

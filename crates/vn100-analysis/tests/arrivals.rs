@@ -7,10 +7,8 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{Arrivals, ChannelAccumulator, Deviation, Estimator, NominalRate};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
-use vn100_driver::{
-    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue,
-    protocol::{Layout, VNYMR},
-};
+use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterReply, StreamCounts};
+use vn100_protocol::{Layout, VNYMR};
 
 /// A good line that arrives then, or a bad one.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +59,7 @@ fn absorb(analysis: &mut Analysis, layout: Layout, lines: &[Line], rows: usize) 
             analysis.absorb(&std::mem::replace(&mut batch, empty()));
         }
     }
-    let mut link = LinkCounts::default();
+    let mut link = StreamCounts::default();
     link.tally.samples = lines.iter().filter(|line| matches!(line, At(_))).count() as u64;
     batch.link = link;
     analysis.absorb(&batch);
@@ -118,7 +116,7 @@ fn refused_stamps_leave_the_bad_lines_as_evidence() {
     let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
     absorb(&mut analysis, VNYMR.clone(), &lines, 50);
     analysis.finish();
-    analysis.absorb(&Batch { link: LinkCounts { connects: 1, ..LinkCounts::default() }, ..Batch::default() });
+    analysis.absorb(&Batch { link: StreamCounts { connects: 1, ..StreamCounts::default() }, ..Batch::default() });
     let live = told(&analysis.snapshot());
     assert!(live.contains("as bytes come that were held back") && !live.contains("Give the rate"), "{live}");
 }
@@ -176,14 +174,14 @@ fn a_rate_by_few_lines_gives_way_to_the_sensor() {
     let mut analysis = Analysis::new(Settings::default());
     absorb(&mut analysis, VNYMR.clone(), &steady(200.0, 0, 20), 8);
     analysis.take_link_event(&down);
-    let registers = vec![RegisterValue { before_row: 0, register: 7, fields: "40".into() }];
+    let registers = vec![RegisterReply { before_row: 0, register: 7, fields: "40".into() }];
     analysis.absorb(&Batch { registers, ..Batch::default() });
     let timing = analysis.snapshot().timing;
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
 }
 
 fn rate_of_the_sensor(rate_hz: &str) -> Batch {
-    let registers = vec![RegisterValue { before_row: 0, register: 7, fields: rate_hz.to_owned() }];
+    let registers = vec![RegisterReply { before_row: 0, register: 7, fields: rate_hz.to_owned() }];
     Batch { registers, ..Batch::default() }
 }
 

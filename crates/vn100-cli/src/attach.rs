@@ -12,8 +12,10 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessments, Settings};
-use vn100_driver::{Change, LinkState, ReadOptions, RecordError, Recorder, RecordingState};
+use vn100_capture::{RecordError, Recorder, RecordingState};
+use vn100_driver::{Change, LinkState};
 use vn100_pipeline::{Outcome, start};
+use vn100_protocol::stream::ReadOptions;
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName, Telling},

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use tokio::runtime::Runtime;
-use vn100_driver::{Change, Configured, LinkHandle, OutputSettings, protocol::Register, restore};
+use vn100_driver::{Change, Configured, LinkHandle, OutputSettings, restore};
+use vn100_protocol::Register;
 
 use crate::{
     args::ConfigureArgs,

@@ -12,7 +12,8 @@ use std::{
 };
 
 use anyhow::Result;
-use vn100_driver::{Clock, PortEntry, SerialPorts, UsbAdapter};
+use vn100_capture::Clock;
+use vn100_driver::{PortEntry, SerialPorts, UsbAdapter};
 use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{args::SimSensorArgs, sim};

@@ -16,8 +16,9 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessments, Settings};
-use vn100_driver::{Capture, ColumnMap, Format, OpenError, ReadOptions};
+use vn100_capture::{Capture, ColumnMap, Format, OpenError};
 use vn100_pipeline::{Outcome, every_second, start};
+use vn100_protocol::stream::ReadOptions;
 
 use crate::{
     args::FileArgs,

@@ -5,12 +5,10 @@ use std::{collections::BTreeMap, fmt::Write};
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use tokio::runtime::Runtime;
-use vn100_driver::{
-    CommandError, LinkHandle, LinkState,
-    protocol::{
-        AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
-        ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
-    },
+use vn100_driver::{CommandError, LinkHandle, LinkState};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
+    ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
 };
 
 use crate::{

@@ -13,10 +13,9 @@ use tokio::{
     time::Duration,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    Change, Clock, Event, Input, LinkHandle, LinkOptions, LinkState, ReadOptions, ReaderSource, SerialPorts, Source,
-    TcpServer, open_link, read_samples,
-};
+use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
+use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, SerialPorts, TcpServer, open_link};
+use vn100_protocol::stream::{Input, ReadOptions};
 
 use crate::{
     args::{Baud, LinkArgs, SourceName},

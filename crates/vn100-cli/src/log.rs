@@ -19,7 +19,9 @@ use std::{
 
 use anyhow::{Context, Result};
 use tokio::sync::mpsc;
-use vn100_driver::{CsvReport, Event, LinkEventKind, LinkState, ReadOptions};
+use vn100_capture::{CsvReport, Event};
+use vn100_driver::LinkState;
+use vn100_protocol::stream::{LinkEventKind, ReadOptions};
 
 use crate::{
     args::LogArgs,

@@ -8,7 +8,7 @@ use tokio::task::JoinHandle;
 use vn100_analysis::{
     Analysis, Assessment, FigureVerdict, FilterModels, Goal, Settings, Snapshot, Warning, WarningKind,
 };
-use vn100_driver::RecordingState;
+use vn100_capture::RecordingState;
 use vn100_pipeline::Outcome;
 
 use crate::{

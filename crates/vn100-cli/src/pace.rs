@@ -8,7 +8,7 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{End, Event};
+use vn100_capture::{End, Event};
 
 /// Events that may wait for the analysis; a full queue holds the pace back.
 const WAITING_EVENTS: usize = 4;
@@ -223,7 +223,8 @@ pub(crate) fn paced(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vn100_driver::{Batch, protocol::VNYMR};
+    use vn100_protocol::VNYMR;
+    use vn100_protocol::stream::Batch;
 
     const RATE_HZ: f64 = 40.0;
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, SystemTime};
 
 use serde::Serialize;
-use vn100_driver::Recorded;
+use vn100_capture::Recorded;
 
 #[derive(Debug, Serialize)]
 pub(crate) struct RecordedDocument {
@@ -56,7 +56,7 @@ fn utc(at_ns: i64) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use vn100_driver::RecordingEnd;
+    use vn100_capture::RecordingEnd;
 
     use super::*;
 

@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSettings, configure, protocol::Command};
+use vn100_driver::{Change, ConfigureError, Configured, LinkHandle, OutputSettings, configure};
+use vn100_protocol::Command;
 
 use crate::{
     configure::{describe, restore_same, serial},

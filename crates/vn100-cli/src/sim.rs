@@ -9,7 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use tokio::{runtime::Runtime, task, time};
-use vn100_driver::{Chunk, RecordingWriter};
+use vn100_capture::RecordingWriter;
+use vn100_protocol::stream::Chunk;
 use vn100_sim::{
     CaptureMessage, Generator,
     device::{Device, DeviceConfig},

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vn100_analysis::Snapshot;
-use vn100_driver::{CsvReport, Recorded};
+use vn100_capture::{CsvReport, Recorded};
 
 use crate::recorded::RecordedDocument;
 

@@ -5,7 +5,8 @@ use std::{borrow::Cow, time::Duration};
 
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vn100_analysis::Snapshot;
-use vn100_driver::{LinkState, RecordingState, Up};
+use vn100_capture::RecordingState;
+use vn100_driver::{LinkState, Up};
 
 use crate::{
     exit::{about, printable, report},
@@ -208,7 +209,9 @@ fn counts(snapshot: &Snapshot) -> String {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::{Analysis, Settings};
-    use vn100_driver::{Arrival, Batch, LatencyTimer, protocol::VNYMR};
+    use vn100_driver::LatencyTimer;
+    use vn100_protocol::VNYMR;
+    use vn100_protocol::stream::{Arrival, Batch};
 
     use super::*;
 
@@ -283,7 +286,7 @@ mod tests {
     #[test]
     fn a_restart_is_told_and_not_as_a_connection() {
         let up = connected();
-        let again = Up { since_ns: 1, restarted: Some(vn100_driver::protocol::DeviceError::HardFault), ..up.clone() };
+        let again = Up { since_ns: 1, restarted: Some(vn100_protocol::DeviceError::HardFault), ..up.clone() };
         let silent = LinkState::Silent(again.clone());
         let (up, again) = (LinkState::Up(up), LinkState::Up(again));
         assert!(is_news(Some(&up), &again));

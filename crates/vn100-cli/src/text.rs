@@ -18,7 +18,7 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
 use vn100_analysis::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
-use vn100_driver::CsvReport;
+use vn100_capture::CsvReport;
 
 use deviations::write_deviations;
 use distribution::{write_distribution, write_parts};

@@ -3,7 +3,8 @@
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Clock, Event, LinkOptions, SerialPorts, open_link};
+use vn100_capture::{Clock, Event};
+use vn100_driver::{LinkOptions, SerialPorts, open_link};
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() {

@@ -3,7 +3,9 @@
 #![allow(clippy::print_stdout, reason = "that is what it is for")]
 
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Clock, LinkOptions, SerialPorts, open_link, protocol::Register};
+use vn100_capture::Clock;
+use vn100_driver::{LinkOptions, SerialPorts, open_link};
+use vn100_protocol::Register;
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn std::error::Error>> {

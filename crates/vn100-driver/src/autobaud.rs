@@ -5,10 +5,8 @@ use std::{io, time::Duration};
 use tokio::time::{Instant, timeout_at};
 use vn100_protocol::{Frame, Framer, Options};
 
-use crate::{
-    connect::Connection,
-    source::{Chunk, Input},
-};
+use crate::connect::Connection;
+use vn100_protocol::stream::{Chunk, Input};
 
 /// The speeds of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the order
 /// they are tried: the one it is delivered with, the other fast ones, the slow ones.

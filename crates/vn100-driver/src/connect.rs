@@ -3,11 +3,9 @@
 
 use std::{future::Future, io};
 
-use crate::{
-    connect_error::ConnectError,
-    low_latency::LatencyTimer,
-    source::{Input, Source},
-};
+use crate::{connect_error::ConnectError, low_latency::LatencyTimer};
+use vn100_capture::Source;
+use vn100_protocol::stream::Input;
 
 /// Opens a link, and opens it again after it went down.
 pub trait Connect: Send + 'static {

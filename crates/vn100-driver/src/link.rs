@@ -7,16 +7,10 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{Answer, AsyncType, Command, DeviceError, Register, RegisterContents, RequestFailure};
 
 use crate::{
-    command_error::CommandError,
-    connect::Connect,
-    conversation::Request,
-    event::Event,
-    link_options::LinkOptions,
-    link_output::{Counters, LinkOutput},
-    link_state::LinkState,
-    link_task::LinkTask,
-    read_samples::WAITING_BATCHES,
+    command_error::CommandError, connect::Connect, conversation::Request, link_options::LinkOptions,
+    link_output::Counters, link_output::LinkOutput, link_state::LinkState, link_task::LinkTask,
 };
+use vn100_capture::{Event, WAITING_BATCHES};
 
 /// Requests that may wait to be taken by the link; whoever asks then waits.
 const WAITING_REQUESTS: usize = 16;
@@ -86,7 +80,7 @@ impl LinkHandle {
 /// Opens a link and keeps it: looks for the sensor's speed, hands out what it sends, and opens the
 /// link again when it is lost.
 ///
-/// The events are those of [`read_samples`](crate::read_samples), with one [`Event::Link`] for each
+/// The events are those of [`read_samples`](vn100_capture::read_samples), with one [`Event::Link`] for each
 /// thing that befell the link. They end on `stop`, and with an error when the link cannot be opened
 /// in the first place or no sensor is heard on it: no link that never was up is waited for.
 ///

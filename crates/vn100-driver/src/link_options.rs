@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use tokio::sync::mpsc;
 
-use crate::{output_plan::Change, read_samples::ReadOptions, source::Input};
+use crate::output_plan::Change;
+use vn100_protocol::stream::{Input, ReadOptions};
 
 /// How a link is opened and read.
 #[derive(Debug, Default)]
@@ -16,12 +17,12 @@ pub struct LinkOptions {
     /// How the bytes are read.
     pub read: ReadOptions,
     /// Where a copy of everything that comes is sent, in order. What it does not take at once is
-    /// dropped and told in it as [`Overrun`](crate::LinkEventKind::Overrun): recording never delays
+    /// dropped and told in it as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays
     /// measuring.
     pub recording: Option<mpsc::Sender<Input>>,
     /// Read the temperature and the uncompensated measurements (register 54) this often between the
     /// lines, where the line has room for it. The answers are among the
-    /// [`registers`](crate::Batch::registers) of the batches.
+    /// [`registers`](vn100_protocol::stream::Batch::registers) of the batches.
     pub poll_temperature: Option<Duration>,
     /// What [`configure`](crate::configure()) has changed, to be written again when the sensor
     /// comes back: it may have lost its power, and with it all that was not saved. Until it is so

@@ -14,13 +14,9 @@ use std::{
 use tokio::{sync::mpsc, time::timeout};
 use vn100_protocol::{AsyncType, Reply};
 
-use crate::{
-    event::{End, Event},
-    health::Seen,
-    lossy_sender::LossySender,
-    read_samples::{Parser, ReadOptions},
-    source::Input,
-};
+use crate::health::Seen;
+use vn100_capture::{End, Event, LossySender};
+use vn100_protocol::stream::{Input, ReadOptions, SampleReader};
 
 /// How long a recording that is full may take to make room for the last link events.
 const LAST_EVENTS: Duration = Duration::from_secs(1);
@@ -57,7 +53,7 @@ impl Counters {
 }
 
 pub(crate) struct LinkOutput {
-    parser: Parser,
+    parser: SampleReader,
     events: mpsc::Sender<Event>,
     recording: Option<LossySender>,
     counters: Arc<Counters>,
@@ -70,7 +66,7 @@ impl LinkOutput {
         events: mpsc::Sender<Event>,
         counters: Arc<Counters>,
     ) -> Self {
-        let mut parser = Parser::new(options);
+        let mut parser = SampleReader::new(options);
         parser.keep_replies();
         Self { parser, events, recording: recording.map(LossySender::new), counters }
     }
@@ -82,7 +78,7 @@ impl LinkOutput {
             recording.send(input.clone(), now_ns);
             self.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
         }
-        let events = self.parser.take_input(input);
+        let events = Event::from_input(&mut self.parser, input);
         self.counters.all_lines().extend(self.parser.lines());
         for event in events {
             self.events.send(event).await.map_err(|_| NobodyListens)?;

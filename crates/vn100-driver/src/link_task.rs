@@ -18,17 +18,12 @@ use vn100_protocol::{BaudRate, Options};
 
 use self::{silence::Silence, watched::Watch};
 use crate::{
-    back_off::BackOff,
-    connect::{Connect, Connection},
-    conversation::{Consequence, Conversation, Request},
-    health::{Health, Reading},
-    link_options::LinkOptions,
-    link_output::{LinkOutput, NobodyListens},
-    link_state::{LinkState, Up},
-    output_plan::Change,
-    source::{Input, LinkEvent, LinkEventKind, Source},
-    trouble::Trouble,
+    back_off::BackOff, connect::Connect, connect::Connection, conversation::Consequence, conversation::Conversation,
+    conversation::Request, health::Health, health::Reading, link_options::LinkOptions, link_output::LinkOutput,
+    link_output::NobodyListens, link_state::LinkState, link_state::Up, output_plan::Change, trouble::Trouble,
 };
+use vn100_capture::Source;
+use vn100_protocol::stream::{Input, LinkEvent, LinkEventKind};
 
 /// How often all speeds are tried before a link that never was up is given up: a sensor that was
 /// just switched on says nothing for 1.25 s.

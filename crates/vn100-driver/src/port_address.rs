@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::ports::{PortEntry, UsbAdapter};
+use crate::{ports::PortEntry, ports::UsbAdapter};
 
 /// A port by all that is known to lead to it.
 #[derive(Debug, Clone, PartialEq, Eq)]

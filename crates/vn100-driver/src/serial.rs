@@ -18,15 +18,11 @@ use serialport::{ClearBuffer, SerialPort};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::{
-    clock::Clock,
-    connect::{Connect, Connection},
-    connect_error::ConnectError,
-    lossy_sender::LossySender,
-    low_latency::{LatencyTimer, shorten_latency},
-    port_address::PortAddress,
-    ports::{PortEntry, list_ports},
-    source::{Chunk, Input, Source},
+    connect::Connect, connect::Connection, connect_error::ConnectError, low_latency::LatencyTimer,
+    low_latency::shorten_latency, port_address::PortAddress, ports::PortEntry, ports::list_ports,
 };
+use vn100_capture::{Clock, LossySender, Source};
+use vn100_protocol::stream::{Chunk, Input};
 
 /// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01
 /// % of a core. A piece of a line that is not gone on with in this time is handed on as it is.
@@ -277,7 +273,7 @@ mod tests {
     use std::{collections::VecDeque, sync::Mutex};
 
     use super::*;
-    use crate::source::{LinkEvent, LinkEventKind};
+    use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 
     /// Gives what it is told to, piece by piece, then hangs up.
     struct Port(VecDeque<Result<&'static [u8], ErrorKind>>);

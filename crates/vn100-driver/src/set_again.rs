@@ -8,12 +8,8 @@ use vn100_protocol::{
     Answer, BaudRate, Check, Command, Frame, Framer, Options, Register, Reply, RequestFailure, Session, Setting,
 };
 
-use crate::{
-    connect::Connection,
-    output_plan::Change,
-    source::{Chunk, Input},
-    trouble::Trouble,
-};
+use crate::{connect::Connection, output_plan::Change, trouble::Trouble};
+use vn100_protocol::stream::{Chunk, Input};
 
 /// Writes the changes again while the output is paused, and resumes it. All that comes meanwhile is
 /// put behind `aside`; each line written is told to `sent`.

@@ -12,12 +12,9 @@ use tokio::{
     time::timeout,
 };
 
-use crate::{
-    clock::Clock,
-    connect::{Connect, Connection},
-    connect_error::ConnectError,
-    source::{Chunk, Input, Source},
-};
+use crate::{connect::Connect, connect::Connection, connect_error::ConnectError};
+use vn100_capture::{Clock, Source};
+use vn100_protocol::stream::{Chunk, Input};
 
 /// Bytes of one read.
 const READ_BYTES: usize = 4096;

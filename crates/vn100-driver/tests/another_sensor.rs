@@ -7,10 +7,9 @@ mod support;
 use std::time::Duration;
 
 use support::{Link, Sensor};
-use vn100_driver::{
-    Change, LinkEventKind, LinkOptions, LinkState,
-    protocol::{Fields, Register},
-};
+use vn100_driver::{Change, LinkOptions, LinkState};
+use vn100_protocol::stream::LinkEventKind;
+use vn100_protocol::{Fields, Register};
 
 const KNOWN: &str = "0100099887";
 const OTHER: &str = "0100012345";

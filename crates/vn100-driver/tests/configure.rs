@@ -9,11 +9,8 @@ use std::{slice, time::Duration};
 use support::{LINE, Link, OTHER_LINE, Sensor};
 use tokio::{join, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure,
-    protocol::{Fields, Register},
-    restore,
-};
+use vn100_driver::{Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
+use vn100_protocol::{Fields, Register};
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
 const FILTER: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use support::{Sensor, Told};
 use tokio::sync::mpsc;
-use vn100_driver::{Input, LinkEventKind, LinkOptions};
+use vn100_driver::LinkOptions;
+use vn100_protocol::stream::{Input, LinkEventKind};
 
 /// The last one in the order of the baud scan.
 const LAST_BAUD: u32 = 128_000;

@@ -8,10 +8,9 @@ use std::time::Duration;
 
 use support::{LINE, Sensor};
 use tokio::sync::mpsc;
-use vn100_driver::{
-    BAUD_RATES, Change, Input, LinkEventKind, LinkOptions, LinkState,
-    protocol::{Fields, Register},
-};
+use vn100_driver::{BAUD_RATES, Change, LinkOptions, LinkState};
+use vn100_protocol::stream::{Input, LinkEventKind};
+use vn100_protocol::{Fields, Register};
 
 /// Both rates, with a speed that carries them.
 const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];

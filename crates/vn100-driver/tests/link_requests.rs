@@ -7,10 +7,9 @@ mod support;
 use std::time::Duration;
 
 use support::{LINE, QUESTION, Sensor};
-use vn100_driver::{
-    BAUD_RATES, CommandError, LinkEventKind, LinkOptions, LinkState, OutputSettings,
-    protocol::{Answer, AsyncRate, BaudRate, Command, DeviceError, Register, RequestFailure},
-};
+use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, LinkState, OutputSettings};
+use vn100_protocol::stream::LinkEventKind;
+use vn100_protocol::{Answer, AsyncRate, BaudRate, Command, DeviceError, Register, RequestFailure};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

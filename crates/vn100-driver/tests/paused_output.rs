@@ -7,10 +7,9 @@ use std::time::Duration;
 
 use support::{Link, Sensor, Told};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    ConfigureError, Configured, LinkEventKind, LinkOptions, LinkState, OutputSettings, configure, protocol::Command,
-    restore,
-};
+use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
+use vn100_protocol::Command;
+use vn100_protocol::stream::LinkEventKind;
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

@@ -18,7 +18,8 @@ use serialport::{SerialPort, TTYPort};
 use support::LINE;
 use tokio::{sync::watch, time::interval};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Clock, LinkOptions, LinkState, PortEntry, SerialPorts, UsbAdapter, open_link};
+use vn100_capture::Clock;
+use vn100_driver::{LinkOptions, LinkState, PortEntry, SerialPorts, UsbAdapter, open_link};
 
 /// A machine with USB sockets.
 #[derive(Clone, Default)]

@@ -9,10 +9,11 @@ use std::{
 
 use serialport::{SerialPort, TTYPort};
 use tokio_util::sync::CancellationToken;
+use vn100_capture::{Clock, Event, Source};
 use vn100_driver::{
-    Clock, Connect, ConnectError, Connection, Event, Input, LinkCounts, LinkOptions, LinkState, SerialConnection,
-    SerialPorts, Source, open_link,
+    Connect, ConnectError, Connection, LinkOptions, LinkState, SerialConnection, SerialPorts, open_link,
 };
+use vn100_protocol::stream::{Input, StreamCounts};
 
 /// The sensor's end, and the name of ours.
 fn terminal() -> (TTYPort, String) {
@@ -134,7 +135,7 @@ async fn inputs_that_wait_when_a_link_is_stopped_are_counted() {
     // no event is taken meanwhile, so that the bytes wait behind the link
     let (_sensor, written) = tokio::task::spawn_blocking(|| writer.join().unwrap()).await.unwrap();
     stop.cancel();
-    let mut counts = LinkCounts::default();
+    let mut counts = StreamCounts::default();
     while let Some(event) = events.recv().await {
         if let Event::Batch(batch) = event {
             counts = batch.link;

@@ -6,7 +6,8 @@
 use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
-use vn100_driver::{Clock, Connect, Connection, SerialPorts};
+use vn100_capture::Clock;
+use vn100_driver::{Connect, Connection, SerialPorts};
 
 const AT_ONCE: usize = 50;
 

@@ -9,10 +9,9 @@ use std::time::Duration;
 
 use support::Sensor;
 use tokio::{sync::watch, task::JoinHandle, time::Instant};
-use vn100_driver::{
-    Change, LinkEventKind, LinkOptions, LinkState,
-    protocol::{Fields, Register},
-};
+use vn100_driver::{Change, LinkOptions, LinkState};
+use vn100_protocol::stream::LinkEventKind;
+use vn100_protocol::{Fields, Register};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

@@ -23,9 +23,9 @@ use tokio::{
     time::interval,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{
-    Chunk, Clock, Event, LinkEventKind, LinkHandle, LinkOptions, LinkState, Recorder, SerialPorts, open_link,
-};
+use vn100_capture::{Clock, Event, Recorder};
+use vn100_driver::{LinkHandle, LinkOptions, LinkState, SerialPorts, open_link};
+use vn100_protocol::stream::{Chunk, LinkEventKind};
 
 const PORTS: usize = 50;
 /// The first of them bring everything to its usual size.

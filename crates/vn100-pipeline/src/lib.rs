@@ -7,7 +7,8 @@
 //! ```
 //! use tokio_util::sync::CancellationToken;
 //! use vn100_analysis::Settings;
-//! use vn100_driver::{Capture, ReadOptions};
+//! use vn100_capture::Capture;
+//! use vn100_protocol::stream::ReadOptions;
 //! use vn100_pipeline::start;
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {

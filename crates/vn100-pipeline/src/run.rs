@@ -17,7 +17,7 @@ use tokio::{
     time::{self, MissedTickBehavior},
 };
 use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
-use vn100_driver::{CsvReport, End, Event};
+use vn100_capture::{CsvReport, End, Event};
 
 /// Snapshots of every second that may wait for whoever writes them down.
 const WAITING_SECONDS: usize = 4;

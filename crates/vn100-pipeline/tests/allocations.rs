@@ -7,8 +7,9 @@ use std::io;
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_driver::{Chunk, Input, ReadOptions, Source, read_samples};
+use vn100_capture::{Source, read_samples};
 use vn100_pipeline::start;
+use vn100_protocol::stream::{Chunk, Input, ReadOptions};
 
 /// The same chunk of whole lines, so often.
 struct Again {

@@ -7,12 +7,10 @@ use std::{collections::VecDeque, io, sync::Arc};
 use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, WarningKind};
-use vn100_driver::{
-    Batch, Chunk, End, Event, Input, LinkEvent, LinkEventKind, ReadOptions, Source,
-    protocol::{DeviceError, VNYMR},
-    read_samples,
-};
+use vn100_capture::{End, Event, Source, read_samples};
 use vn100_pipeline::{every_second, start};
+use vn100_protocol::stream::{Batch, Chunk, Input, LinkEvent, LinkEventKind, ReadOptions};
+use vn100_protocol::{DeviceError, VNYMR};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 

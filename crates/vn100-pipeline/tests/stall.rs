@@ -8,9 +8,9 @@ use bytes::Bytes;
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Settings};
-use vn100_driver::{
-    Chunk, Connect, ConnectError, Connection, Event, Input, LinkEventKind, LinkOptions, Source, open_link,
-};
+use vn100_capture::{Event, Source};
+use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, open_link};
+use vn100_protocol::stream::{Chunk, Input, LinkEventKind};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 

@@ -101,6 +101,7 @@ mod link_budget;
 mod message;
 mod register;
 mod request;
+pub mod stream;
 
 pub use framing::{
     bad_line::{BadKind, BadLine},

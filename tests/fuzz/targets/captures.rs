@@ -8,7 +8,8 @@ use std::{
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Assessment, Settings};
-use vn100_driver::{Capture, ColumnMap, CsvReport, Event, Format, LinkCounts, OpenError, ReadOptions};
+use vn100_capture::{Capture, ColumnMap, CsvReport, Event, Format, OpenError};
+use vn100_protocol::stream::{ReadOptions, StreamCounts};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]
@@ -18,7 +19,7 @@ struct Told {
     /// With the number of rows before each.
     marks: Vec<(usize, String)>,
     link_events: Vec<(usize, String)>,
-    counts: LinkCounts,
+    counts: StreamCounts,
     csv: Option<CsvReport>,
     error: Option<String>,
 }

@@ -4,8 +4,9 @@
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
 use vn100_analysis::{Analysis, Assessment, Figure, Goal, Settings, Want};
-use vn100_driver::{Batch, ColumnMap};
+use vn100_capture::ColumnMap;
 use vn100_protocol::VNYMR;
+use vn100_protocol::stream::Batch;
 use vn100_sim::fault::FaultPlan;
 
 /// Each line is tried as every kind of value.

@@ -3,7 +3,8 @@
 
 use std::{fs, io::Write, path::Path};
 
-use vn100_driver::{Chunk, Input, LinkEvent, LinkEventKind, RecordingWriter};
+use vn100_capture::RecordingWriter;
+use vn100_protocol::stream::{Chunk, Input, LinkEvent, LinkEventKind};
 
 const REPLIES: &str =
     "VNRRG,01,VN-100S-CR\nVNRRG,05,115200\nVNWRG,07,40\nVNASY,0\nVNERR,0C\nVNERR,03\nVNWNV\nVNRST\nVNTAR\nVNSGB";

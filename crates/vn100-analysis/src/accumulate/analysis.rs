@@ -7,7 +7,7 @@ mod restart;
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use imu_noise::{Refusal, SpectrumPlan, TimebaseSummary};
-use vn100_driver::{Batch, LinkCounts, LinkEvent, LinkEventKind, MarkKind, RegisterValue};
+use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, MarkKind, RegisterReply, StreamCounts};
 use vn100_protocol::{Layout, PrintFormat, Register};
 
 use crate::{
@@ -46,7 +46,7 @@ pub struct Analysis {
     /// The first two serial numbers that differ, in their order, and the samples before the second.
     two_serials: Option<(String, String, u64)>,
     polled: Polled,
-    link: LinkCounts,
+    link: StreamCounts,
     /// Of a stream with arrival stamps.
     waiting: Option<Waiting>,
     /// Lines lost whole are told of, by counters or arrival times.
@@ -113,7 +113,7 @@ impl Analysis {
             before_break: None,
             two_serials: None,
             polled: Polled::new(),
-            link: LinkCounts::default(),
+            link: StreamCounts::default(),
             waiting: None,
             missing_by_evidence: false,
             refused_before: None,
@@ -341,7 +341,7 @@ impl Analysis {
         self.settings.duration.map_or(u64::MAX, |duration| self.samples_in(duration))
     }
 
-    fn take_register(&mut self, value: &RegisterValue) {
+    fn take_register(&mut self, value: &RegisterReply) {
         self.polled.take(value);
         let before = self.registers.get(&value.register);
         if let Some(before) =

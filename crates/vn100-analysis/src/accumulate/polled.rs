@@ -2,7 +2,7 @@
 //! of register 54.
 
 use imu_noise::{Histogram, Moments};
-use vn100_driver::RegisterValue as Reply;
+use vn100_protocol::stream::RegisterReply as Reply;
 use vn100_protocol::{Channel, Check, Fields, Imu, Quantity, Register, RegisterContents, VNIMU};
 
 use crate::snapshot::{ChannelSnapshot, PolledChannel};

@@ -4,7 +4,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use imu_noise::{Timebase, TimebaseSummary};
-use vn100_driver::{Batch, MarkKind};
+use vn100_protocol::stream::{Batch, MarkKind};
 
 use crate::accumulate::evidence::{Evidence, Verdict};
 

@@ -5,7 +5,7 @@ mod refused;
 mod unasked;
 
 use imu_noise::{NominalRate, TimebaseSummary};
-use vn100_driver::OddRowCounts;
+use vn100_protocol::stream::RejectedRowCounts;
 use vn100_protocol::{Channel, Quantity, Tally};
 
 use self::{no_valid_lines::no_valid_lines, refused::refused};
@@ -356,7 +356,7 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
 }
 
 /// `number 2, stamp 1`.
-fn reasons(odd: &OddRowCounts) -> String {
+fn reasons(odd: &RejectedRowCounts) -> String {
     let counted: Vec<_> = odd.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
     counted.join(", ")
 }

@@ -1,6 +1,6 @@
 //! Lines that are held because their rate is not sure: the time asked for passes for them, too.
 
-use vn100_driver::Arrival;
+use vn100_protocol::stream::Arrival;
 
 use super::*;
 

@@ -10,10 +10,10 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
-use vn100_driver::{
-    Arrival, Batch, LinkCounts, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterValue, RowCounter,
-    protocol::{Layout, PrintFormat, VNIMU, VNYMR},
+use vn100_protocol::stream::{
+    Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterReply, RowCounter, StreamCounts,
 };
+use vn100_protocol::{Layout, PrintFormat, VNIMU, VNYMR};
 
 /// One thing on a stream.
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +43,7 @@ fn batches(lines: &[Line], rows: usize) -> Vec<Batch> {
             Printed(format) => batch.marks.push(Mark { before_row, kind: MarkKind::Printed(format) }),
         }
     }
-    let mut link = LinkCounts::default();
+    let mut link = StreamCounts::default();
     link.tally.samples = lines.iter().filter(|line| matches!(line, Good(_))).count() as u64;
     batches.iter_mut().for_each(|batch| batch.link = link);
     batches

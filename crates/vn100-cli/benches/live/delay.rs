@@ -19,7 +19,8 @@ use serialport::{SerialPort, TTYPort};
 use tokio::{runtime::Builder, task::JoinSet, time};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Settings};
-use vn100_driver::{Clock, Event, LinkOptions, SerialPorts, open_link};
+use vn100_capture::{Clock, Event};
+use vn100_driver::{LinkOptions, SerialPorts, open_link};
 
 /// The first argument of the feeder.
 pub(crate) const FEED: &str = "feed";

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use vn100_driver::ColumnMap;
+use vn100_capture::ColumnMap;
 
 use super::{
     LogArgs,

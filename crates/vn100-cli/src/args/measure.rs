@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::ValueEnum;
 use vn100_analysis::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
-use vn100_driver::ReadOptions;
+use vn100_protocol::stream::ReadOptions;
 
 /// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]

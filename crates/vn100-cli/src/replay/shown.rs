@@ -15,8 +15,9 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{DEFAULT_RATE_HZ, Settings};
-use vn100_driver::{Capture, ColumnMap, Event, ReadOptions};
+use vn100_capture::{Capture, ColumnMap, Event};
 use vn100_pipeline::{Outcome, start};
+use vn100_protocol::stream::ReadOptions;
 
 use crate::{
     args::ReplayArgs,

@@ -8,7 +8,8 @@ use std::{
 
 use tokio::sync::{mpsc, watch};
 use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
-use vn100_driver::{LinkState, RecordingState};
+use vn100_capture::RecordingState;
+use vn100_driver::LinkState;
 use vn100_pipeline::Controls;
 
 use super::{source::Source, state::SourceRequest};

@@ -3,7 +3,8 @@
 use std::{sync::Arc, time::Duration};
 
 use vn100_analysis::{Assessment, Snapshot, Warning};
-use vn100_driver::{LinkState, RecordingState};
+use vn100_capture::RecordingState;
+use vn100_driver::LinkState;
 use vn100_protocol::Quantity;
 
 use crate::units::{ChannelValues, channel_values};

@@ -7,14 +7,11 @@ use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure};
 
 use super::LinkTask;
 use crate::{
-    autobaud::{BAUD_RATES, Listener, QUESTION, Trial, drain},
-    connect::{Connect, Connection},
-    link_output::NobodyListens,
-    link_state::{LinkState, Up},
-    set_again::{set_again, set_speed},
-    source::{Input, LinkEventKind},
-    trouble::Trouble,
+    autobaud::BAUD_RATES, autobaud::Listener, autobaud::QUESTION, autobaud::Trial, autobaud::drain, connect::Connect,
+    connect::Connection, link_output::NobodyListens, link_state::LinkState, link_state::Up, set_again::set_again,
+    set_again::set_speed, trouble::Trouble,
 };
+use vn100_protocol::stream::{Input, LinkEventKind};
 
 /// How long a sensor that says nothing is waited for at the first speed: longer than it boots,
 /// which takes 1.25 s.

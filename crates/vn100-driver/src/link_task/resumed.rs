@@ -3,13 +3,8 @@
 use vn100_protocol::Command;
 
 use super::LinkTask;
-use crate::{
-    connect::Connect,
-    link_output::NobodyListens,
-    link_state::{LinkState, Up},
-    set_again::exchange,
-    source::LinkEventKind,
-};
+use crate::{connect::Connect, link_output::NobodyListens, link_state::LinkState, link_state::Up, set_again::exchange};
+use vn100_protocol::stream::LinkEventKind;
 
 impl<C: Connect> LinkTask<C> {
     /// Tells that the sensor sends because it was told to.

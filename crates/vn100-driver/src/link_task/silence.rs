@@ -5,12 +5,8 @@ use tokio::time::Instant;
 use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
 use super::LinkTask;
-use crate::{
-    connect::Connect,
-    set_again::{check_serial, still_set},
-    source::Input,
-    trouble::Trouble,
-};
+use crate::{connect::Connect, set_again::check_serial, set_again::still_set, trouble::Trouble};
+use vn100_protocol::stream::Input;
 
 pub(super) struct Silence {
     pub(super) since: Instant,

@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use tokio::{select, sync::mpsc, task::JoinHandle, time::Instant};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Event, LinkCounts, LinkEventKind, LinkHandle};
+use vn100_capture::Event;
+use vn100_driver::LinkHandle;
+use vn100_protocol::stream::{LinkEventKind, StreamCounts};
 
 /// A link under test with all that it told.
 pub(crate) struct Link {
@@ -19,7 +21,7 @@ pub(crate) struct Told {
     pub(crate) rows: u64,
     /// What the sensor said of its registers.
     pub(crate) registers: Vec<(u8, String)>,
-    pub(crate) counts: LinkCounts,
+    pub(crate) counts: StreamCounts,
     /// When it was told, in milliseconds since the start, and what.
     pub(crate) link: Vec<(i64, LinkEventKind)>,
     pub(crate) error: Option<String>,

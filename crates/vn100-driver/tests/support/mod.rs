@@ -19,7 +19,9 @@ use bytes::Bytes;
 pub(crate) use link::{Link, Told};
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Chunk, Connect, ConnectError, Connection, Input, LinkOptions, Source, open_link};
+use vn100_capture::Source;
+use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, open_link};
+use vn100_protocol::stream::{Chunk, Input};
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 pub(crate) const OTHER_LINE: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";

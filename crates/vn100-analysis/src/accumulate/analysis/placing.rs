@@ -3,7 +3,7 @@
 
 use std::{cmp::Ordering, time::Duration};
 
-use vn100_driver::{Batch, MarkKind};
+use vn100_protocol::stream::{Batch, MarkKind};
 
 use super::Analysis;
 use crate::{

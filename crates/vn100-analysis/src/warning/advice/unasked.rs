@@ -1,13 +1,13 @@
 //! The warnings that the sensor itself gives: errors that it tells unasked.
 
-use vn100_driver::UnaskedErrors;
 use vn100_protocol::DeviceError;
+use vn100_protocol::stream::UnsolicitedErrors;
 
 use super::counted;
 use crate::warning::{Warning, WarningKind};
 
 /// One for each code.
-pub(super) fn warnings(errors: &UnaskedErrors) -> impl Iterator<Item = Warning> {
+pub(super) fn warnings(errors: &UnsolicitedErrors) -> impl Iterator<Item = Warning> {
     errors.iter().map(|(error, count)| {
         let said = format!("the sensor said unasked, {}, {error}", counted(count, "time"));
         let (kind, text) = match error {

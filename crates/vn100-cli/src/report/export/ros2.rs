@@ -13,7 +13,8 @@ use mcap::{
 };
 use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
-use vn100_driver::{Batch, Capture, Event};
+use vn100_capture::{Capture, Event};
+use vn100_protocol::stream::Batch;
 use vn100_protocol::{Layout, Quantity};
 
 use super::{super::record::Record, cdr::Cdr};

@@ -8,10 +8,10 @@ use std::{
 
 use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot};
-use vn100_driver::{
-    Batch, LinkCounts, LinkState, Mark, MarkKind, RecordingState, RegisterValue, Up,
-    protocol::{Layout, VNIMU, VNYMR},
-};
+use vn100_capture::RecordingState;
+use vn100_driver::{LinkState, Up};
+use vn100_protocol::stream::{Batch, Mark, MarkKind, RegisterReply, StreamCounts};
+use vn100_protocol::{Layout, VNIMU, VNYMR};
 
 use crate::{
     args::MeasureArgs,
@@ -63,7 +63,7 @@ pub(super) fn damaged() -> Source {
         let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
         batch.link.tally.bad.checksum = 3;
         batch.link.tally.bad.truncated = 1;
-        batch.registers.push(RegisterValue { before_row: 0, register: 85, fields: "0,4,4,4,0,0,3,3,3,0".into() });
+        batch.registers.push(RegisterReply { before_row: 0, register: 85, fields: "0,4,4,4,0,0,3,3,3,0".into() });
         analysis.absorb(&batch);
         let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
         let damaged = source(analysis.snapshot());
@@ -139,7 +139,7 @@ fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
             counts.push((mean + noise() * spread / 600) as i32);
         }
     }
-    let mut link = LinkCounts { connects: 1, ..LinkCounts::default() };
+    let mut link = StreamCounts { connects: 1, ..StreamCounts::default() };
     link.tally.samples = SAMPLES as u64;
     link.tally.good_line_bytes = 122 * SAMPLES as u64;
     let marks = bad_before.iter().map(|row| Mark { before_row: *row, kind: MarkKind::BadLine });

@@ -18,8 +18,9 @@ use ratatui::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessment, Settings};
-use vn100_driver::{Capture, ReadOptions};
+use vn100_capture::Capture;
 use vn100_pipeline::start;
+use vn100_protocol::stream::ReadOptions;
 use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
 
 use super::{drawn, nothing, one};

@@ -1,0 +1,109 @@
+//! Recordings as CSV, made by the scripts of laboratories: recognised by their content, read
+//! exactly.
+//!
+//! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a
+//! column beside a stamp; and any inertial sensor's numbers, in columns and units named by a
+//! [`ColumnMap`]. Numbers become counts of their last digit without the way through a float, stamps
+//! become nanoseconds, and a row that is not understood is counted with its reason.
+
+use thiserror::Error;
+
+mod candidate;
+mod channel;
+mod column_map;
+mod fields;
+mod header;
+mod last_field;
+mod lines;
+mod number;
+mod plan;
+mod reader;
+mod recognise;
+mod stamp;
+mod survey;
+mod tally;
+#[cfg(test)]
+mod tests;
+
+pub use column_map::{ColumnMap, ColumnMapError};
+pub(crate) use plan::{Kind, Plan};
+pub(crate) use reader::{CsvReader, Rows};
+pub(crate) use recognise::recognise;
+pub(crate) use tally::{CsvTally, LineBytes};
+#[cfg(test)]
+use {
+    plan::Rounded,
+    tally::{Evidence, OddRows},
+};
+
+/// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
+pub(crate) const HEAD_BYTES: usize = 256 * 1024;
+
+/// What some programs put before the first line.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// Why a CSV file cannot be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CsvError {
+    /// Rows of numbers, none of them known by name.
+    #[error(
+        "no column of this CSV file is known: looked for {}; found {}; name the columns with a map (--columns), as in gyro_x=wx:deg/s,t=time:s",
+        header::Places::LOOKED_FOR,
+        found.join(", ")
+    )]
+    UnknownColumns {
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// A column named in the map is not there.
+    #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
+    MissingColumn {
+        /// Our name.
+        channel: &'static str,
+        /// Their name or number.
+        column: String,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// Two channels in one column.
+    #[error("column {column:?} is mapped to both {} and {}: give each its own", channels[0], channels[1])]
+    SameColumn {
+        /// Their name or number.
+        column: String,
+        /// Our names.
+        channels: [&'static str; 2],
+    },
+    /// The unit of the stamps does not follow from them.
+    #[error(
+        "the unit of the stamps in column {column:?} is not sure: they step by {step} from row to row, which {}; name the unit, as in \
+         --columns t={argument}:ms (or s, us, ns)",
+        stamp::may_be(units)
+    )]
+    StampUnit {
+        /// Their name.
+        column: String,
+        /// What a column map calls it.
+        argument: String,
+        /// The median step from row to row.
+        step: f64,
+        /// The units in which that is 1 ms to 1 s.
+        units: Vec<&'static str>,
+    },
+    /// No stamp is a number.
+    #[error(
+        "the stamps in column {column:?} are no numbers, the first is {text:?}: name a column of seconds or nanoseconds, or none"
+    )]
+    Stamps {
+        /// Their name.
+        column: String,
+        /// The first stamp.
+        text: String,
+    },
+}
+
+impl CsvError {
+    /// Whether the columns are known, and only the stamps in them are not understood.
+    fn is_about_stamps(&self) -> bool {
+        matches!(self, Self::Stamps { .. } | Self::StampUnit { .. })
+    }
+}

@@ -1,0 +1,247 @@
+//! Which column of a foreign CSV file is which channel, and in which unit:
+//! `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
+
+use std::{fmt, str::FromStr};
+
+use super::{
+    channel::{self, KNOWN, Unit, known},
+    stamp::StampUnit,
+};
+
+/// Names the columns of any CSV file with the numbers of an inertial sensor.
+///
+/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `mag_`
+/// `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or `t` for the stamp of the row.
+/// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
+/// the column or its number, from 1. `UNIT` is
+///
+/// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is
+///   9.80665 m/s²,
+/// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
+/// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the
+///   stamp.
+///
+/// ```
+/// use vn100_capture::ColumnMap;
+///
+/// let map: ColumnMap = "gyro_x=wx:deg/s,accel_x=4:g,t=time:ns".parse()?;
+/// assert_eq!(map.to_string(), "gyro_x=wx:deg/s,accel_x=4:g,t=time:ns");
+/// # Ok::<_, vn100_capture::ColumnMapError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnMap {
+    /// Empty when only the stamp is mapped.
+    pub(super) channels: Vec<MappedChannel>,
+    pub(super) stamp: Option<(ColumnName, StampUnit)>,
+}
+
+/// A column that holds a channel.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MappedChannel {
+    /// As in [`known`].
+    pub(super) index: usize,
+    pub(super) column: ColumnName,
+    pub(super) unit: &'static Unit,
+}
+
+/// How a column is called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum ColumnName {
+    Header(String),
+    /// From 1.
+    Number(usize),
+}
+
+/// Why a text is no [`ColumnMap`].
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ColumnMapError {
+    /// A part is not of the form `CHANNEL=COLUMN:UNIT`.
+    #[error("{part:?} does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
+    Form {
+        /// The part between two commas.
+        part: String,
+    },
+    /// No channel has this name.
+    #[error("{channel:?} in {part:?} is no channel: name one of {}", ChannelNames)]
+    Channel {
+        /// What stands before the `=`.
+        channel: String,
+        /// The part between two commas.
+        part: String,
+    },
+    /// This is no unit of the channel.
+    #[error("{unit:?} in {part:?} is no unit of {channel}: name one of {}", UnitNames(channel))]
+    Unit {
+        /// What stands behind the last `:`.
+        unit: String,
+        /// The channel.
+        channel: String,
+        /// The part between two commas.
+        part: String,
+    },
+    /// Columns are numbered from 1.
+    #[error("column 0 in {part:?} does not exist: columns are numbered from 1")]
+    ColumnZero {
+        /// The part between two commas.
+        part: String,
+    },
+    /// A channel is there twice.
+    #[error("{channel} is mapped twice, the second time in {part:?}: keep one")]
+    Twice {
+        /// The channel.
+        channel: String,
+        /// The part between two commas.
+        part: String,
+    },
+    /// No part at all.
+    #[error("no channel is mapped: name at least one of {}", ChannelNames)]
+    NoChannel,
+}
+
+impl FromStr for ColumnMap {
+    type Err = ColumnMapError;
+
+    fn from_str(text: &str) -> Result<Self, ColumnMapError> {
+        let mut map = Self { channels: Vec::new(), stamp: None };
+        for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+            map.add(part)?;
+        }
+        if map.columns().next().is_none() {
+            return Err(ColumnMapError::NoChannel);
+        }
+        Ok(map)
+    }
+}
+
+impl ColumnMap {
+    fn add(&mut self, part: &str) -> Result<(), ColumnMapError> {
+        // a column's name may hold `=` and `:`, the other two cannot
+        let (channel, column, unit) = part
+            .split_once('=')
+            .and_then(|(channel, rest)| {
+                let (column, unit) = rest.rsplit_once(':')?;
+                Some((channel.trim(), column.trim(), unit.trim()))
+            })
+            .filter(|(_, column, _)| !column.is_empty())
+            .ok_or_else(|| ColumnMapError::Form { part: part.into() })?;
+        let bad_unit = || ColumnMapError::Unit { unit: unit.into(), channel: channel.into(), part: part.into() };
+        let twice = || ColumnMapError::Twice { channel: channel.into(), part: part.into() };
+        let column = match column.parse() {
+            Ok(0) => return Err(ColumnMapError::ColumnZero { part: part.into() }),
+            Ok(number) => ColumnName::Number(number),
+            Err(_) => ColumnName::Header(column.into()),
+        };
+        if channel == STAMP {
+            let unit = StampUnit::NAMES.iter().find(|(name, _)| *name == unit);
+            let &(_, unit) = unit.ok_or_else(bad_unit)?;
+            if self.stamp.replace((column, unit)).is_some() {
+                return Err(twice());
+            }
+            return Ok(());
+        }
+        let index = channel::by_name(channel)
+            .ok_or_else(|| ColumnMapError::Channel { channel: channel.into(), part: part.into() })?;
+        let unit = channel::units(known(index).quantity).find(|known| known.name == unit).ok_or_else(bad_unit)?;
+        if self.channels.iter().any(|mapped| mapped.index == index) {
+            return Err(twice());
+        }
+        self.channels.push(MappedChannel { index, column, unit });
+        Ok(())
+    }
+
+    /// Every column with the channel it holds, the stamp last.
+    pub(super) fn columns(&self) -> impl Iterator<Item = (&'static str, &ColumnName)> {
+        let channels = self.channels.iter();
+        channels
+            .map(|mapped| (&*known(mapped.index).name, &mapped.column))
+            .chain(self.stamp.iter().map(|(column, _)| (STAMP, column)))
+    }
+}
+
+impl fmt::Display for ColumnMap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let channel_units = self.channels.iter().map(|mapped| mapped.unit.name);
+        let stamp_unit = self.stamp.iter().flat_map(|(_, stamp_unit)| {
+            let named = StampUnit::NAMES.iter().find(|(_, unit)| unit == stamp_unit);
+            named.map(|&(name, _)| name)
+        });
+        let mut comma = "";
+        for ((channel, column), unit) in self.columns().zip(channel_units.chain(stamp_unit)) {
+            write!(f, "{comma}{channel}={column}:{unit}")?;
+            comma = ",";
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for ColumnName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Header(name) => f.write_str(name),
+            Self::Number(number) => write!(f, "{number}"),
+        }
+    }
+}
+
+/// The name of the stamp among the channels.
+pub(super) const STAMP: &str = "t";
+
+/// All names before an `=`.
+struct ChannelNames;
+
+impl fmt::Display for ChannelNames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (0..KNOWN).try_for_each(|index| write!(f, "{} ", known(index).name))?;
+        f.write_str(STAMP)
+    }
+}
+
+/// All units of the channel named.
+struct UnitNames<'a>(&'a str);
+
+impl fmt::Display for UnitNames<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<_> = match channel::by_name(self.0) {
+            Some(index) => channel::units(known(index).quantity).map(|unit| unit.name).collect(),
+            None => StampUnit::NAMES.iter().map(|&(name, _)| name).collect(),
+        };
+        f.write_str(&names.join(" "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_go_by_name_or_number() {
+        let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
+        assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
+        assert_eq!(map.stamp, Some((ColumnName::Number(1), StampUnit::Microseconds)));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_the_cure() {
+        assert_eq!(
+            ChannelNames.to_string(),
+            "yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"
+        );
+        for (text, message) in [
+            ("", "no channel is mapped: name at least one of CHANNELS"),
+            (" , ", "no channel is mapped: name at least one of CHANNELS"),
+            ("gyro_x=wx", "\"gyro_x=wx\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyro_x", "\"gyro_x\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyro_x=:g", "\"gyro_x=:g\" does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns"),
+            ("gyr_x=wx:g", "\"gyr_x\" in \"gyr_x=wx:g\" is no channel: name one of CHANNELS"),
+            ("gyro_x=wx:g", "\"g\" in \"gyro_x=wx:g\" is no unit of gyro_x: name one of rad/s deg/s deg/h mdeg/s"),
+            ("t=1:min", "\"min\" in \"t=1:min\" is no unit of t: name one of s ms us ns"),
+            ("gyro_x=0:deg/s", "column 0 in \"gyro_x=0:deg/s\" does not exist: columns are numbered from 1"),
+            ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, the second time in \"yaw=2:deg\": keep one"),
+            ("t=1:s,t=2:s", "t is mapped twice, the second time in \"t=2:s\": keep one"),
+        ] {
+            let message = message.replace("CHANNELS", &ChannelNames.to_string());
+            assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);
+        }
+    }
+}

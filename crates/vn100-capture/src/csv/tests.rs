@@ -1,0 +1,117 @@
+//! Whole files through [`recognise`] and [`CsvReader`].
+
+use std::io::Read;
+
+use vn100_protocol::{Decoder, Item, Options, VNYMR};
+
+use vn100_protocol::stream::RejectedRow;
+
+use super::*;
+
+mod mapped;
+mod properties;
+mod sentences;
+mod values;
+
+/// A line of the sensor's manual.
+const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
+/// Its fields.
+const VALUES: &str =
+    "-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391";
+/// What they are.
+const COUNTS: [i32; 12] = [-85_469, 74_972, 63_752, -5_551, 4_403, 9_048, 8_971, -2_145, -1_093, 40, -301, -391];
+/// The names of its columns, with a stamp in front.
+const HEADER: &str = "t,yaw,pitch,roll,mag_x,mag_y,mag_z,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z";
+
+/// All of a file.
+#[derive(Debug, Default, PartialEq)]
+struct Whole {
+    counts: Vec<i32>,
+    sentences: Vec<Vec<u8>>,
+    stamps_ns: Vec<i64>,
+    /// With the number of good rows before each.
+    odd: Vec<(usize, RejectedRow)>,
+    tally: CsvTally,
+}
+
+fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<Plan>, CsvError> {
+    let map = map.map(|map| map.parse().unwrap());
+    recognise(text.as_ref(), map.as_ref())
+}
+
+fn layout(plan: &Plan) -> &vn100_protocol::Layout {
+    match &plan.kind {
+        Kind::Values(layout) => layout,
+        Kind::Sentences => panic!("sentences"),
+    }
+}
+
+fn read(plan: Plan, reader: impl Read) -> Whole {
+    let mut whole = Whole::default();
+    let mut reader = CsvReader::new(plan, reader);
+    let mut rows = Rows::default();
+    let mut count = 0;
+    while reader.next_rows(&mut rows).unwrap() {
+        assert!(rows.count + rows.odd.len() <= 512);
+        whole.counts.extend(&rows.counts);
+        whole.sentences.extend(rows.sentences().map(<[u8]>::to_vec));
+        whole.stamps_ns.extend(&rows.stamps_ns);
+        whole.odd.extend(rows.odd.iter().map(|&(before, kind)| (count + before, kind)));
+        count += rows.count;
+    }
+    assert!(!reader.next_rows(&mut rows).unwrap());
+    whole.tally = reader.tally().clone();
+    assert_eq!(whole.tally.rows, count as u64);
+    assert_eq!(whole.tally.odd_rows(), whole.odd.len() as u64);
+    assert_eq!(whole.tally.lines, whole.tally.rows + whole.tally.odd_rows() + whole.tally.skipped_lines);
+    whole
+}
+
+fn read_text(text: impl AsRef<[u8]>, map: Option<&str>) -> Whole {
+    read(plan(&text, map).unwrap().unwrap(), text.as_ref())
+}
+
+fn samples(bytes: &[u8], options: Options) -> Vec<i32> {
+    let mut counts = Vec::new();
+    let mut decoder = Decoder::new(options);
+    let mut take = |item: Item<'_>| {
+        if let Item::Ymr(ymr) = item {
+            counts.extend_from_slice(ymr.counts());
+        }
+    };
+    decoder.push(bytes, &mut take);
+    decoder.finish(&mut take);
+    counts
+}
+
+#[test]
+fn the_parsed_captures_equal_their_sentences() {
+    let folder = std::env::var_os("VN100_CAPTURES").filter(|folder| std::path::Path::new(folder).is_dir());
+    let Some(folder) = folder else {
+        println!("skipped: no captures, VN100_CAPTURES names no folder of them");
+        return;
+    };
+    let mut checked = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension() != Some("csv".as_ref()) {
+            continue;
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        let plan = recognise(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
+        assert_eq!(*layout(&plan), VNYMR, "{}", path.display());
+        let whole = read(plan, &*bytes);
+        let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
+        let expected = samples(&sentences, Options { accept_unchecked: true });
+        println!(
+            "{:50} {:6} rows {:3} odd, last stamp {} ns",
+            path.file_name().unwrap().display(),
+            whole.tally.rows,
+            whole.tally.odd_rows(),
+            whole.stamps_ns.last().unwrap()
+        );
+        assert!(whole.counts == expected, "{}", path.display());
+        checked += 1;
+    }
+    assert!(checked > 0, "no .csv in VN100_CAPTURES");
+}

@@ -1,0 +1,102 @@
+//! Files with the sensor's lines whole, beside a stamp.
+
+use super::*;
+
+/// The sentences of `text` through the decoder, and the file itself.
+fn decoded(text: &str) -> (Vec<i32>, Whole) {
+    let plan = plan(text, None).unwrap().unwrap();
+    assert_eq!(plan.kind, Kind::Sentences);
+    let whole = read(plan, text.as_bytes());
+    assert_eq!(whole.sentences.len(), whole.stamps_ns.len());
+    (samples(&whole.sentences.concat(), Options::default()), whole)
+}
+
+#[test]
+fn sentences_are_found_quoted_or_not() {
+    for (header, row) in [
+        ("t,raw", "1.5,SENTENCE"),
+        ("Time,raw_data", "1.5,\"SENTENCE\""),
+        ("timestamp, sentence", "1.5, \"SENTENCE\" "),
+        ("rosbagTimestamp,data", "1500000000,\"SENTENCE\""),
+        ("%time,field.data", "1500000000,SENTENCE"),
+        ("bag_t;raw", "1.5;SENTENCE"),
+        ("n,raw,t", "7,\"SENTENCE\",1.5"),
+        ("t,yaw,gyro_x,raw", "1.5,-85.469,0.000040,SENTENCE"),
+        ("t,raw,", "1.5,\"SENTENCE\","),
+        ("t,raw", "1.5,\"SENTENCE\","),
+        ("t,raw,", "1.5,SENTENCE,"),
+        ("t,raw", "1.5,SENTENCE,"),
+        ("t,raw", "1.5,\"b'SENTENCE\\r\\n'\""),
+    ] {
+        for line_end in ["\n", "\r\n"] {
+            let row = row.replace("SENTENCE", SENTENCE);
+            let (counts, whole) = decoded(&format!("{header}{line_end}{row}{line_end}{row}{line_end}"));
+            assert_eq!(counts, [COUNTS, COUNTS].concat(), "{header}");
+            assert_eq!(whole.stamps_ns, [0, 0]);
+            assert_eq!((whole.tally.lines, whole.tally.rows, whole.tally.skipped_lines), (3, 2, 1));
+        }
+    }
+}
+
+#[test]
+fn line_breaks_inside_quotes_are_no_rows() {
+    for broken in ["\r\n", "\n", "\r\r\n", "\n\n"] {
+        let text = format!("t,raw,n\n1.0,\"{SENTENCE}{broken}\",7\n2.0,\"{SENTENCE}{broken}\",8\n");
+        let (counts, whole) = decoded(&text);
+        assert_eq!(counts, [COUNTS, COUNTS].concat(), "{broken:?}");
+        assert_eq!((whole.tally.rows, whole.tally.odd_rows()), (2, 0));
+    }
+}
+
+#[test]
+fn a_lost_quote_costs_its_own_row_at_most() {
+    let text = format!("t,raw,n\n1.0,\"{SENTENCE},7\n2.0,\"{SENTENCE}\",8\n");
+    let (counts, whole) = decoded(&text);
+    assert!(counts.ends_with(&COUNTS));
+    assert_eq!((whole.tally.rows, whole.tally.odd_rows()), (2, 0));
+}
+
+#[test]
+fn damage_is_left_to_the_checksum() {
+    let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,{}\n3.0,{SENTENCE}\n", SENTENCE.replace("085", "095"));
+    let (counts, whole) = decoded(&text);
+    assert_eq!(counts, [COUNTS, COUNTS].concat());
+    assert_eq!(whole.tally.rows, 3);
+    assert_eq!(whole.stamps_ns, [0, 1_000_000_000, 2_000_000_000]);
+}
+
+#[test]
+fn rows_without_a_sentence_or_a_stamp_are_odd() {
+    let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,\n3.0\nnow,{SENTENCE}\n,{SENTENCE}\n");
+    let (_, whole) = decoded(&text);
+    let kinds: Vec<_> = whole.odd.iter().map(|&(_, kind)| kind).collect();
+    assert_eq!(kinds, [RejectedRow::Fields, RejectedRow::Fields, RejectedRow::Stamp, RejectedRow::Stamp]);
+}
+
+#[test]
+fn rows_with_too_many_fields_are_odd() {
+    let text = format!("n,raw,t\n1,\"{SENTENCE}\",1.5\n2,\"{SENTENCE}\",1.5,6\n3,{SENTENCE},2.5\n");
+    let (counts, whole) = decoded(&text);
+    assert_eq!(counts, COUNTS);
+    assert_eq!(whole.odd, [(1, RejectedRow::Fields), (1, RejectedRow::Fields)]);
+}
+
+#[test]
+fn a_column_of_other_data_is_no_column_of_sentences() {
+    assert_eq!(plan("t,data\n1,2\n", None).unwrap_err().to_string().matches("found t, data;").count(), 1);
+    let plan = plan("t,data,gyro_x\n1,2,3\n", None).unwrap().unwrap();
+    assert!(matches!(plan.kind, Kind::Values(_)));
+    assert_eq!(plan.ignored_columns, ["data"]);
+}
+
+#[test]
+fn a_cut_stamp_is_no_stamp() {
+    let row = |stamp: &str| format!("\"{SENTENCE}\",{stamp}");
+    let text = format!("raw,t\n{}\n{}\n{}", row("1.500"), row("1.525"), row("1.550"));
+    let rows =
+        |text: &str| (read_text(text, None).tally.rows, read_text(text, None).tally.odd(RejectedRow::Truncated).count);
+    assert_eq!(rows(&text), (3, 0));
+    assert_eq!(rows(&text[..text.len() - 1]), (2, 1));
+    // a sentence at the end is for the decoder to judge
+    assert_eq!(rows(&format!("t,raw\n1.5,{SENTENCE}\n1.525,{}", &SENTENCE[..40])), (2, 0));
+}

@@ -1,0 +1,288 @@
+//! Files with the fields of the sensor's lines in columns.
+
+use vn100_protocol::VNIMU;
+
+use super::*;
+
+const IMU_HEADER: &str = "mag_x,mag_y,mag_z,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temperature,pressure";
+
+#[test]
+fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
+    let floats = "-85.469,74.972,63.752,-0.5551,0.4403,0.9048,8.971,-2.145,-1.093,4e-05,-0.000301,-0.000391";
+    let saved = "-8.546900000000000297e+01,7.497199999999999420e+01,6.375200000000000244e+01,-5.551000000000000378e-01,4.403000000000000247e-01,\
+                 9.048000000000000487e-01,8.971000000000000085e+00,-2.145000000000000018e+00,-1.092999999999999972e+00,\
+                 4.000000000000000328e-05,-3.010000000000000178e-04,-3.910000000000000101e-04";
+    for values in [VALUES, floats] {
+        let whole = read_text(format!("{HEADER}\n0.5,{values}\n0.525,{values}\n"), None);
+        assert_eq!(whole.counts, [COUNTS, COUNTS].concat());
+        assert_eq!(whole.stamps_ns, [0, 25_000_000]);
+        assert_eq!(whole.tally.skipped_lines, 1);
+    }
+    // floats printed in full get more decimals than the sensor has, and are the same numbers
+    let text = format!("# {HEADER}\n1.761939167192566e+09,{saved}\n");
+    let plan = plan(&text, None).unwrap().unwrap();
+    assert_eq!(plan.rounded.len(), 12);
+    assert_eq!(plan.rounded[9], Rounded { channel: "gyro_x", printed_decimals: 23, kept_decimals: 7 });
+    let channels = layout(&plan).channels.clone();
+    let whole = read(plan, text.as_bytes());
+    for (slot, channel) in channels.iter().enumerate() {
+        let expected = VNYMR.channels[slot].value(COUNTS[slot]);
+        assert_eq!(channel.value(whole.counts[slot]), expected, "{}", channel.name);
+    }
+}
+
+#[test]
+fn columns_come_in_any_order_and_the_others_are_named() {
+    let text = "GYR_Z;note; Acc_X ;\"t\";gyr_x\n0.000003;\"a;b\";\" +01.000\" ;0.1;+00.000001\n";
+    let plan = plan(text, None).unwrap().unwrap();
+    let names: Vec<_> = layout(&plan).channels.iter().map(|channel| channel.name.clone()).collect();
+    assert_eq!(names, ["accel_x", "gyro_x", "gyro_z"]);
+    assert_eq!(layout(&plan).message, "CSV");
+    assert_eq!(plan.ignored_columns, ["note"]);
+    assert!(plan.is_stamped());
+    assert_eq!(read(plan, text.as_bytes()).counts, [1000, 1, 3]);
+}
+
+#[test]
+fn line_ends_marks_and_separators_are_the_files_own() {
+    let text = format!("{HEADER}\n1.0,{VALUES}\n2.0,{VALUES}");
+    let expected = read_text(&text, None);
+    assert_eq!(expected.counts, [COUNTS, COUNTS].concat());
+    for variant in [
+        text.replace('\n', "\r\n"),
+        text.replace('\n', "\r"),
+        text.replace(',', ";"),
+        text.replace(',', "\t"),
+        text.replace(',', ", "),
+        format!("\u{feff}{text}"),
+        format!("\n# made by hand\n#\n{text}\n\n"),
+        format!("# {text}"),
+        format!("# acc_x, acc_y in m/s^2\n{text}"),
+    ] {
+        let whole = read_text(&variant, None);
+        assert_eq!((&whole.counts, &whole.stamps_ns), (&expected.counts, &expected.stamps_ns), "{variant:?}");
+        assert_eq!(whole.tally.odd_rows(), 0);
+    }
+}
+
+#[test]
+fn uncompensated_is_what_says_so() {
+    let row = "+00.0443,+00.2479,-00.3381,-00.222,-00.035,-09.851,-00.005406,-00.000484,+00.000833,+24.5,+101.325";
+    let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap()).clone();
+    let unsaid = read_layout(format!("{IMU_HEADER}\n{row}\n"));
+    assert_eq!((&*unsaid.message, unsaid.compensated), ("CSV", true));
+    assert_eq!(unsaid.channels, VNIMU.channels);
+    assert_eq!(read_layout(format!("# $VNIMU at 40 Hz\n{IMU_HEADER}\n{row}\n")), VNIMU);
+    assert_eq!(read_layout(format!("# uncompensated\n{IMU_HEADER}\n{row}\n")), VNIMU);
+}
+
+#[test]
+fn more_decimals_than_the_sensor_prints_are_kept() {
+    let text = "gyro_x,gyro_y\n0.12345678,0.000001\n0.1234567,0.000002\n";
+    let plan = plan(text, None).unwrap().unwrap();
+    let channels = &layout(&plan).channels;
+    assert_eq!((channels[0].decimals, channels[0].limit_counts), (8, i32::MAX));
+    assert_eq!((channels[1].decimals, channels[1].limit_counts), (6, 40_000_000));
+    assert_eq!(read(plan, text.as_bytes()).counts, [12_345_678, 1, 12_345_670, 2]);
+}
+
+#[test]
+fn each_odd_row_is_counted_with_its_reason() {
+    let mut text = "t,gyro_x,accel_x\n".to_owned();
+    for row in 0..survey::ROWS {
+        text.push_str(&format!("{row}.0,0.000001,9.81\n"));
+    }
+    for row in [
+        "1000,0.000001",
+        "1001,0.000001,9.81,",
+        "1002,nan,9.81,1",
+        "1003,,9.81",
+        "1004,1e-7,9.81",
+        "1005,1.0000000,9.81",
+        "1006,40.000001,9.81",
+        "soon,0.000001,9.81",
+        "1e30,0.000001,9.81",
+        "1009,0.000001,9.81",
+    ] {
+        text.push_str(row);
+        text.push('\n');
+    }
+    let whole = read_text(&text, None);
+    let kinds: Vec<_> = whole.odd.iter().map(|&(before, kind)| (before, kind.to_string())).collect();
+    let kinds: Vec<_> = kinds.iter().map(|(before, kind)| (*before, &**kind)).collect();
+    assert_eq!(
+        kinds,
+        [
+            (1000, "fields"),
+            (1000, "fields"),
+            (1000, "fields"),
+            (1000, "number"),
+            (1000, "decimals"),
+            (1001, "range"),
+            (1001, "stamp"),
+            (1001, "stamp"),
+        ]
+    );
+    assert_eq!(
+        whole.tally.odd(RejectedRow::Fields),
+        &OddRows { count: 3, first: Some(Evidence { line: 1002, text: "1000,0.000001".into() }) }
+    );
+    assert_eq!(whole.tally.odd(RejectedRow::Number).first.as_ref().unwrap().line, 1005);
+    assert_eq!(whole.stamps_ns[1000..], [1_005_000_000_000, 1_009_000_000_000]);
+}
+
+#[test]
+fn a_line_without_end_is_one_odd_row() {
+    let mut bytes = b"t,gyro_x\n0.0,0.5\n".to_vec();
+    for length in [lines::LONGEST_LINE, 5 * lines::LONGEST_LINE + 7] {
+        bytes.extend(std::iter::repeat_n(b'7', length));
+        bytes.extend_from_slice(b"\n1,0.25\n");
+    }
+    let whole = read_text(&bytes, None);
+    assert_eq!(whole.counts, [500_000, 250_000, 250_000]);
+    assert_eq!(whole.odd, [(1, RejectedRow::Length), (2, RejectedRow::Length)]);
+    assert_eq!(whole.tally.lines, 6);
+    let row_bytes = "0.0,0.5\n".len() + 2 * "1,0.25\n".len();
+    let expected = LineBytes { rows: row_bytes as u64, odd: (6 * lines::LONGEST_LINE + 9) as u64, skipped: 9 };
+    assert_eq!(whole.tally.bytes, expected);
+}
+
+#[test]
+fn stamps_may_go_backwards() {
+    let whole = read_text("t,gyro_x\n1761939167192566000,1\n1761939167192565999,1\n", None);
+    assert_eq!(whole.stamps_ns, [0, -1]);
+    let whole = read_text("gyro_x\n1\n", None);
+    assert_eq!((&whole.stamps_ns[..], &whole.counts[..]), (&[][..], &[1_000_000][..]));
+}
+
+#[test]
+fn a_reader_that_fails_loses_nothing() {
+    struct Faulty(u8);
+    impl Read for Faulty {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            self.0 += 1;
+            match self.0 {
+                1 => (&b"gyro_x\n1\n0.00"[..]).read(buffer),
+                2 => Err(std::io::ErrorKind::Interrupted.into()),
+                3 => Err(std::io::Error::other("unplugged")),
+                4 => (&b"0002\n"[..]).read(buffer),
+                _ => Ok(0),
+            }
+        }
+    }
+    let plan = plan("gyro_x\n1\n", None).unwrap().unwrap();
+    let mut reader = CsvReader::new(plan, Faulty(0));
+    let mut rows = Rows::default();
+    assert!(reader.next_rows(&mut rows).unwrap());
+    assert_eq!(rows.counts, [1_000_000]);
+    assert_eq!(reader.next_rows(&mut rows).unwrap_err().to_string(), "unplugged");
+    assert!(reader.next_rows(&mut rows).unwrap());
+    assert_eq!(rows.counts, [2]);
+    assert!(!reader.next_rows(&mut rows).unwrap());
+}
+
+#[test]
+fn what_is_no_csv_of_a_sensor_is_left_alone() {
+    for text in [
+        "",
+        "\n\n",
+        "# only\n# comments\n",
+        &format!("{SENTENCE}\r\n{SENTENCE}\r\n"),
+        "Dear all,\nplease find the data, raw, attached.\n",
+        "1,2,3\n4,5,6\n",
+        "\0\u{1}\u{2},\n",
+    ] {
+        assert!(plan(text, None).unwrap().is_none(), "{text:?}");
+    }
+}
+
+#[test]
+fn what_lacks_the_columns_is_told_so() {
+    let error = plan("date,humidity,temperature\n1,40.5,20.1\n", None).unwrap_err().to_string();
+    assert!(error.starts_with("no column of this CSV file is known: looked for gyro_x gyro_y"), "{error}");
+    assert!(error.contains("; found date, humidity, temperature; name the columns with a map"), "{error}");
+    let error = plan("t,gyro_x\n2023-03-15T14:55:01,0.1\n", None).unwrap_err().to_string();
+    assert!(
+        error.starts_with("the stamps in column \"t\" are no numbers, the first is \"2023-03-15T14:55:01\""),
+        "{error}"
+    );
+}
+
+#[test]
+fn stamps_of_an_unsure_unit_are_refused_with_the_cure() {
+    let rows = |step: u64| (0..50).map(move |row| format!("{},0.1\n", step * row)).collect::<String>();
+    for header in ["t,gyro_x\n", "# t,gyro_x\n"] {
+        let error = plan(format!("{header}{}", rows(1)), None).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "the unit of the stamps in column \"t\" is not sure: they step by 1 from row to row, which may be s or ms; name the unit, \
+             as in --columns t=t:ms (or s, us, ns)"
+        );
+    }
+    let error = plan(format!("\"%time\",gyro_x\n{}", rows(7_000_000_000)), None).unwrap_err().to_string();
+    assert!(error.contains("step by 7000000000 from row to row, which is 1 ms to 1 s in no unit"), "{error}");
+    assert!(error.contains("--columns t=%time:ms"), "{error}");
+    // the cure
+    for (map, step_ns) in [("t=t:s", 1_000_000_000), ("t=1:ms", 1_000_000), ("t=T:us", 1000), ("t=t:ns", 1)] {
+        let whole = read_text(format!("t,gyro_x\n{}", rows(1)), Some(map));
+        assert_eq!((whole.stamps_ns[1], &*whole.counts), (step_ns, &[100_000; 50][..]), "{map}");
+    }
+}
+
+#[test]
+fn stamps_since_a_start_are_read_in_their_own_unit() {
+    for step in [25, 25_000, 25_000_000_i64] {
+        let rows = (0..50).map(|row| format!("{},0.1\n", step * row));
+        let whole = read_text("t,gyro_x\n".to_owned() + &rows.collect::<String>(), None);
+        assert_eq!(whole.stamps_ns[1], 25_000_000, "{step}");
+    }
+}
+
+#[test]
+fn a_separator_too_many_at_the_end_is_no_field() {
+    let rows = |end: &str| format!("0.000,0.5,9.81{end}\n0.025,0.25,9.82{end}\n");
+    for (header, end, ignored) in [
+        ("t,gyro_x,accel_x,", ",", 0),
+        ("t,gyro_x,accel_x", ",", 0),
+        ("t,gyro_x,accel_x", ", ", 0),
+        ("t,gyro_x,accel_x,", "", 0),
+        ("# t,gyro_x,accel_x", ",", 0),
+        // columns without a name
+        ("t,gyro_x,accel_x,", ",7", 0),
+        ("t,gyro_x,accel_x,,", ",,", 1),
+    ] {
+        let text = format!("{header}\n{}", rows(end));
+        let plan = plan(&text, None).unwrap().unwrap();
+        assert_eq!(plan.ignored_columns.len(), ignored, "{header:?} {end:?}");
+        let whole = read(plan, text.as_bytes());
+        assert_eq!((&*whole.counts, whole.odd.len()), (&[9810, 500_000, 9820, 250_000][..], 0), "{header:?} {end:?}");
+    }
+    let error = plan("date,humidity,\n1,40.5,\n", None).unwrap_err().to_string();
+    assert!(error.contains("; found date, humidity; name"), "{error}");
+}
+
+#[test]
+fn a_separator_too_many_in_one_row_alone_is_odd() {
+    let whole = read_text("gyro_x,gyro_y\n1,2\n1,2,\n1,2\n", None);
+    assert_eq!(whole.odd, [(1, RejectedRow::Fields)]);
+    let whole = read_text("gyro_x,gyro_y,\n1,2,\n1,2\n1,2,\n", None);
+    assert_eq!(whole.odd, [(1, RejectedRow::Fields)]);
+}
+
+#[test]
+fn a_row_cut_in_its_last_number_is_no_sample() {
+    let text = format!("{HEADER}\n1.0,{VALUES}\n1.025,{VALUES}\n1.050,{VALUES}");
+    assert_eq!(read_text(&text, None).tally.rows, 3);
+    assert_eq!(read_text(format!("{text}\r"), None).tally.rows, 3);
+    let last_row = text.rfind('\n').unwrap() + 1;
+    for end in last_row + 1..text.len() {
+        let whole = read_text(&text[..end], None);
+        assert_eq!((whole.tally.rows, &*whole.odd), (2, &[(2, RejectedRow::Truncated)][..]), "{}", &text[..end]);
+    }
+}
+
+#[test]
+fn a_comment_needs_no_line_end() {
+    let whole = read_text("gyro_x\n0.5\n# done", None);
+    assert_eq!((whole.tally.rows, whole.tally.odd_rows(), whole.tally.skipped_lines), (1, 0, 2));
+}

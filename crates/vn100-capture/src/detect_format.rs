@@ -1,0 +1,192 @@
+//! What a capture is, judged by its first bytes and never by its name.
+
+use std::io::{self, Read};
+
+use vn100_protocol::{BadKind, Check, Decoder, Item, Options};
+
+use crate::{csv, csv::ColumnMap, csv::CsvError, csv::Plan, recording};
+
+/// How much of a file is searched for a first sentence: much may stand before it, such as the log
+/// of a boot.
+const HEAD_BYTES: usize = 1024 * 1024;
+
+/// Files that are known by their first bytes not to be captures, unless a sentence is found in
+/// them.
+const OTHERS: &[(&[u8], &str)] = &[
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive"),
+    (b"BZh", "bzip2 data, which is not unpacked"),
+    (b"\xfd7zXZ", "xz data, which is not unpacked"),
+    (b"\x7fELF", "a program"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"#ROSBAG", "a ROS bag without sentences"),
+    (b"\xff\xfe", "text in UTF-16, or nothing known"),
+    (b"\xfe\xff", "text in UTF-16, or nothing known"),
+];
+
+/// The form a capture has, after decompression.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Sentences in text, any line ending, anything else between them.
+    Text,
+    /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was
+    /// on the line.
+    Raw,
+    /// Rows of a CSV file, numbers or sentences with their stamps.
+    Csv,
+    /// A recording of this program: the bytes with the times of their reads, and what befell the
+    /// link.
+    Mcap,
+}
+
+/// What the head of a file was taken for.
+#[derive(Debug)]
+pub(crate) enum Detected {
+    Text,
+    Raw,
+    Csv(Plan),
+    Mcap,
+    /// A CSV file whose columns cannot be used; holds why.
+    UnusableCsv(CsvError),
+    /// Nothing of a VN-100 in it; holds what was found instead, in words.
+    Unknown(String),
+}
+
+/// The first bytes of a capture, and the error that ended them early if one did. Reads as what it
+/// was read from.
+#[derive(Debug, Default)]
+pub(crate) struct Head {
+    bytes: Vec<u8>,
+    shown: usize,
+    fault: Option<io::Error>,
+}
+
+impl Read for Head {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = (&self.bytes[self.shown..]).read(buffer)?;
+        self.shown += n;
+        match self.fault.take_if(|_| n == 0) {
+            Some(fault) => Err(fault),
+            None => Ok(n),
+        }
+    }
+}
+
+/// Reads the head of `reader` (no more than is needed to be sure) and says what it is.
+///
+/// Bytes that are not text and hold no sentence count as a raw capture: a port at the wrong baud
+/// rate looks exactly like that, and reading on is how its owner learns it. A map of columns says
+/// that it is a CSV file.
+pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>) -> io::Result<(Head, Detected)> {
+    let mut head = Head::default();
+    while head.bytes.len() < recording::MAGIC.len() && !head.grow(reader)?.is_empty() {}
+    if columns.is_none() && head.bytes.starts_with(recording::MAGIC) {
+        return Ok((head, Detected::Mcap));
+    }
+    let mut decoder = Decoder::new(Options { accept_unchecked: true });
+    let mut sentence_seen = false;
+    decoder.push(&head.bytes, |item| sentence_seen |= is_evidence(&item));
+    while head.bytes.len() < HEAD_BYTES && !sentence_seen {
+        let note = |item: Item<'_>| sentence_seen |= is_evidence(&item);
+        let more = head.grow(reader)?;
+        if more.is_empty() {
+            decoder.finish(note);
+            break;
+        }
+        decoder.push(more, note);
+    }
+    let text = is_text(&head.bytes);
+    let other = OTHERS.iter().find(|(magic, _)| head.bytes.starts_with(magic));
+    if let Some((_, name)) = other.filter(|_| columns.is_none() && !text && !sentence_seen) {
+        return Ok((head, Detected::Unknown((*name).into())));
+    }
+    // a line that begins with a sentence is no row
+    if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
+        // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
+        let may_be_csv = !sentence_seen || !matches!(csv::recognise(&head.bytes, columns), Ok(None));
+        while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
+        match csv::recognise(&head.bytes, columns) {
+            Ok(Some(plan)) => return Ok((head, Detected::Csv(plan))),
+            // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
+            Err(error @ CsvError::StampUnit { .. }) => return Ok((head, Detected::UnusableCsv(error))),
+            Err(error) if columns.is_some() || !sentence_seen && begins_legibly(&head.bytes) => {
+                return Ok((head, Detected::UnusableCsv(error)));
+            }
+            Ok(None) | Err(_) => {}
+        }
+    }
+    let recognised = match (sentence_seen, text) {
+        (true, true) => Detected::Text,
+        (false, true) => Detected::Unknown(describe(&head.bytes)),
+        (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
+            Detected::Unknown("nothing but zero bytes".into())
+        }
+        (_, false) => Detected::Raw,
+    };
+    Ok((head, recognised))
+}
+
+impl Head {
+    /// Reads a little more; nothing at the end, or at a fault.
+    fn grow(&mut self, reader: &mut impl Read) -> io::Result<&[u8]> {
+        let before = self.bytes.len();
+        let mut piece = [0; 4096];
+        loop {
+            match reader.read(&mut piece) {
+                Ok(n) => self.bytes.extend_from_slice(&piece[..n]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) if before == 0 => return Err(error),
+                // what came before the fault is still a capture
+                Err(error) => self.fault = Some(error),
+            }
+            return Ok(&self.bytes[before..]);
+        }
+    }
+}
+
+/// A measurement or packet, a sentence that its checksum bears out, or one without that names a
+/// VectorNav message.
+fn is_evidence(item: &Item<'_>) -> bool {
+    match item {
+        Item::Ymr(_) | Item::Imu(_) | Item::Packet(_) => true,
+        Item::Reply(sentence) | Item::Other(sentence) => {
+            sentence.check != Check::None || sentence.body.starts_with(b"VN")
+        }
+        Item::Bad(bad) => bad.raw.starts_with(b"$VN") && bad.kind != BadKind::Truncated,
+    }
+}
+
+/// Whether the first two lines, those of the names of columns and of the first row, may be text in
+/// some encoding.
+fn begins_legibly(head: &[u8]) -> bool {
+    head.splitn(3, |&byte| byte == b'\n').take(2).all(has_no_controls)
+}
+
+fn has_no_controls(bytes: &[u8]) -> bool {
+    bytes.iter().all(|&b| matches!(b, b'\t' | b'\r' | b'\n' | 0x20..=0x7e | 0x80..))
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    has_no_controls(bytes) && {
+        match std::str::from_utf8(bytes) {
+            Ok(_) => true,
+            // a character cut by the end of the head is no evidence against text
+            Err(error) => error.error_len().is_none(),
+        }
+    }
+}
+
+fn describe(head: &[u8]) -> String {
+    if head.is_empty() {
+        return "an empty file".into();
+    }
+    let text = String::from_utf8_lossy(head);
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("");
+    // U+0080 to U+009F steer a terminal as well as the control characters of ASCII do
+    let shown: String = first.chars().take(60).filter(|c| !c.is_control()).collect();
+    let ellipsis = if first.chars().count() > 60 { "…" } else { "" };
+    let how_much = if head.len() < HEAD_BYTES { "" } else { ", in its first megabyte," };
+    format!("text that begins with \"{shown}{ellipsis}\" and{how_much} holds none of them")
+}

@@ -1,0 +1,65 @@
+//! What a source of samples delivers to its owner.
+
+use std::io;
+
+use vn100_protocol::stream::{Batch, Input, LinkEvent, SampleReader};
+
+/// One thing that happened on a stream, in the order it happened.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every event is a batch, and one is moved for each read")]
+pub enum Event {
+    /// What one read brought.
+    Batch(Batch),
+    /// Something befell the link to a live sensor, or the one that a recording was made of. What it
+    /// changes in the counts, the batch before it tells.
+    Link(LinkEvent),
+    /// The stream is over; nothing follows.
+    End(End),
+}
+
+impl Event {
+    /// The events that follow from what a source delivered.
+    pub fn from_input(reader: &mut SampleReader, input: Input) -> impl Iterator<Item = Self> + use<> {
+        let link_event = reader.take_input(input);
+        reader.take_batches().into_iter().map(Self::Batch).chain(link_event.map(Self::Link))
+    }
+}
+
+/// How a stream ended.
+#[derive(Debug)]
+pub struct End {
+    /// The error that ended it; `None` at the end of the data, or when it was told to stop.
+    pub error: Option<io::Error>,
+    /// What became of the lines, where the source is a CSV file.
+    pub csv: Option<CsvReport>,
+}
+
+/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + all odd`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CsvReport {
+    /// All lines.
+    pub lines: u64,
+    /// Rows that were understood.
+    pub rows: u64,
+    /// Header, comments and blank lines.
+    pub skipped_lines: u64,
+    /// Rows that were not let in, by reason.
+    pub odd: Vec<RejectedRows>,
+    /// Columns that are not used, by their names in the file.
+    pub ignored_columns: Vec<String>,
+    /// Channels whose last digits are rounded away, because they have more than a count can hold.
+    pub rounded: Vec<String>,
+}
+
+/// Rows of a CSV file that were not let in for one reason.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RejectedRows {
+    /// `fields`, `number`, `decimals`, `range`, `stamp`, `length` or `truncated`.
+    pub reason: String,
+    /// How many.
+    pub count: u64,
+    /// Number of the first such line, from 1.
+    pub first_line: u64,
+    /// Its beginning.
+    pub first_text: String,
+}

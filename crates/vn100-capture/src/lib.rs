@@ -1,0 +1,51 @@
+//! Files and byte sources that can wait, as batches of samples.
+//!
+//! A [`Source`] delivers [`Chunk`](vn100_protocol::stream::Chunk)s: bytes exactly as one read
+//! returned them, with the time of that read. [`read_samples`] turns them into [`Event`]s: one
+//! [`Batch`](vn100_protocol::stream::Batch) of samples per chunk, with everything that was not a
+//! sample counted and placed between them. Only a failing read ends a stream; bad content never
+//! does. A [`Capture`] is a file of any known [`Format`]; a [`Recorder`] writes one.
+//!
+//! ```
+//! use tokio_util::sync::CancellationToken;
+//! use vn100_capture::{Capture, Event};
+//! use vn100_protocol::stream::ReadOptions;
+//!
+//! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
+//! let mut events = capture.read(ReadOptions::default(), CancellationToken::new())?;
+//! while let Some(event) = events.recv().await {
+//!     if let Event::Batch(batch) = event {
+//!         for counts in batch.rows() {
+//!             println!("{counts:?} in units of the last printed digit");
+//!         }
+//!     }
+//! }
+//! # Ok(()) }
+//! ```
+
+mod capture;
+mod clock;
+mod csv;
+mod detect_format;
+mod event;
+mod gunzip;
+mod lossy_sender;
+mod read_samples;
+mod recording;
+mod rows;
+mod source;
+mod timing_sidecar;
+
+pub use capture::{Capture, OpenError};
+pub use clock::Clock;
+pub use csv::{ColumnMap, ColumnMapError, CsvError};
+pub use detect_format::Format;
+pub use event::{CsvReport, End, Event, RejectedRows};
+pub use lossy_sender::LossySender;
+pub use read_samples::{WAITING_BATCHES, read_samples};
+pub use recording::{
+    RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingReader, RecordingState, RecordingWriter,
+};
+pub use source::{ReaderSource, Source};

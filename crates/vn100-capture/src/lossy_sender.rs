@@ -1,0 +1,163 @@
+//! A channel that never makes its sender wait: what finds no room is dropped, counted, and told as
+//! soon as there is room.
+
+use std::collections::VecDeque;
+
+use tokio::sync::mpsc;
+
+use vn100_protocol::stream::{Input, LinkEvent, LinkEventKind};
+
+/// Link events that may wait for room; later ones are dropped. A link brings two each time it goes
+/// down and comes back.
+const WAITING_EVENTS: usize = 64;
+
+/// Sends [`Input`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at their
+/// place; what befell the link waits for room, so that bytes of before and after are not joined.
+#[derive(Debug)]
+pub struct LossySender {
+    inputs: mpsc::Sender<Input>,
+    waiting: VecDeque<LinkEvent>,
+    lost_bytes: u64,
+}
+
+impl LossySender {
+    /// A sender with nothing pending.
+    pub fn new(inputs: mpsc::Sender<Input>) -> Self {
+        Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
+    }
+
+    /// Sends one input, behind all that waits.
+    pub fn send(&mut self, input: Input, now_ns: i64) {
+        match input {
+            Input::Chunk(chunk) => {
+                let length = chunk.bytes.len();
+                if !self.send_waiting() || self.inputs.try_send(chunk.into()).is_err() {
+                    self.lose(length as u64, now_ns);
+                }
+            }
+            Input::Link(event) => {
+                if self.waiting.len() < WAITING_EVENTS {
+                    self.waiting.push_back(event);
+                }
+                self.send_waiting();
+            }
+        }
+    }
+
+    /// Sends what waits, as far as there is room; says whether nothing waits any more.
+    pub fn send_waiting(&mut self) -> bool {
+        while let Some(event) = self.waiting.front() {
+            if self.inputs.try_send(Input::Link(event.clone())).is_err() {
+                return false;
+            }
+            self.waiting.pop_front();
+        }
+        true
+    }
+
+    /// Sends what waits, however long that takes.
+    pub fn send_waiting_blocking(&mut self) {
+        for event in self.waiting.drain(..) {
+            // without a receiver nobody has use for it
+            let _ = self.inputs.blocking_send(Input::Link(event));
+        }
+    }
+
+    /// Sends what waits, as soon as there is room for it.
+    pub async fn send_waiting_async(&mut self) {
+        for event in self.waiting.drain(..) {
+            // a receiver that was dropped has no use for it
+            let _ = self.inputs.send(Input::Link(event)).await;
+        }
+    }
+
+    /// Bytes dropped so far.
+    pub fn lost_bytes(&self) -> u64 {
+        self.lost_bytes
+    }
+
+    fn lose(&mut self, length: u64, now_ns: i64) {
+        self.lost_bytes += length;
+        match self.waiting.back_mut() {
+            Some(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => *bytes += length,
+            _ => self.waiting.push_back(LinkEvent { at_ns: now_ns, kind: LinkEventKind::Overrun { bytes: length } }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+    use proptest::prelude::*;
+
+    use super::*;
+    use vn100_protocol::stream::Chunk;
+
+    fn chunk(length: usize) -> Input {
+        Chunk { bytes: Bytes::from(vec![b'x'; length]), at_ns: None }.into()
+    }
+
+    fn link(kind: LinkEventKind) -> Input {
+        Input::Link(LinkEvent { at_ns: 7, kind })
+    }
+
+    fn down() -> Input {
+        link(LinkEventKind::Down { cause: "unplugged".into() })
+    }
+
+    #[test]
+    fn a_loss_is_told_at_its_place() {
+        let (sender, mut inputs) = mpsc::channel(2);
+        let mut sender = LossySender::new(sender);
+        for input in [chunk(3), chunk(3), chunk(3), chunk(4), down(), chunk(5)] {
+            sender.send(input, 7);
+        }
+        assert_eq!((inputs.try_recv().unwrap(), inputs.try_recv().unwrap()), (chunk(3), chunk(3)));
+        assert!(!sender.send_waiting(), "room for two of three");
+        let overrun = |bytes| link(LinkEventKind::Overrun { bytes });
+        assert_eq!((inputs.try_recv().unwrap(), inputs.try_recv().unwrap()), (overrun(7), down()));
+        sender.send(chunk(6), 7);
+        assert_eq!((inputs.try_recv().unwrap(), inputs.try_recv().unwrap()), (overrun(5), chunk(6)));
+        assert_eq!(sender.lost_bytes(), 12);
+    }
+
+    #[test]
+    fn what_waits_is_bounded() {
+        let (sender, _inputs) = mpsc::channel(1);
+        let mut sender = LossySender::new(sender);
+        (0..10_000).for_each(|_| [down(), chunk(1)].into_iter().for_each(|input| sender.send(input, 7)));
+        assert!(sender.waiting.len() <= WAITING_EVENTS + 1);
+    }
+
+    proptest! {
+        #[test]
+        fn every_byte_arrives_or_is_told_lost(room in 1..6_usize, steps in prop::collection::vec((1..50_usize, any::<bool>()), 0..100)) {
+            let (sender, mut inputs) = mpsc::channel(room);
+            let mut sender = LossySender::new(sender);
+            let (mut arrived, mut lost, mut sent) = (0, 0, 0);
+            let mut take = |input| match input {
+                Input::Chunk(chunk) => arrived += chunk.bytes.len() as u64,
+                Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
+                Input::Link(other) => panic!("{other:?}"),
+            };
+            for (length, receive) in steps {
+                sender.send(chunk(length), 7);
+                sent += length as u64;
+                if receive && let Ok(input) = inputs.try_recv() {
+                    take(input);
+                }
+            }
+            loop {
+                let done = sender.send_waiting();
+                while let Ok(input) = inputs.try_recv() {
+                    take(input);
+                }
+                if done {
+                    break;
+                }
+            }
+            prop_assert_eq!(arrived + lost, sent);
+            prop_assert_eq!(lost, sender.lost_bytes());
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! Reads a recording, up to its end or to where it was cut.
+
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    io::{self, ErrorKind, Read},
+    sync::{Arc, OnceLock},
+};
+
+use bytes::Bytes;
+use mcap::{
+    McapError,
+    records::{Channel, Metadata, Record, op},
+    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+};
+
+use super::{
+    BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
+    io_error, link_json::from_json,
+};
+use vn100_protocol::stream::{Chunk, Input, LinkEvent};
+
+/// Bytes of one read of the file.
+const READ_BYTES: usize = 64 * 1024;
+
+/// Longest record that is read. Ours hold one read of a port; other programs put whole images into
+/// one.
+const RECORD_BYTES: usize = 64 * 1024 * 1024;
+
+/// How much of a file is searched for a topic of ours: tools that merge files may put much before
+/// it.
+const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
+
+/// What a recording says of itself.
+#[derive(Debug, Clone, Default)]
+pub struct Recorded {
+    /// When its first input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
+    pub started_ns: Option<i64>,
+    /// The program that made it, such as `vn100 1.0.0`.
+    pub program: Option<String>,
+    /// What the caller of the recorder gave.
+    pub metadata: BTreeMap<String, String>,
+    /// It was gone on with after it had ended: what `metadata` says of its length is of the first
+    /// part alone.
+    pub resumed: bool,
+    /// How it ended; set when it was read to there.
+    pub end: Arc<OnceLock<RecordingEnd>>,
+}
+
+/// How a recording ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordingEnd {
+    /// When its last input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
+    pub ended_ns: Option<i64>,
+    /// Whether the file is whole. If not it was cut, as by a loss of power; what was read came
+    /// before the cut.
+    pub complete: bool,
+    /// Why the recording was ended, in words, where that is known.
+    pub reason: Option<String>,
+}
+
+/// Why a file is no recording.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file could not be read.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// Something else.
+    #[error("it is no MCAP file")]
+    NotMcap,
+    /// A file that was cut before its first topic.
+    #[error("it was cut before it began")]
+    NotBegun,
+    /// An MCAP file of another program.
+    #[error("it is an MCAP file without the topic {BYTES_TOPIC}; it has {}", list(topics))]
+    Foreign {
+        /// Its topics, in order.
+        topics: Vec<String>,
+    },
+    /// A recording that another program has put more into; a copy by this one would lose that.
+    #[error("it also holds what this program did not record: {}", list(topics))]
+    Mixed {
+        /// The other topics, in order.
+        topics: Vec<String>,
+    },
+    /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go
+    /// on with those of a clock.
+    #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
+    Undated,
+    /// A recording of a form that this program does not know.
+    #[error(
+        "it has the form \"{found}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
+    )]
+    Format {
+        /// The form it says to have.
+        found: String,
+    },
+}
+
+/// What stands in a recording, in the order it was written.
+pub(super) enum Entry<'a> {
+    Bytes { at_ns: Option<i64>, bytes: Cow<'a, [u8]> },
+    Link(LinkEvent),
+    Metadata(Metadata),
+}
+
+/// The [`Input`]s of a recording, as they came.
+///
+/// Memory is bounded, whatever the length of the recording.
+pub struct RecordingReader<R> {
+    reader: R,
+    records: LinearReader,
+    contents: Contents,
+    head: Vec<Metadata>,
+    first: Option<Entry<'static>>,
+    recorded: Recorded,
+    done: bool,
+}
+
+impl<R: Read> RecordingReader<R> {
+    /// Reads up to the first input. A file that was cut before its first topic counts as a
+    /// recording without any.
+    ///
+    /// # Errors
+    /// [`RecordingError`] when this is no recording, or cannot be read.
+    pub fn open(mut reader: R) -> Result<Self, RecordingError> {
+        let mut magic = Vec::new();
+        reader.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic)?;
+        if !mcap::MAGIC.starts_with(&magic) {
+            return Err(RecordingError::NotMcap);
+        }
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_record_length_limit(RECORD_BYTES);
+        let mut new = Self {
+            reader,
+            records: LinearReader::new_with_options(options),
+            contents: Contents::default(),
+            head: Vec::new(),
+            first: None,
+            recorded: Recorded::default(),
+            done: false,
+        };
+        while let Some(entry) = new.advance(|entry| entry.into_owned())? {
+            if let Entry::Metadata(metadata) = entry {
+                new.take_head(metadata)?;
+            } else {
+                new.recorded.started_ns = new.contents.last_ns;
+                new.first = Some(entry);
+                break;
+            }
+        }
+        let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
+        if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
+            return Err(RecordingError::Foreign { topics: new.other_topics() });
+        }
+        Ok(new)
+    }
+
+    /// What the recording says of itself.
+    #[must_use]
+    pub fn recorded(&self) -> &Recorded {
+        &self.recorded
+    }
+
+    /// The next input; `None` at the end, of which [`RecordingReader::recorded`] then tells.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is damaged. Nothing follows; what came before stands.
+    pub fn next_input(&mut self) -> io::Result<Option<Input>> {
+        let input = |entry: Entry<'_>| match entry {
+            Entry::Bytes { at_ns, bytes } => Some(Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns })),
+            Entry::Link(event) => Some(Input::Link(event)),
+            Entry::Metadata(_) => None,
+        };
+        while let Some(input) = self.next_entry(input)? {
+            if input.is_some() {
+                return Ok(input);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether what was read has a topic of ours.
+    pub(super) fn has_our_topics(&self) -> bool {
+        !self.contents.carries.is_empty()
+    }
+
+    /// Topics of others, as far as it was read.
+    pub(super) fn other_topics(&self) -> Vec<String> {
+        self.contents.other_topics.values().cloned().collect()
+    }
+
+    /// All metadata before the first input.
+    pub(super) fn head(&self) -> &[Metadata] {
+        &self.head
+    }
+
+    /// Shows the next entry; `None` at the end.
+    pub(super) fn next_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
+        match self.first.take() {
+            Some(first) => Ok(Some(show(first))),
+            None => self.advance(show),
+        }
+    }
+
+    fn advance<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
+        if self.done {
+            return Ok(None);
+        }
+        let read = self.read_to_entry(show);
+        self.done = !matches!(read, Ok(Some(_)));
+        read
+    }
+
+    fn read_to_entry<T>(&mut self, show: impl FnOnce(Entry<'_>) -> T) -> io::Result<Option<T>> {
+        let complete = loop {
+            match self.records.next_event() {
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
+                    let room = self.records.insert(bytes.max(READ_BYTES));
+                    match self.reader.read(room) {
+                        Ok(bytes) => self.records.notify_read(bytes),
+                        Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                        Err(error) => return Err(error),
+                    }
+                }
+                Some(Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. })) => break true,
+                // zeros stand where a file system had made room and lost power
+                Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => break false,
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    if let Some(entry) = self.contents.take(opcode, data)? {
+                        return Ok(Some(show(entry)));
+                    }
+                    if self.contents.searched_bytes > SEARCHED_BYTES {
+                        return Ok(None);
+                    }
+                }
+                Some(Err(McapError::UnexpectedEof)) | None => break false,
+                Some(Err(error)) => return Err(io_error(error)),
+            }
+        };
+        let end = RecordingEnd { ended_ns: self.contents.last_ns, complete, reason: self.contents.reason.take() };
+        self.recorded.end.get_or_init(|| end);
+        Ok(None)
+    }
+
+    fn take_head(&mut self, metadata: Metadata) -> Result<(), RecordingError> {
+        let values = &metadata.metadata;
+        match &*metadata.name {
+            RECORDING_METADATA => {
+                if let Some(found) = values.get("format").filter(|format| *format != FORMAT) {
+                    return Err(RecordingError::Format { found: found.clone() });
+                }
+                self.recorded.program = values.get("program").cloned();
+                self.recorded.resumed = values.contains_key(RESUMED);
+            }
+            CALLER_METADATA => self.recorded.metadata = values.clone(),
+            _ => {}
+        }
+        self.head.push(metadata);
+        Ok(())
+    }
+}
+
+impl Entry<'_> {
+    fn into_owned(self) -> Entry<'static> {
+        match self {
+            Entry::Bytes { at_ns, bytes } => Entry::Bytes { at_ns, bytes: Cow::Owned(bytes.into_owned()) },
+            Entry::Link(event) => Entry::Link(event),
+            Entry::Metadata(metadata) => Entry::Metadata(metadata),
+        }
+    }
+}
+
+/// What a channel of ours carries.
+#[derive(Debug, Clone, Copy)]
+enum Carries {
+    Bytes { stamped: bool },
+    Link,
+}
+
+/// What the records read so far have told.
+#[derive(Debug, Default)]
+struct Contents {
+    carries: BTreeMap<u16, Carries>,
+    other_topics: BTreeMap<u16, String>,
+    /// Bytes of records before the first topic of ours.
+    searched_bytes: usize,
+    last_ns: Option<i64>,
+    /// Of the end that stands behind the last input.
+    reason: Option<String>,
+}
+
+impl Contents {
+    fn take<'a>(&mut self, opcode: u8, data: &'a [u8]) -> io::Result<Option<Entry<'a>>> {
+        if self.carries.is_empty() {
+            self.searched_bytes += data.len();
+        }
+        if !matches!(opcode, op::CHANNEL | op::MESSAGE | op::METADATA) {
+            return Ok(None);
+        }
+        match mcap::parse_record(opcode, data).map_err(io_error)? {
+            Record::Channel(channel) => {
+                self.take_channel(channel);
+                Ok(None)
+            }
+            Record::Metadata(metadata) => {
+                if metadata.name == END_METADATA {
+                    self.reason = metadata.metadata.get("reason").cloned();
+                }
+                Ok(Some(Entry::Metadata(metadata)))
+            }
+            Record::Message { header, data } => self.take_message(header.channel_id, at_ns(header.log_time), data),
+            _ => Ok(None),
+        }
+    }
+
+    fn take_channel(&mut self, channel: Channel) {
+        let carries = match &*channel.topic {
+            BYTES_TOPIC => {
+                let unstamped = channel.metadata.get(UNSTAMPED.0).is_some_and(|arrival| arrival == UNSTAMPED.1);
+                Carries::Bytes { stamped: !unstamped }
+            }
+            LINK_TOPIC => Carries::Link,
+            _ => {
+                self.other_topics.insert(channel.id, channel.topic);
+                return;
+            }
+        };
+        self.carries.insert(channel.id, carries);
+    }
+
+    fn take_message<'a>(&mut self, channel: u16, at_ns: i64, data: Cow<'a, [u8]>) -> io::Result<Option<Entry<'a>>> {
+        let entry = match self.carries.get(&channel) {
+            Some(Carries::Bytes { .. }) if data.is_empty() => return Ok(None),
+            Some(Carries::Bytes { stamped: false }) => Entry::Bytes { at_ns: None, bytes: data },
+            Some(Carries::Bytes { stamped: true }) => {
+                self.last_ns = Some(at_ns);
+                Entry::Bytes { at_ns: Some(at_ns), bytes: data }
+            }
+            Some(Carries::Link) => {
+                self.last_ns = Some(at_ns);
+                let unknown = || {
+                    let text = String::from_utf8_lossy(&data);
+                    let problem = format!("a message on {LINK_TOPIC} is no event of a link: {text:.200}");
+                    io::Error::new(ErrorKind::InvalidData, problem)
+                };
+                Entry::Link(from_json(at_ns, &data).ok_or_else(unknown)?)
+            }
+            None => return Ok(None),
+        };
+        self.reason = None;
+        Ok(Some(entry))
+    }
+}
+
+/// Some names in words, whatever stands in the file.
+fn list(topics: &[String]) -> String {
+    const NAMED: usize = 8;
+    let named: Vec<String> = topics.iter().take(NAMED).map(|topic| format!("{topic:.60}")).collect();
+    match topics.len() {
+        0 => "no topic".into(),
+        count if count <= NAMED => named.join(", "),
+        count => format!("{} and {} more", named.join(", "), count - NAMED),
+    }
+}

@@ -1,0 +1,179 @@
+//! Records a link while it is measured.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, ErrorKind, Write},
+    path::{Path, PathBuf},
+    sync::{Arc, OnceLock},
+    thread,
+};
+
+use tokio::sync::{mpsc, watch};
+
+use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
+use vn100_protocol::stream::{Chunk, Input};
+
+/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the
+/// sender to drop and to tell.
+const WAITING_INPUTS: usize = 1024;
+
+/// A killed program loses no more of the stream than this.
+const FLUSH_EVERY_NS: u64 = 1_000_000_000;
+
+/// Where a recording stands.
+#[derive(Debug, Clone)]
+pub struct RecordingState {
+    /// The file.
+    pub path: PathBuf,
+    /// Bytes of the stream that this recorder has handed to the file.
+    pub bytes: u64,
+    /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds
+    /// what came before, and the measurement goes on.
+    pub error: Option<Arc<io::Error>>,
+    /// Whether it is over, by [`Recorder::finish`] or by an error.
+    pub ended: bool,
+}
+
+/// Writes what a link delivers to a file, on a thread of its own.
+///
+/// The file is flushed whenever a second of stream has passed, and with everything that befalls the
+/// link. A recorder that is dropped ends its file without a reason, on its own time.
+#[derive(Debug)]
+pub struct Recorder {
+    inputs: mpsc::Sender<Input>,
+    state: watch::Receiver<RecordingState>,
+    reason: Arc<OnceLock<String>>,
+    known_serial: Option<String>,
+}
+
+impl Recorder {
+    /// Begins a new file; `metadata` is what a replay shall know of it. No file is ever replaced.
+    ///
+    /// # Errors
+    /// [`RecordError::Exists`] when there is something of this name, [`RecordError::Io`] when the
+    /// file cannot be written.
+    pub fn create(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
+        let path = path.as_ref();
+        let failed = |source| RecordError::Io { path: path.to_owned(), source };
+        let file = File::create_new(path).map_err(|source| match source.kind() {
+            ErrorKind::AlreadyExists => RecordError::Exists { path: path.to_owned() },
+            _ => failed(source),
+        })?;
+        NamedFile::claim(&file);
+        let writer = RecordingWriter::new(NamedFile(file), metadata).map_err(failed)?;
+        Self::start(path, writer, |file| file.sync_all()).map_err(failed)
+    }
+
+    /// Goes on with a recording, whole or cut: its readable part, then
+    /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then what comes now.
+    ///
+    /// The readable part is copied to a file beside it, which takes its place only when it is
+    /// safely on the disk. Until then the recording stays as it is, and there must be room for
+    /// both. Blocks while it copies.
+    ///
+    /// # Errors
+    /// [`RecordError`] when it cannot be read or is no recording, when another program records to
+    /// it, or when the copy cannot be written.
+    pub fn resume(path: impl AsRef<Path>, metadata: &BTreeMap<String, String>) -> Result<Self, RecordError> {
+        let path = path.as_ref();
+        let (writer, known_serial) = resume(path, metadata)?;
+        let recorder = Self::start(path, writer, |file| file.sync_all())
+            .map_err(|source| RecordError::Io { path: path.to_owned(), source })?;
+        Ok(Self { known_serial, ..recorder })
+    }
+
+    fn start<W: Write + Send + 'static>(
+        path: &Path,
+        writer: RecordingWriter<W>,
+        sync: impl FnOnce(W) -> io::Result<()> + Send + 'static,
+    ) -> io::Result<Self> {
+        let (sender, inputs) = mpsc::channel(WAITING_INPUTS);
+        let state = RecordingState { path: path.to_owned(), bytes: 0, error: None, ended: false };
+        let (states, state) = watch::channel(state);
+        let reason = Arc::new(OnceLock::new());
+        let reason_of_end = Arc::clone(&reason);
+        let work = move || {
+            let error = record(writer, inputs, &states, &reason_of_end).and_then(sync).err().map(Arc::new);
+            states.send_modify(|state| (state.error, state.ended) = (error, true));
+        };
+        // ends at an error, or when nobody holds a sender any more
+        thread::Builder::new().name("recorder".into()).spawn(work)?;
+        Ok(Self { inputs: sender, state, reason, known_serial: None })
+    }
+
+    /// Where to send what shall be recorded, as in
+    /// `LinkOptions::recording`. When it is full the disk does not
+    /// keep up; when it is closed the recording has stopped.
+    #[must_use]
+    pub fn inputs(&self) -> mpsc::Sender<Input> {
+        self.inputs.clone()
+    }
+
+    /// The serial number of the sensor that a recording that is gone on with was of, for
+    /// `LinkOptions::known_serial`; `None` where it is not in
+    /// there, or the recording is new.
+    #[must_use]
+    pub fn known_serial(&self) -> Option<&str> {
+        self.known_serial.as_deref()
+    }
+
+    /// Where the recording stands, now and whenever that changes.
+    #[must_use]
+    pub fn state(&self) -> watch::Receiver<RecordingState> {
+        self.state.clone()
+    }
+
+    /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are
+    /// gone: writes what waits and hands the file to the disk. Gives the last state, which tells of
+    /// any error.
+    pub async fn finish(self, reason: &str) -> RecordingState {
+        let Self { inputs, mut state, reason: given, .. } = self;
+        given.get_or_init(|| reason.to_owned());
+        drop(inputs);
+        let ended = state.wait_for(|state| state.ended).await.is_ok();
+        let last = state.borrow().clone();
+        if ended {
+            return last;
+        }
+        let died = io::Error::other("the recording stopped by a fault of this program");
+        RecordingState { error: Some(Arc::new(died)), ended: true, ..last }
+    }
+}
+
+/// Records until all senders are gone; gives the finished file.
+fn record<W: Write>(
+    mut writer: RecordingWriter<W>,
+    mut inputs: mpsc::Receiver<Input>,
+    states: &watch::Sender<RecordingState>,
+    reason: &OnceLock<String>,
+) -> io::Result<W> {
+    let mut bytes = 0;
+    let mut oldest_unflushed_ns: Option<i64> = None;
+    while let Some(input) = inputs.blocking_recv() {
+        writer.write(&input)?;
+        let flush = match input {
+            Input::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
+                bytes += more.len() as u64;
+                at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
+            }
+            // nothing tells how much time has passed
+            Input::Chunk(Chunk { bytes: more, at_ns: None }) => {
+                bytes += more.len() as u64;
+                true
+            }
+            Input::Link(_) => true,
+        };
+        if flush {
+            writer.flush()?;
+            oldest_unflushed_ns = None;
+            states.send_modify(|state| state.bytes = bytes);
+        }
+    }
+    let out = writer.finish(reason.get().map(String::as_str))?;
+    states.send_modify(|state| state.bytes = bytes);
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests;

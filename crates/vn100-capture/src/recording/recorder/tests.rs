@@ -1,0 +1,154 @@
+//! Disks that are full, and disks that are slow.
+
+use std::sync::{Mutex, mpsc::Receiver};
+
+use super::*;
+use crate::{RecordingReader, lossy_sender::LossySender};
+use vn100_protocol::stream::{LinkEvent, LinkEventKind};
+
+/// A disk with little room, in memory.
+#[derive(Clone, Default)]
+struct Disk {
+    room: usize,
+    /// Someone makes room as soon as it was full.
+    freed: bool,
+    file: Arc<Mutex<Vec<u8>>>,
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut file = self.file.lock().unwrap();
+        let taken = bytes.len().min(self.room - file.len());
+        file.extend_from_slice(&bytes[..taken]);
+        if taken > 0 {
+            return Ok(taken);
+        }
+        if self.freed {
+            self.room = usize::MAX;
+        }
+        Err(ErrorKind::StorageFull.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A disk that writes only when it is told to, once for each token.
+struct SlowDisk(Receiver<()>, Disk);
+
+impl Write for SlowDisk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // a disk whose gate is gone is quick
+        let _ = self.0.recv();
+        self.1.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A read each 100 ms.
+fn read(number: i64) -> Input {
+    Chunk { bytes: format!("read {number};").into(), at_ns: Some(number * 100_000_000) }.into()
+}
+
+fn replay(disk: &Disk) -> Vec<Input> {
+    let file = disk.file.lock().unwrap().clone();
+    let mut reader = RecordingReader::open(&file[..]).unwrap();
+    std::iter::from_fn(|| reader.next_input().unwrap()).collect()
+}
+
+fn start<W: Write + Send + 'static>(out: W) -> io::Result<Recorder> {
+    Recorder::start(Path::new("x.mcap"), RecordingWriter::new(out, &BTreeMap::new())?, |_| Ok(()))
+}
+
+#[tokio::test]
+async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
+    let reads: Vec<Input> = (0..40).map(read).collect();
+    let (mut whole, mut cut, mut unended) = (0, 0, 0);
+    for (room, freed) in (0..3000).flat_map(|room| [(room, false), (room, true)]) {
+        let disk = Disk { room, freed, ..Disk::default() };
+        let Ok(recorder) = start(disk.clone()) else { continue };
+        for read in &reads {
+            // fails once the recording has stopped, as for any link
+            let _ = recorder.inputs().send(read.clone()).await;
+        }
+        let state = recorder.finish("done").await;
+        let kept = replay(&disk);
+        assert_eq!(kept, reads[..kept.len()], "room for {room} bytes");
+        let stored: usize = kept.iter().map(length).sum();
+        assert!(state.ended && state.bytes <= stored as u64, "room for {room} bytes: {state:?}");
+        match state.error.as_ref().map(|error| error.kind()) {
+            None => {
+                assert_eq!(kept.len(), reads.len());
+                whole += 1;
+            }
+            Some(ErrorKind::StorageFull) if kept.len() < reads.len() => cut += 1,
+            Some(ErrorKind::StorageFull) => unended += 1,
+            Some(other) => panic!("{other}"),
+        }
+    }
+    assert!(whole > 0 && cut > 0 && unended > 0, "{whole} whole, {cut} cut, {unended} without an end");
+}
+
+#[tokio::test]
+async fn a_record_that_a_full_disk_tore_is_never_mended_with_something_else() {
+    // more than the buffer holds within a second, so that a write fails in the middle of a record
+    for length in 60..160 {
+        let read = |number: u8| Input::from(Chunk { bytes: vec![number; length].into(), at_ns: Some(0) });
+        let reads: Vec<Input> = (0..1000).map(|number| read((number % 251) as u8)).collect();
+        let disk = Disk { room: 50_000, freed: true, ..Disk::default() };
+        let recorder = start(disk.clone()).unwrap();
+        for read in &reads {
+            let _ = recorder.inputs().send(read.clone()).await;
+        }
+        assert!(recorder.finish("done").await.error.is_some());
+        let kept = replay(&disk);
+        assert!(!kept.is_empty() && kept[..] == reads[..kept.len()], "reads of {length} bytes: {} kept", kept.len());
+    }
+}
+
+fn length(input: &Input) -> usize {
+    match input {
+        Input::Chunk(chunk) => chunk.bytes.len(),
+        Input::Link(_) => 0,
+    }
+}
+
+#[tokio::test]
+async fn what_a_slow_disk_does_not_take_is_told_in_the_file() {
+    let (gate, tokens) = std::sync::mpsc::channel();
+    let disk = Disk { room: usize::MAX, ..Disk::default() };
+    // its head is written
+    gate.send(()).unwrap();
+    let recorder = start(SlowDisk(tokens, disk.clone())).unwrap();
+    let mut sender = LossySender::new(recorder.inputs());
+    let sent: usize = (0..3000)
+        .map(|number| {
+            let read = read(number);
+            let length = length(&read);
+            sender.send(read, number * 100_000_000);
+            length
+        })
+        .sum();
+    assert!(sender.lost_bytes() > 0, "1024 wait, and few are written");
+    drop(gate);
+    let lost = sender.lost_bytes();
+    tokio::task::spawn_blocking(move || sender.send_waiting_blocking()).await.unwrap();
+    let state = recorder.finish("done").await;
+    assert!(state.error.is_none());
+    let mut told_lost = 0;
+    let kept: usize = replay(&disk)
+        .iter()
+        .map(|input| {
+            if let Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) = input {
+                told_lost += bytes;
+            }
+            length(input)
+        })
+        .sum();
+    assert_eq!((told_lost, kept), (lost, sent - usize::try_from(lost).unwrap()));
+    assert_eq!(state.bytes, kept as u64);
+}

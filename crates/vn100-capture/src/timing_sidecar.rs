@@ -1,0 +1,318 @@
+//! Raw captures with the times of their reads: beside the bytes, `NAME.timing` has a row
+//! `t_ns,offset` for each read of the port.
+
+use std::{
+    fs::File,
+    io::{self, BufRead, BufReader, ErrorKind, Read},
+    path::{Path, PathBuf},
+    thread,
+};
+
+use tokio::sync::mpsc;
+use tokio_util::sync::CancellationToken;
+
+use crate::{event::End, event::Event, read_samples::WAITING_BATCHES, source::READ_BYTES};
+use vn100_protocol::stream::{ReadOptions, SampleReader};
+
+/// No line of a sidecar is longer, comments included.
+const LONGEST_LINE: usize = 1024;
+
+/// One read of a port brings so much at least before it is thought too long.
+const PORT_READ_BYTES: u64 = 4096;
+
+/// The rows of a sidecar, read as they are needed.
+pub(crate) struct Sidecar {
+    path: PathBuf,
+    file: BufReader<File>,
+    /// Lines read.
+    line: usize,
+    /// Where the last read began.
+    last_offset: Option<u64>,
+    longest_read: u64,
+}
+
+/// One read of the port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct ReadStamp {
+    /// When it returned, in nanoseconds from the recorder's origin.
+    at_ns: i64,
+    /// Where its first byte stands in the capture.
+    offset: u64,
+}
+
+impl Sidecar {
+    /// The stamps beside a capture; `None` where there are none.
+    pub(crate) fn beside(capture: &Path) -> io::Result<Option<Self>> {
+        let mut path = capture.as_os_str().to_owned();
+        path.push(".timing");
+        let path = PathBuf::from(path);
+        match File::open(&path) {
+            Ok(file) => {
+                let file = BufReader::new(file);
+                Ok(Some(Self { path, file, line: 0, last_offset: None, longest_read: 0 }))
+            }
+            // a name too long for a sidecar has none
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::InvalidFilename) => Ok(None),
+            Err(error) => Err(io::Error::new(error.kind(), format!("{}: {error}", path.display()))),
+        }
+    }
+
+    /// The next row. Comments, blank lines and a header are passed over; offsets must not go back.
+    fn next(&mut self) -> io::Result<Option<ReadStamp>> {
+        let mut text = Vec::new();
+        loop {
+            text.clear();
+            let mut line = (&mut self.file).take(LONGEST_LINE as u64 + 1);
+            match line.read_until(b'\n', &mut text) {
+                Ok(0) => return Ok(None),
+                Ok(_) => self.line += 1,
+                Err(error) => return Err(self.fault(error.kind(), &error.to_string())),
+            }
+            let row = text.trim_ascii();
+            let is_header = self.line == 1 && row.first().is_some_and(u8::is_ascii_alphabetic);
+            let is_passed_over = row.is_empty() || row.starts_with(b"#") || is_header;
+            if is_passed_over && text.len() <= LONGEST_LINE {
+                continue;
+            }
+            let before = self.last_offset.unwrap_or_default();
+            let stamp = ReadStamp::parse(row).filter(|stamp| stamp.offset >= before && text.len() <= LONGEST_LINE);
+            let Some(stamp) = stamp else {
+                let problem = "is not a row \"nanoseconds,offset\" whose offset is at least that of the row before";
+                return Err(self.fault(ErrorKind::InvalidData, &format!("line {} {problem}", self.line)));
+            };
+            self.longest_read = self.longest_read.max(stamp.offset - before);
+            self.last_offset = Some(stamp.offset);
+            return Ok(Some(stamp));
+        }
+    }
+
+    /// How far the rows reach, when there are no more of them. The last read is not longer than the
+    /// longest one before it, or than any that a port is likely to bring: what comes behind it was
+    /// read later.
+    fn reach(&self) -> u64 {
+        let last_read = self.longest_read.max(PORT_READ_BYTES);
+        self.last_offset.map_or(0, |offset| offset.saturating_add(last_read))
+    }
+
+    /// The capture goes on behind the reach.
+    fn ends_early(&self) -> io::Error {
+        let problem = match self.last_offset {
+            Some(offset) => format!("the rows end at line {} with offset {offset}", self.line),
+            None => "there is no row".into(),
+        };
+        let left_out = format!("and the capture goes on: it is left out from byte {} on", self.reach());
+        self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {left_out}"))
+    }
+
+    fn fault(&self, kind: ErrorKind, problem: &str) -> io::Error {
+        let path = self.path.display();
+        io::Error::new(
+            kind,
+            format!("{path}: {problem}; move that file away to read the capture without arrival times"),
+        )
+    }
+}
+
+impl ReadStamp {
+    fn parse(row: &[u8]) -> Option<Self> {
+        let (at_ns, offset) = std::str::from_utf8(row).ok()?.split_once(',')?;
+        Some(Self { at_ns: at_ns.trim().parse().ok()?, offset: offset.trim().parse().ok()? })
+    }
+}
+
+/// Starts a thread that reads a capture with its stamps to the end, or until `stop`; tells as
+/// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read
+/// can bring a few bytes.
+pub(crate) fn read_timed(
+    reader: impl Read + Send + 'static,
+    sidecar: Sidecar,
+    options: ReadOptions,
+    stop: CancellationToken,
+) -> io::Result<mpsc::Receiver<Event>> {
+    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
+    let work = move || {
+        let mut parser = SampleReader::new(options);
+        let reader = BufReader::with_capacity(READ_BYTES, reader);
+        let error = match read(reader, sidecar, &mut parser, &events, &stop) {
+            Ok(Flow::Ended) => None,
+            Ok(Flow::NobodyListens) => return,
+            Err(error) => Some(error),
+        };
+        for batch in parser.finish() {
+            // a receiver that left has no use for the end either
+            let _ = events.blocking_send(Event::Batch(batch));
+        }
+        let _ = events.blocking_send(Event::End(End { error, csv: None }));
+    };
+    // ends with the capture, with `stop`, or when the inbox is dropped
+    thread::Builder::new().name("capture-reader".into()).spawn(work)?;
+    Ok(inbox)
+}
+
+enum Flow {
+    Ended,
+    NobodyListens,
+}
+
+fn read(
+    mut reader: impl BufRead,
+    mut sidecar: Sidecar,
+    parser: &mut SampleReader,
+    events: &mpsc::Sender<Event>,
+    stop: &CancellationToken,
+) -> io::Result<Flow> {
+    let mut offset = 0;
+    let mut at_ns = None;
+    let mut next = sidecar.next()?;
+    let mut unsent = 0;
+    while !stop.is_cancelled() {
+        while let Some(stamp) = next.filter(|stamp| stamp.offset <= offset) {
+            at_ns = Some(stamp.at_ns);
+            next = sidecar.next()?;
+        }
+        let buffered = match reader.fill_buf() {
+            Ok([]) => break,
+            Ok(buffered) => buffered,
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        let end_of_read = next.map_or_else(|| sidecar.reach(), |stamp| stamp.offset);
+        let of_read = end_of_read.saturating_sub(offset);
+        if of_read == 0 {
+            return Err(sidecar.ends_early());
+        }
+        let taken = buffered.len().min(usize::try_from(of_read).unwrap_or(usize::MAX));
+        parser.push(&buffered[..taken], at_ns);
+        reader.consume(taken);
+        offset += taken as u64;
+        unsent += taken;
+        if unsent >= READ_BYTES {
+            unsent = 0;
+            for batch in parser.take_batches() {
+                if events.blocking_send(Event::Batch(batch)).is_err() {
+                    return Ok(Flow::NobodyListens);
+                }
+            }
+        }
+    }
+    Ok(Flow::Ended)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of the sensor's manual, with its line end.
+    const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+
+    fn rows(text: impl AsRef<[u8]>) -> Vec<Result<(i64, u64), String>> {
+        let folder = tempfile::tempdir().unwrap();
+        let capture = folder.path().join("capture.bin");
+        std::fs::write(folder.path().join("capture.bin.timing"), text).unwrap();
+        let mut sidecar = Sidecar::beside(&capture).unwrap().unwrap();
+        let mut rows = Vec::new();
+        loop {
+            match sidecar.next() {
+                Ok(Some(stamp)) => rows.push(Ok((stamp.at_ns, stamp.offset))),
+                Ok(None) => return rows,
+                Err(error) => {
+                    rows.push(Err(error.to_string()));
+                    return rows;
+                }
+            }
+        }
+    }
+
+    fn assert_refused(text: impl AsRef<[u8]>, line: u64) {
+        let rows = rows(&text);
+        let error = rows.last().unwrap().as_ref().unwrap_err();
+        assert!(error.contains(&format!("capture.bin.timing: line {line} ")), "{error}");
+    }
+
+    /// The stamps of the samples, and the error at the end.
+    fn stamped(capture: &str, timing: &str) -> (Vec<i64>, Option<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("capture.bin");
+        std::fs::write(folder.path().join("capture.bin.timing"), timing).unwrap();
+        let sidecar = Sidecar::beside(&path).unwrap().unwrap();
+        let bytes = io::Cursor::new(capture.as_bytes().to_vec());
+        let mut events = read_timed(bytes, sidecar, ReadOptions::default(), CancellationToken::new()).unwrap();
+        let mut stamps = Vec::new();
+        loop {
+            match events.blocking_recv().unwrap() {
+                Event::Batch(batch) => {
+                    let mut arrivals = batch.arrivals.iter().peekable();
+                    for row in 0..batch.row_count() {
+                        let at_ns = arrivals.next_if(|arrival| arrival.from_row <= row).map(|arrival| arrival.at_ns);
+                        stamps.extend(at_ns.or(stamps.last().copied()));
+                    }
+                }
+                Event::Link(event) => panic!("{event:?}"),
+                Event::End(end) => return (stamps, end.error.map(|error| error.to_string())),
+            }
+        }
+    }
+
+    #[test]
+    fn a_read_begins_with_the_byte_at_its_offset() {
+        // the CR is byte 120 of a line, and completes it
+        for (offset, expected) in [(119, 20), (120, 20), (121, 10), (122, 10)] {
+            assert_eq!(stamped(LINE, &format!("10,0\n20,{offset}\n")), (vec![expected], None), "{offset}");
+        }
+        // of several reads at one offset, which brought nothing, the last
+        assert_eq!(stamped(&LINE.repeat(2), "10,0\n20,122\n30,122\n"), (vec![10, 30], None));
+        // behind the end nothing is read
+        assert_eq!(stamped(LINE, "10,0\n20,122\n30,500\n"), (vec![10], None));
+        assert_eq!(stamped(LINE, "10,0\n20,18446744073709551615\n"), (vec![10], None));
+    }
+
+    #[test]
+    fn rows_too_few_say_where_they_end() {
+        let capture = LINE.repeat(100);
+        // the last row reaches 4096 bytes far, to within line 34
+        let (stamps, error) = stamped(&capture, "10,0\n20,122\n# cut\n");
+        assert_eq!(stamps.len(), (122 + 4096) / LINE.len());
+        let error = error.unwrap();
+        assert!(error.contains("the rows end at line 3 with offset 122"), "{error}");
+        assert!(error.contains("left out from byte 4218 on"), "{error}");
+        // as far as the longest read before
+        let (stamps, error) = stamped(&capture, "10,0\n20,6100\n");
+        assert_eq!((stamps.len(), error), (100, None));
+        for empty in ["", "# t_ns,offset\n"] {
+            let (stamps, error) = stamped(&capture, empty);
+            assert!(stamps.is_empty() && error.unwrap().contains("there is no row"), "{empty:?}");
+        }
+        assert_eq!(stamped("", ""), (vec![], None));
+    }
+
+    #[test]
+    fn any_stamp_of_64_bits_is_one() {
+        let timing = format!("{},0\n{},122\n-1,244\n", i64::MIN, i64::MAX);
+        assert_eq!(stamped(&LINE.repeat(3), &timing), (vec![i64::MIN, i64::MAX, -1], None));
+    }
+
+    #[test]
+    fn comments_blank_lines_and_a_header_are_passed_over() {
+        let expected = [Ok((1_171_022, 0)), Ok((1_381_745, 20)), Ok((1_500_000, 20))];
+        assert_eq!(rows("# t_ns,offset\n1171022,0\n1381745,20\r\n\n1500000,20\n"), expected);
+        assert_eq!(rows("t_ns,offset\n1171022,0\n1381745,20\n1500000,20\n"), expected);
+    }
+
+    #[test]
+    fn the_first_line_that_is_no_row_is_named() {
+        for (text, line) in
+            [("1,0\n2;5\n", 2), ("5\n", 1), ("1,0\n2,9\n3,8\n", 3), ("1,-4\n", 1), ("1,0\nt,offset\n", 2)]
+        {
+            assert_refused(text, line);
+        }
+        assert_refused(b"# \xe9t\xe9\n1,0\n2\xb2,5\n", 3);
+        assert_refused(&*format!("1,0\n2,{}\n", "0".repeat(LONGEST_LINE)), 2);
+        assert_refused(&*format!("1,0\n{}\n", " ".repeat(100_000)), 2);
+        assert_refused("9223372036854775808,0\n", 1);
+    }
+
+    #[test]
+    fn a_name_without_room_for_a_sidecar_has_none() {
+        assert!(Sidecar::beside(Path::new(&"x".repeat(250))).unwrap().is_none());
+    }
+}

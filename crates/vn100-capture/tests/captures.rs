@@ -1,0 +1,144 @@
+//! What files are taken for, and what comes out of them, through [`Capture`] alone.
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::io::{Cursor, Read, Write};
+
+use tokio_util::sync::CancellationToken;
+use vn100_capture::{Capture, End, Event, Format, OpenError};
+use vn100_protocol::stream::{Batch, MarkKind, ReadOptions, RejectedRow};
+
+/// A line of the sensor's manual.
+const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
+
+fn open(bytes: impl AsRef<[u8]>) -> Result<Capture, OpenError> {
+    Capture::from_reader(Cursor::new(bytes.as_ref().to_vec()), None)
+}
+
+/// A CSV file with a stamp and two channels.
+fn csv(rows: usize) -> String {
+    let rows = (0..rows).map(|row| format!("{:.3},{:.6},9.{:03}\n", 0.025 * row as f64, 1e-6 * row as f64, row % 7));
+    "t,gyro_x,accel_x\n".to_owned() + &rows.collect::<String>()
+}
+
+/// All that a capture tells.
+fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async {
+        let mut events = capture.read(options, CancellationToken::new()).unwrap();
+        let mut batches = Vec::new();
+        loop {
+            match events.recv().await.unwrap() {
+                Event::Batch(batch) => batches.push(batch),
+                Event::Link(event) => panic!("{event:?}"),
+                Event::End(end) => return (batches, end),
+            }
+        }
+    })
+}
+
+/// The odd rows of a CSV file by reason, and the number of good ones.
+fn rows(bytes: impl AsRef<[u8]>) -> (u64, Vec<(String, u64)>) {
+    let capture = open(bytes).unwrap();
+    assert_eq!(capture.format, Format::Csv);
+    let report = read(capture, ReadOptions::default()).1.csv.unwrap();
+    (report.rows, report.odd.into_iter().map(|odd| (odd.reason, odd.count)).collect())
+}
+
+#[test]
+fn damaged_and_foreign_bytes_leave_a_csv_file_one() {
+    let mut zero = csv(100).into_bytes();
+    let at = zero.len() - 10;
+    zero[at] = 0;
+    assert_eq!(rows(zero), (99, vec![("number".into(), 1)]));
+    // a superscript two in Latin-1
+    let mut latin = csv(100).replace("t,gyro_x", "note [m/s#],gyro_x").into_bytes();
+    let at = latin.iter().position(|&byte| byte == b'#').unwrap();
+    latin[at] = 0xb2;
+    assert_eq!(rows(&latin), (100, vec![]));
+    // no known name: said so, and not taken for a port at the wrong rate
+    let unknown = String::from_utf8_lossy(&latin).replace("gyro_x,accel_x", "Rate,Kraft");
+    let unknown: Vec<u8> = unknown.chars().map(|c| if c == '\u{fffd}' { 0xb2 } else { c as u8 }).collect();
+    assert!(matches!(open(unknown), Err(OpenError::Csv { .. })));
+}
+
+#[test]
+fn old_line_ends_are_read() {
+    assert_eq!(rows(csv(100).replace('\n', "\r")), (100, vec![]));
+}
+
+#[test]
+fn bytes_that_are_no_csv_file_stay_what_they_are() {
+    let utf_16: Vec<u8> = csv(100).replace("t,", "n,").bytes().flat_map(|byte| [byte, 0]).collect();
+    assert_eq!(open(&utf_16).unwrap().format, Format::Raw);
+    assert!(matches!(open([b"\xff\xfe", &*utf_16].concat()), Err(OpenError::NotACapture { .. })));
+    let noise: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+    assert_eq!(open(&noise).unwrap().format, Format::Raw);
+    assert_eq!(open([b"\0,\n", SENTENCE.as_bytes(), b"\r\n"].concat()).unwrap().format, Format::Raw);
+    assert!(matches!(open([0; 5000]), Err(OpenError::NotACapture { .. })));
+}
+
+#[test]
+fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one() {
+    /// Two lines, and then nothing for ever.
+    struct Live(Cursor<Vec<u8>>);
+    impl Read for Live {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            let n = self.0.read(buffer)?;
+            assert!(n > 0, "waits for more than it needs");
+            Ok(n)
+        }
+    }
+    for (begin, format) in [("0.000391*63", Format::Text), ("\0", Format::Raw)] {
+        let bytes = format!("{begin}\r\n{SENTENCE}\r\n").into_bytes();
+        assert_eq!(Capture::from_reader(Live(Cursor::new(bytes)), None).unwrap().format, format);
+    }
+}
+
+#[test]
+fn sentences_beside_stamps_of_an_unsure_unit_are_not_read_without_them() {
+    let rows = (0..50).map(|row| format!("{row},{SENTENCE}\n"));
+    let error = open("t,raw\n".to_owned() + &rows.collect::<String>()).err().unwrap().to_string();
+    assert!(error.contains("--columns t=t:ms"), "{error}");
+}
+
+#[test]
+fn zeros_behind_gzip_data_are_its_end() {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(csv(100).as_bytes()).unwrap();
+    let mut packed = encoder.finish().unwrap();
+    packed.resize(packed.len().next_multiple_of(10_240), 0);
+    let (batches, end) = read(open(packed).unwrap(), ReadOptions::default());
+    assert!(end.error.is_none());
+    assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 100);
+}
+
+#[test]
+fn every_byte_of_a_csv_file_is_of_a_row_or_skipped() {
+    let row = |row: i32, text: &str| format!("{:.3},{text}\n", 0.025 * f64::from(row));
+    let rows = |text: &str| (0..20).map(|index| row(index, text)).collect::<String>();
+    for (head, good) in [("# by hand\n\nt,raw\n", SENTENCE), ("# by hand\n\nt,gyro_x\n", "0.000001")] {
+        let text = format!("{head}{}later,{good}\n{}", rows(good), row(20, good));
+        for line_by_line in [false, true] {
+            let (batches, _) = read(open(&text).unwrap(), ReadOptions { line_by_line, ..ReadOptions::default() });
+            let link = batches.last().unwrap().link;
+            let bytes = (link.tally.good_line_bytes, link.tally.bad_line_bytes, link.tally.skipped_bytes);
+            let expected = (21 * row(0, good).len(), "later,\n".len() + good.len(), head.len());
+            assert_eq!(bytes, (expected.0 as u64, expected.1 as u64, expected.2 as u64), "{head:?}");
+            assert_eq!((link.samples(), link.tally.bad.grammar), (21, 1));
+            assert_eq!(link.odd_rows.unwrap().iter().collect::<Vec<_>>(), [(RejectedRow::Stamp, 1)]);
+            let marks = batches.iter().flat_map(|batch| &batch.marks);
+            assert_eq!(marks.filter(|mark| mark.kind == MarkKind::BadLine).count(), 1);
+        }
+    }
+}
+
+#[test]
+fn line_by_line_gives_each_row_of_a_file_the_bytes_up_to_its_end() {
+    let text = csv(3).replace("0.050,", "soon,0.1,9.1\n0.050,");
+    let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
+    let (batches, _) = read(open(&text).unwrap(), options);
+    let told = batches.iter().filter(|batch| batch.row_count() > 0).map(|batch| batch.link.tally.bytes());
+    let line = "0.000,0.000000,9.000\n".len() as u64;
+    let (header, odd) = ("t,gyro_x,accel_x\n".len() as u64, "soon,0.1,9.1\n".len() as u64);
+    assert_eq!(told.collect::<Vec<_>>(), [header + line, header + 2 * line, header + odd + 3 * line]);
+}

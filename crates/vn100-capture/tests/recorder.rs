@@ -1,0 +1,257 @@
+//! Recorders and their files: begun, flushed, ended, gone on with.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use tempfile::TempDir;
+use tokio::time::timeout;
+use vn100_capture::{RecordError, Recorded, Recorder, RecordingReader};
+use vn100_protocol::stream::{Chunk, Input, LinkEvent, LinkEventKind};
+
+const SECOND_NS: i64 = 1_000_000_000;
+
+fn place() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("day.mcap");
+    (folder, path)
+}
+
+fn conditions(operator: &str) -> BTreeMap<String, String> {
+    [("operator".into(), operator.into())].into()
+}
+
+fn read(at_ns: i64) -> Input {
+    Chunk { bytes: format!("read at {at_ns};").into(), at_ns: Some(at_ns) }.into()
+}
+
+fn link(at_ns: i64, kind: LinkEventKind) -> Input {
+    Input::Link(LinkEvent { at_ns, kind })
+}
+
+fn down(at_ns: i64, cause: &str) -> Input {
+    link(at_ns, LinkEventKind::Down { cause: cause.into() })
+}
+
+fn replay(path: &Path) -> (Vec<Input>, Recorded) {
+    let mut reader = RecordingReader::open(fs::File::open(path).unwrap()).unwrap();
+    let inputs = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
+    (inputs, reader.recorded().clone())
+}
+
+async fn record(recorder: Recorder, inputs: &[Input], reason: &str) {
+    for input in inputs {
+        recorder.inputs().send(input.clone()).await.unwrap();
+    }
+    let state = recorder.finish(reason).await;
+    assert!(state.ended && state.error.is_none(), "{state:?}");
+}
+
+fn files(folder: &TempDir) -> Vec<String> {
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+    let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(name).collect();
+    names.sort();
+    names
+}
+
+#[tokio::test]
+async fn what_was_recorded_is_in_the_file() {
+    let (_folder, path) = place();
+    let inputs = [read(5), down(6, "unplugged"), read(SECOND_NS), read(7)];
+    record(Recorder::create(&path, &conditions("me")).unwrap(), &inputs, "stopped").await;
+    let (read, recorded) = replay(&path);
+    assert_eq!((&read[..], recorded.started_ns, &recorded.metadata), (&inputs[..], Some(5), &conditions("me")));
+    let end = recorded.end.get().unwrap();
+    assert_eq!((end.complete, end.reason.as_deref(), end.ended_ns), (true, Some("stopped"), Some(7)));
+}
+
+#[tokio::test]
+async fn each_second_of_stream_and_each_event_is_flushed() {
+    let (_folder, path) = place();
+    let recorder = Recorder::create(&path, &conditions("me")).unwrap();
+    assert_eq!(replay(&path).1.metadata, conditions("me"), "what was given is there from the start");
+    let mut state = recorder.state();
+    let mut sent = Vec::new();
+    let mut bytes = 0;
+    for (input, flushed) in [
+        (read(0), false),
+        (read(SECOND_NS - 1), false),
+        (read(SECOND_NS), true),
+        (read(3 * SECOND_NS), false),
+        (link(3 * SECOND_NS + 1, LinkEventKind::Overrun { bytes: 1 }), true),
+        (read(4 * SECOND_NS), false),
+        // a clock that was set back
+        (read(2 * SECOND_NS), true),
+    ] {
+        recorder.inputs().send(input.clone()).await.unwrap();
+        if let Input::Chunk(chunk) = &input {
+            bytes += chunk.bytes.len() as u64;
+        }
+        sent.push(input);
+        if flushed {
+            state.wait_for(|state| state.bytes == bytes).await.unwrap();
+            let (read, recorded) = replay(&path);
+            assert_eq!(read, sent);
+            assert!(!recorded.end.get().unwrap().complete);
+        }
+    }
+    drop(recorder);
+}
+
+#[tokio::test]
+async fn no_file_is_replaced() {
+    let (folder, path) = place();
+    fs::write(&path, "mine").unwrap();
+    let error = Recorder::create(&path, &BTreeMap::new()).unwrap_err();
+    assert!(matches!(error, RecordError::Exists { .. }), "{error}");
+    assert_eq!(fs::read(&path).unwrap(), b"mine");
+    #[cfg(unix)]
+    {
+        let link = folder.path().join("link.mcap");
+        std::os::unix::fs::symlink(folder.path().join("elsewhere"), &link).unwrap();
+        assert!(matches!(Recorder::create(&link, &BTreeMap::new()), Err(RecordError::Exists { .. })));
+        assert_eq!(files(&folder), ["day.mcap", "link.mcap"]);
+    }
+}
+
+#[tokio::test]
+async fn a_whole_recording_goes_on_behind_a_break() {
+    let (folder, path) = place();
+    record(Recorder::create(&path, &conditions("me")).unwrap(), &[read(5), read(6)], "stopped").await;
+    fs::write(folder.path().join(".day.mcap.resuming"), "left by a program that was killed").unwrap();
+    record(Recorder::resume(&path, &conditions("you")).unwrap(), &[read(9)], "stopped again").await;
+    let (inputs, recorded) = replay(&path);
+    assert_eq!(inputs, [read(5), read(6), down(6, "recording ended (stopped) and resumed"), read(9)]);
+    assert_eq!((recorded.started_ns, &recorded.metadata), (Some(5), &conditions("me")));
+    assert_eq!(recorded.end.get().unwrap().reason.as_deref(), Some("stopped again"));
+    assert_eq!(files(&folder), ["day.mcap"]);
+
+    // the reason of the first end is not that of a later cut
+    let whole = fs::read(&path).unwrap();
+    let mut cuts = (0..whole.len()).rev().map(|cut| {
+        fs::write(&path, &whole[..cut]).unwrap();
+        replay(&path)
+    });
+    let (_, recorded) =
+        cuts.find(|(inputs, recorded)| inputs.len() == 4 && recorded.end.get().unwrap().reason.is_none()).unwrap();
+    assert!(!recorded.end.get().unwrap().complete);
+}
+
+#[tokio::test]
+async fn a_recording_that_goes_on_names_the_sensor_it_is_of() {
+    let (_folder, path) = place();
+    let said = |bytes: &'static str| Input::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
+    // whole in two reads
+    let inputs = [said("$VNRRG,03,0100012345*5C\r\n$VNRRG,03,01000"), said("99887*5A\r\n")];
+    let recorder = Recorder::create(&path, &conditions("me")).unwrap();
+    assert_eq!(recorder.known_serial(), None);
+    record(recorder, &inputs, "stopped").await;
+    let recorder = Recorder::resume(&path, &conditions("me")).unwrap();
+    assert_eq!(recorder.known_serial(), Some("0100099887"));
+    record(recorder, &[], "stopped").await;
+}
+
+#[tokio::test]
+async fn a_cut_recording_goes_on_wherever_it_was_cut() {
+    let (_folder, path) = place();
+    let before = [read(5), read(6), read(7)];
+    record(Recorder::create(&path, &conditions("me")).unwrap(), &before, "stopped").await;
+    let whole = fs::read(&path).unwrap();
+    let mut interrupted = 0;
+    for cut in (0..whole.len()).rev().step_by(7) {
+        fs::write(&path, &whole[..cut]).unwrap();
+        match Recorder::resume(&path, &conditions("you")) {
+            Ok(recorder) => record(recorder, &[read(9)], "stopped again").await,
+            Err(RecordError::NotResumable { .. }) => {
+                assert_eq!(fs::read(&path).unwrap(), &whole[..cut]);
+                continue;
+            }
+            Err(error) => panic!("cut at {cut}: {error}"),
+        }
+        let (mut inputs, _) = replay(&path);
+        assert_eq!(inputs.pop(), Some(read(9)), "cut at {cut}");
+        if let Some(Input::Link(event)) = inputs.pop() {
+            interrupted += usize::from(event.kind == LinkEventKind::Down { cause: "recording interrupted".into() });
+        }
+        assert_eq!(inputs, before[..inputs.len()], "cut at {cut}");
+    }
+    assert!(interrupted > 10, "{interrupted}");
+}
+
+#[tokio::test]
+async fn what_is_no_recording_is_left_alone() {
+    let (folder, path) = place();
+    for (content, problem) in [("$VNYMR,-085", "it is no MCAP file"), ("", "it was cut before it began")] {
+        fs::write(&path, content).unwrap();
+        let error = Recorder::resume(&path, &BTreeMap::new()).unwrap_err();
+        assert!(matches!(error, RecordError::NotResumable { .. }), "{error}");
+        assert!(error.to_string().ends_with(problem), "{error}");
+        assert_eq!((fs::read_to_string(&path).unwrap(), files(&folder)), (content.into(), vec!["day.mcap".into()]));
+    }
+    let content = {
+        let mut capture = vn100_capture::RecordingWriter::new(Vec::new(), &BTreeMap::new()).unwrap();
+        capture.write(&read(0)).unwrap();
+        capture.finish(None).unwrap()
+    };
+    fs::write(&path, &content).unwrap();
+    let error = Recorder::resume(&path, &BTreeMap::new()).unwrap_err();
+    assert!(error.to_string().contains("its times count from zero"), "{error}");
+    assert_eq!((fs::read(&path).unwrap(), files(&folder)), (content, vec!["day.mcap".into()]));
+    let mut mixed = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    for topic in ["/vn100/bytes", "/camera"] {
+        mixed.add_channel(0, topic, "application/octet-stream", &BTreeMap::new()).unwrap();
+    }
+    mixed.finish().unwrap();
+    let content = fs::read(&path).unwrap();
+    let error = Recorder::resume(&path, &BTreeMap::new()).unwrap_err().to_string();
+    assert!(error.ends_with("did not record: /camera"), "{error}");
+    assert_eq!((fs::read(&path).unwrap(), files(&folder)), (content, vec!["day.mcap".into()]));
+    let missing = Recorder::resume(folder.path().join("none.mcap"), &BTreeMap::new());
+    assert!(matches!(missing, Err(RecordError::Io { .. })));
+    #[cfg(unix)]
+    {
+        let link = folder.path().join("link.mcap");
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        let resumed = Recorder::resume(&link, &BTreeMap::new());
+        assert!(matches!(resumed, Err(RecordError::SymbolicLink { .. })));
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test]
+async fn a_recording_that_is_removed_meanwhile_says_so() {
+    let metadata = conditions("me");
+    for resumed in [false, true] {
+        let (_folder, path) = place();
+        record(Recorder::create(&path, &metadata).unwrap(), &[read(1)], "stopped").await;
+        let recorder = if resumed {
+            Recorder::resume(&path, &metadata).unwrap()
+        } else {
+            fs::remove_file(&path).unwrap();
+            Recorder::create(&path, &metadata).unwrap()
+        };
+        let mut state = recorder.state();
+        fs::remove_file(&path).unwrap();
+        // within a second of stream
+        recorder.inputs().send(read(0)).await.unwrap();
+        recorder.inputs().send(read(SECOND_NS)).await.unwrap();
+        let ended = timeout(Duration::from_secs(20), state.wait_for(|state| state.ended)).await.unwrap();
+        let told = ended.unwrap().error.clone().unwrap();
+        assert_eq!(
+            (told.kind(), told.to_string()),
+            (std::io::ErrorKind::NotFound, "the file was removed while it was written".into())
+        );
+        assert!(recorder.finish("stopped").await.error.is_some());
+        assert!(!path.exists(), "nothing else takes its place");
+    }
+    // as late as that, at the end
+    let (_folder, path) = place();
+    let recorder = Recorder::create(&path, &metadata).unwrap();
+    recorder.inputs().send(read(0)).await.unwrap();
+    fs::remove_file(&path).unwrap();
+    assert!(recorder.finish("stopped").await.error.is_some());
+}

@@ -1,0 +1,309 @@
+//! What is recorded is replayed: the same inputs, the same samples, up to the last whole read of a
+//! file that was cut.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Cursor, Read},
+};
+
+use bytes::Bytes;
+use proptest::prelude::*;
+use tokio_util::sync::CancellationToken;
+use vn100_capture::{
+    Capture, Event, Format, OpenError, RecordingEnd, RecordingError, RecordingReader, RecordingWriter, Source,
+    read_samples,
+};
+use vn100_protocol::DeviceError;
+use vn100_protocol::stream::{Arrival, Chunk, Input, LinkEvent, LinkEventKind, ReadOptions, StreamCounts};
+
+const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+const START_NS: i64 = 1_700_000_000_000_000_000;
+
+fn read(bytes: &[u8], at_ns: i64) -> Input {
+    Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) })
+}
+
+fn link(at_ns: i64, kind: LinkEventKind) -> Input {
+    Input::Link(LinkEvent { at_ns, kind })
+}
+
+fn up(at_ns: i64) -> Input {
+    link(at_ns, LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) })
+}
+
+/// A session of a few lines that were read in pieces, with a break.
+fn session() -> Vec<Input> {
+    let line = LINE.as_bytes();
+    vec![
+        link(START_NS, LinkEventKind::Probed { bytes: 9 }),
+        up(START_NS + 1),
+        read(&line[..50], START_NS + 2),
+        read(&line[50..], START_NS + 3),
+        read(&[line, line].concat(), START_NS + 25_000_000),
+        read(&line[..7], START_NS + 30_000_000),
+        link(START_NS + 30_000_001, LinkEventKind::Down { cause: "unplugged".into() }),
+        up(START_NS + 40_000_000),
+        link(START_NS + 40_000_001, LinkEventKind::Overrun { bytes: 3 }),
+        read(line, START_NS + 50_000_000),
+    ]
+}
+
+fn recording(inputs: &[Input]) -> Vec<u8> {
+    recording_ended(inputs, Some("the test is over"))
+}
+
+fn recording_ended(inputs: &[Input], reason: Option<&str>) -> Vec<u8> {
+    let mut writer = RecordingWriter::new(Vec::new(), &[("axis up".into(), "z".into())].into()).unwrap();
+    inputs.iter().for_each(|input| writer.write(input).unwrap());
+    writer.finish(reason).unwrap()
+}
+
+fn inputs(file: &[u8]) -> (Vec<Input>, RecordingEnd) {
+    let mut reader = RecordingReader::open(file).unwrap();
+    let inputs = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
+    (inputs, reader.recorded().end.get().unwrap().clone())
+}
+
+/// The payloads, one behind the other.
+fn stream(inputs: &[Input]) -> Vec<u8> {
+    let bytes = |input: &Input| match input {
+        Input::Chunk(chunk) => chunk.bytes.to_vec(),
+        Input::Link(_) => Vec::new(),
+    };
+    inputs.iter().flat_map(bytes).collect()
+}
+
+/// Inputs of a list, one after the other.
+struct Script(std::vec::IntoIter<Input>);
+
+impl Source for Script {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        Ok(self.0.next())
+    }
+}
+
+/// All that events tell, without the borders of the batches.
+#[derive(Debug, Default, PartialEq)]
+struct Told {
+    rows: Vec<Vec<i32>>,
+    arrivals: Vec<Arrival>,
+    marks: Vec<(usize, String)>,
+    /// With the number of rows before each.
+    events: Vec<(usize, LinkEvent)>,
+    counts: StreamCounts,
+    error: Option<String>,
+}
+
+async fn told(mut events: tokio::sync::mpsc::Receiver<Event>) -> Told {
+    let mut told = Told::default();
+    while let Some(event) = events.recv().await {
+        match event {
+            Event::Batch(batch) => {
+                let before = told.rows.len();
+                for arrival in &batch.arrivals {
+                    if told.arrivals.last().is_none_or(|last| last.at_ns != arrival.at_ns) {
+                        told.arrivals.push(Arrival { from_row: before + arrival.from_row, ..*arrival });
+                    }
+                }
+                told.marks
+                    .extend(batch.marks.iter().map(|mark| (before + mark.before_row, format!("{:?}", mark.kind))));
+                told.rows.extend(batch.rows().map(<[i32]>::to_vec));
+                told.counts = batch.link;
+            }
+            Event::Link(event) => told.events.push((told.rows.len(), event)),
+            Event::End(end) => told.error = end.error.map(|error| error.to_string()),
+        }
+    }
+    told
+}
+
+async fn replayed(file: Vec<u8>) -> Told {
+    let capture = Capture::from_reader(Cursor::new(file), None).unwrap();
+    assert_eq!(capture.format, Format::Mcap);
+    told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await
+}
+
+async fn measured(inputs: Vec<Input>) -> Told {
+    told(read_samples(Script(inputs.into_iter()), ReadOptions::default(), CancellationToken::new())).await
+}
+
+#[tokio::test]
+async fn a_replay_tells_what_the_measurement_told() {
+    let live = measured(session()).await;
+    assert_eq!((live.rows.len(), live.events.len(), live.counts.connects), (4, 5, 2));
+    assert_eq!(replayed(recording(&session())).await, live);
+}
+
+#[test]
+fn a_recording_says_what_it_is() {
+    let file = recording(&session());
+    let mut reader = RecordingReader::open(&file[..]).unwrap();
+    let recorded = reader.recorded().clone();
+    assert_eq!(recorded.started_ns, Some(START_NS));
+    assert_eq!(recorded.program.as_deref(), Some(concat!("vn100 ", env!("CARGO_PKG_VERSION"))));
+    assert_eq!(recorded.metadata, [("axis up".into(), "z".into())].into());
+    assert_eq!(recorded.end.get(), None, "not yet read");
+    while reader.next_input().unwrap().is_some() {}
+    let reason = Some("the test is over".into());
+    let end = RecordingEnd { ended_ns: Some(START_NS + 50_000_000), complete: true, reason };
+    assert_eq!(recorded.end.get(), Some(&end));
+}
+
+#[tokio::test]
+async fn a_cut_anywhere_leaves_all_up_to_the_last_whole_read() {
+    let session = session();
+    let file = recording(&session);
+    // behind the record of each input the end of a recording follows, and differs from what stands there in this file
+    let ends_at = |count: usize| {
+        let ended = recording_ended(&session[..count], None);
+        ended.iter().zip(&file).take_while(|(a, b)| a == b).count()
+    };
+    let ends: Vec<usize> = (1..=session.len()).map(ends_at).collect();
+    for cut in 0..file.len() {
+        if cut < 8 {
+            // not even the magic number: nothing to recognise, and nothing lost
+            if let Ok(capture) = Capture::from_reader(Cursor::new(file[..cut].to_vec()), None) {
+                let told = told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await;
+                assert_eq!((told.rows.len(), told.error), (0, None), "cut at {cut}");
+            }
+            continue;
+        }
+        let (left, end) = inputs(&file[..cut]);
+        let whole = ends.iter().filter(|end| **end <= cut).count();
+        assert_eq!(left, session[..whole], "cut at {cut}");
+        assert!(!end.complete || whole == session.len(), "cut at {cut}");
+        let told = replayed(file[..cut].to_vec()).await;
+        assert_eq!(told.error, None, "cut at {cut}");
+        assert_eq!(told, measured(left).await, "cut at {cut}");
+    }
+}
+
+#[tokio::test]
+async fn zeros_behind_the_last_record_are_a_cut() {
+    let mut file = recording_ended(&session()[..4], None);
+    let whole = recording(&session());
+    file.truncate(file.iter().zip(&whole).take_while(|(a, b)| a == b).count());
+    file.resize(file.len() + 4096, 0);
+    let (left, end) = inputs(&file);
+    assert_eq!((&left[..], end.complete, end.reason), (&session()[..4], false, None));
+}
+
+#[test]
+fn the_payloads_are_the_stream_for_any_reader() {
+    let file = recording(&session());
+    let messages = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap);
+    let payloads = messages.filter(|message| message.channel.topic == "/vn100/bytes");
+    let extracted: Vec<u8> = payloads.flat_map(|message| message.data.to_vec()).collect();
+    assert_eq!(extracted, stream(&session()));
+}
+
+#[test]
+fn what_other_tools_have_compressed_is_read() {
+    for compression in [mcap::Compression::Zstd, mcap::Compression::Lz4] {
+        let options = mcap::WriteOptions::new().compression(Some(compression)).chunk_size(Some(300));
+        let mut repacked = options.create(Cursor::new(Vec::new())).unwrap();
+        for message in mcap::MessageStream::new(&recording(&session())).unwrap() {
+            repacked.write(&message.unwrap()).unwrap();
+        }
+        repacked.finish().unwrap();
+        let repacked = repacked.into_inner().into_inner();
+        assert_eq!(inputs(&repacked).0, session(), "{compression:?}");
+        for cut in 8..repacked.len() {
+            let left = inputs(&repacked[..cut]).0;
+            assert_eq!(left, session()[..left.len()], "{compression:?} cut at {cut}");
+        }
+    }
+}
+
+#[test]
+fn another_programs_file_is_refused_by_its_topics() {
+    let mut other = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
+    for topic in ["/imu/data", "/tf"] {
+        other.add_channel(0, topic, "cdr", &BTreeMap::new()).unwrap();
+    }
+    other.finish().unwrap();
+    let opened = Capture::from_reader(Cursor::new(other.into_inner().into_inner()), None);
+    let Err(error @ OpenError::Recording { problem: RecordingError::Foreign { .. }, .. }) = opened else {
+        panic!("opened, or another error")
+    };
+    let text = error.to_string();
+    assert!(text.contains("it has /imu/data, /tf"), "{text}");
+}
+
+#[test]
+fn another_programs_file_without_an_end_is_not_searched_for_ever() {
+    // a message of 1 MiB on a channel that nobody has told of
+    let length = (1_u64 << 20).to_le_bytes();
+    let message = [&[5][..], &length, &[0; 1 << 20]].concat();
+    let reader = mcap::MAGIC.chain(Endless { record: &message, at: 0 });
+    assert!(matches!(RecordingReader::open(reader), Err(RecordingError::Foreign { topics }) if topics.is_empty()));
+}
+
+#[test]
+fn a_later_form_is_refused_by_its_name() {
+    let file = recording(&session());
+    let at = file.windows(6).position(|text| text == b"format").unwrap() + 10;
+    let later = [&file[..at], b"2", &file[at + 1..]].concat();
+    assert!(matches!(RecordingReader::open(&later[..]), Err(RecordingError::Format { found }) if found == "2"));
+}
+
+fn any_input() -> impl Strategy<Value = Input> {
+    let bytes = prop::collection::vec(any::<u8>(), 1..300);
+    prop_oneof![
+        8 => (bytes, any::<Option<i64>>()).prop_map(|(bytes, at_ns)| Chunk { bytes: bytes.into(), at_ns }.into()),
+        1 => (any::<i64>(), any::<String>(), any::<Option<u32>>())
+            .prop_map(|(at_ns, port, baud)| link(at_ns, LinkEventKind::Up { port, baud })),
+        1 => (any::<i64>(), any::<String>()).prop_map(|(at_ns, cause)| link(at_ns, LinkEventKind::Down { cause })),
+        1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Probed { bytes })),
+        1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Overrun { bytes })),
+        1 => (any::<i64>(), any::<u8>())
+            .prop_map(|(at_ns, code)| link(at_ns, LinkEventKind::UnaskedError { error: DeviceError::from_code(code) })),
+    ]
+}
+
+/// Gives a record again and again.
+struct Endless<'a> {
+    record: &'a [u8],
+    at: usize,
+}
+
+impl Read for Endless<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = (&self.record[self.at..]).read(buffer)?;
+        self.at = (self.at + read) % self.record.len();
+        Ok(read)
+    }
+}
+
+/// Gives a few bytes at a time.
+struct Dribble<'a>(&'a [u8], usize);
+
+impl Read for Dribble<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = self.1.min(buffer.len());
+        self.0.read(&mut buffer[..most])
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
+        let file = recording(&session);
+        let mut reader = RecordingReader::open(Dribble(&file, piece)).unwrap();
+        let read: Vec<Input> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
+        prop_assert_eq!(read, session);
+        prop_assert!(reader.recorded().end.get().unwrap().complete);
+    }
+
+    #[test]
+    fn damage_ends_a_reading_and_nothing_else(at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
+        let mut file = recording(&session());
+        *at.get_mut(&mut file) ^= flip;
+        if let Ok(mut reader) = RecordingReader::open(&file[..]) {
+            // ends: no input is shorter than its record
+            let read = std::iter::from_fn(|| reader.next_input().ok().flatten()).count();
+            prop_assert!(read <= session().len());
+        }
+    }
+}

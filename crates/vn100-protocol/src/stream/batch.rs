@@ -1,0 +1,105 @@
+//! What one read completed: samples, and what was between them.
+
+use alloc::{
+    string::{String, ToString},
+    sync::Arc,
+    vec::Vec,
+};
+
+use super::{Diagnostic, StreamCounts};
+use crate::{Layout, PrintFormat, RegisterContents};
+
+/// Everything that one read completed: samples, and between them the places where something else
+/// was.
+///
+/// One batch per read, never one per sample: the price of handing it over is paid once.
+#[derive(Debug, Clone, Default)]
+pub struct Batch {
+    /// The message these samples came in; `None` while the stream has shown none.
+    pub layout: Option<Arc<Layout>>,
+    /// The samples, one row of exact integer counts per line, in the order of `layout`; each count
+    /// is in units of its channel's last decimal.
+    pub counts: Vec<i32>,
+    /// When the rows arrived, in the order of the rows; empty where the source does not know.
+    pub arrivals: Vec<Arrival>,
+    /// The counters of the rows that carry one, in order.
+    pub counters: Vec<RowCounter>,
+    /// What stood between the rows, by position.
+    pub marks: Vec<Mark>,
+    /// What the sensor said of its registers, in order.
+    pub registers: Vec<RegisterReply>,
+    /// What passed beside the samples, in order; empty unless [`ReadOptions`](crate::ReadOptions)
+    /// ask for it.
+    pub diagnostics: Vec<Diagnostic>,
+    /// All that the stream has carried from its beginning to the end of this batch.
+    pub link: StreamCounts,
+}
+
+impl Batch {
+    /// The samples, one slice of counts each.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[i32]> {
+        // a batch without a layout has no counts, so that the width of a row does not matter
+        self.counts.chunks_exact(self.layout.as_ref().map_or(1, |layout| layout.channels.len()))
+    }
+
+    /// How many samples.
+    #[must_use]
+    pub fn row_count(&self) -> usize {
+        self.rows().len()
+    }
+}
+
+/// When rows of a [`Batch`] arrived: those from here to the next arrival came with one read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival {
+    /// The first of them.
+    pub from_row: usize,
+    /// The time of the read, in nanoseconds from an origin of the source's choice. A recording may
+    /// hold stamps that go backwards.
+    pub at_ns: i64,
+}
+
+/// The counter that a line carried behind its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowCounter {
+    /// The row.
+    pub row: usize,
+    /// The counter; what it counts, register 30 of the sensor says.
+    pub count: u64,
+}
+
+/// What the sensor said of one of its registers, in reply to a command: the value read, or the one
+/// just written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RegisterReply {
+    /// The row it stands before; the number of rows for the end of the batch.
+    pub before_row: usize,
+    /// The number of the register.
+    pub register: u8,
+    /// Its fields as printed, with the commas between them.
+    pub fields: String,
+}
+
+impl RegisterReply {
+    pub(super) fn new(contents: &RegisterContents, before_row: usize) -> Self {
+        Self { before_row, register: contents.register.0, fields: contents.fields.to_string() }
+    }
+}
+
+/// Something between two rows of a [`Batch`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark {
+    /// The row it stands before; the number of rows for the end of the batch.
+    pub before_row: usize,
+    /// What it is.
+    pub kind: MarkKind,
+}
+
+/// What a [`Mark`] marks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A line that was not let in; the tally says why.
+    BadLine,
+    /// From here on the sensor prints so; stands before the first row, and wherever that changes.
+    Printed(PrintFormat),
+}

@@ -1,0 +1,91 @@
+//! What a stream has carried so far.
+
+use alloc::string::String;
+use core::fmt;
+
+use super::{RejectedRowCounts, UnsolicitedErrors};
+use crate::Tally;
+
+/// What a stream has carried so far, byte by byte and line by line.
+///
+/// In a CSV file a row is a line, good or bad, with all its columns and its line end; header,
+/// comments and blank lines are skipped.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StreamCounts {
+    /// The parser's own count; its byte classes add up to the bytes read.
+    pub tally: Tally,
+    /// Lines of a measurement other than the one this stream began with; part of the good lines,
+    /// not of the samples.
+    pub foreign_samples: u64,
+    /// Bytes that came while the speed of the line was looked for; not in the tally.
+    pub probed_bytes: u64,
+    /// Bytes known to be lost between the port and this program.
+    pub overrun_bytes: u64,
+    /// Questions of the host that the line brought back; part of the tally's replies, and no
+    /// answers.
+    pub echoes: u64,
+    /// Errors that the sensor told without having been asked anything they answer.
+    pub unasked_errors: UnsolicitedErrors,
+    /// How often its output was found paused by somebody else, and was made to go on.
+    pub outputs_resumed: u64,
+    /// How often the link came up; 0 for a capture that has no link.
+    pub connects: u64,
+    /// The first good sentence that is neither a sample of this stream nor a reply.
+    pub other_message: Option<MessageName>,
+    /// Rows of a CSV file that were not let in; they are part of the bad lines. `None` where the
+    /// source is none.
+    pub odd_rows: Option<RejectedRowCounts>,
+}
+
+impl StreamCounts {
+    /// Samples handed out.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.tally.samples - self.foreign_samples
+    }
+
+    /// Bytes that came in.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.tally.bytes() + self.probed_bytes
+    }
+
+    /// Bytes in which no line was, or none was looked for.
+    #[must_use]
+    pub fn skipped_bytes(&self) -> u64 {
+        self.tally.skipped_bytes + self.probed_bytes
+    }
+
+    /// What the sensor said to commands, or of an error.
+    #[must_use]
+    pub fn answers(&self) -> u64 {
+        self.tally.replies - self.echoes
+    }
+
+    /// Good sentences that are neither samples of this stream nor replies.
+    #[must_use]
+    pub fn other_messages(&self) -> u64 {
+        self.tally.other + self.foreign_samples
+    }
+}
+
+/// The name of a message, such as `VNYPR`; at most eight bytes of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MessageName {
+    // printable ASCII, filled up with spaces
+    bytes: [u8; 8],
+}
+
+impl MessageName {
+    pub(super) fn new(header: &[u8]) -> Self {
+        let mut bytes = [b' '; 8];
+        bytes.iter_mut().zip(header).for_each(|(to, from)| *to = *from);
+        Self { bytes }
+    }
+}
+
+impl fmt::Display for MessageName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(String::from_utf8_lossy(&self.bytes).trim_end())
+    }
+}

@@ -1,0 +1,68 @@
+//! Why rows of a table are rejected, and how many.
+
+use core::fmt;
+
+/// Why a row of a CSV file was not let in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RejectedRow {
+    /// It has more or fewer fields than the header, or no sentence in the field for it.
+    Fields,
+    /// A field is no number.
+    Number,
+    /// A number has more decimals than the rows at the beginning.
+    Decimals,
+    /// A number is beyond what the sensor can give, or beyond 32 bits.
+    Range,
+    /// The stamp is no number, or 292 years from the first.
+    Stamp,
+    /// The line is longer than 64 KiB.
+    Length,
+    /// The last line has no line end, and its last field is not printed as those above, or not
+    /// there: the file may be cut in it.
+    Truncated,
+}
+
+/// Rows of a CSV file that were not let in, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RejectedRowCounts {
+    counts: [u64; RejectedRow::ALL.len()],
+}
+
+impl RejectedRow {
+    /// Every reason.
+    pub const ALL: [Self; 7] =
+        [Self::Fields, Self::Number, Self::Decimals, Self::Range, Self::Stamp, Self::Length, Self::Truncated];
+}
+
+impl RejectedRowCounts {
+    /// The reasons there are, and how many rows each has.
+    pub fn iter(&self) -> impl Iterator<Item = (RejectedRow, u64)> {
+        let counted = RejectedRow::ALL.into_iter().zip(self.counts);
+        counted.filter(|(_, count)| *count > 0)
+    }
+
+    /// Rows of any reason.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Counts a row.
+    pub fn count(&mut self, kind: RejectedRow) {
+        self.counts[kind as usize] += 1;
+    }
+}
+
+impl fmt::Display for RejectedRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fields => "fields",
+            Self::Number => "number",
+            Self::Decimals => "decimals",
+            Self::Range => "range",
+            Self::Stamp => "stamp",
+            Self::Length => "length",
+            Self::Truncated => "truncated",
+        })
+    }
+}

@@ -1,0 +1,272 @@
+//! Bytes and link events in, batches of samples out.
+
+use alloc::{collections::BTreeMap, sync::Arc, vec::Vec};
+use core::mem;
+
+use super::{
+    Arrival, Batch, Diagnostic, Input, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RegisterReply,
+    RowCounter, StreamCounts,
+};
+use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR};
+
+/// How a stream is read.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReadOptions {
+    /// Take lines that carry no checksum. Nothing then protects a value but its own grammar.
+    pub accept_unchecked: bool,
+    /// Give every sample a batch of its own, whose counts end with its line: what was known at each
+    /// sample is then the same however the bytes were cut into reads. Costs a channel send per
+    /// sample.
+    pub line_by_line: bool,
+    /// Keep commands, answers and refused lines in the batches, as
+    /// [`diagnostics`](Batch::diagnostics). The rows of a CSV file that are not let in are not
+    /// among them: its [report](crate::CsvReport) names the first of each kind.
+    pub diagnostics: bool,
+}
+
+/// Decodes a stream and collects its samples in batches.
+pub struct SampleReader {
+    decoder: Decoder,
+    stream: Stream,
+    line_by_line: bool,
+    /// Line by line only: bytes not yet decoded.
+    waiting: Vec<u8>,
+}
+
+/// What is known of the stream from one batch to the next, and the batches not yet sent.
+#[derive(Default)]
+struct Stream {
+    layout: Option<Arc<Layout>>,
+    at_ns: Option<i64>,
+    printed: Option<PrintFormat>,
+    /// The counts but for the tally, which is the decoder's.
+    link: StreamCounts,
+    /// Good lines of each message but that of the samples, by its code; those without a code of
+    /// their own by [`AsyncType::OFF`].
+    other_lines: BTreeMap<u8, u64>,
+    open: Batch,
+    sealed: Vec<Batch>,
+    /// Answers, where somebody takes them.
+    replies: Option<Vec<Reply>>,
+    /// Whether diagnostics are kept.
+    is_diagnosed: bool,
+}
+
+impl SampleReader {
+    /// A reader at the beginning of a stream.
+    pub fn new(options: ReadOptions) -> Self {
+        let decoder = Decoder::new(Options { accept_unchecked: options.accept_unchecked });
+        let stream = Stream { is_diagnosed: options.diagnostics, ..Stream::default() };
+        Self { decoder, stream, line_by_line: options.line_by_line, waiting: Vec::new() }
+    }
+
+    /// Takes what a source delivered, and hands back what is an event of the link: it follows the
+    /// [batches](Self::take_batches) that are complete now.
+    pub fn take_input(&mut self, input: Input) -> Option<LinkEvent> {
+        match input {
+            Input::Chunk(chunk) => {
+                self.push(&chunk.bytes, chunk.at_ns);
+                None
+            }
+            Input::Link(event) => {
+                self.take_link_event(&event);
+                Some(event)
+            }
+        }
+    }
+
+    /// Keeps the sensor's answers for [`take_replies`](Self::take_replies).
+    pub fn keep_replies(&mut self) {
+        self.stream.replies = Some(Vec::new());
+    }
+
+    /// The answers since the last call.
+    pub fn take_replies(&mut self) -> Vec<Reply> {
+        self.stream.replies.as_mut().map(mem::take).unwrap_or_default()
+    }
+
+    /// Notes that a command was written.
+    pub fn note_sent(&mut self, line: &[u8]) {
+        self.stream.diagnose(|| Diagnostic::Sent(line.into()));
+    }
+
+    /// What the stream has carried so far.
+    pub fn tally(&self) -> Tally {
+        self.decoder.tally()
+    }
+
+    /// Good lines of each message so far, by its code.
+    pub fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
+        let samples = self.tally().samples - self.stream.link.foreign_samples;
+        let layout = self.stream.layout.as_deref();
+        let of_samples = layout.map(|layout| (code(layout.message.as_bytes()), samples));
+        of_samples.into_iter().chain(self.stream.other_lines.iter().map(|(&code, &lines)| (code, lines)))
+    }
+
+    /// Takes the next bytes of the stream, which came at one time.
+    pub fn push(&mut self, bytes: &[u8], at_ns: Option<i64>) {
+        self.stream.at_ns = at_ns;
+        if self.line_by_line {
+            self.waiting.extend_from_slice(bytes);
+            self.decode_line_by_line(false);
+        } else {
+            // the shortest line of a measurement, of old firmware, has 109 bytes
+            self.stream.open.counts.reserve(bytes.len() / 100 * VNYMR.channels.len());
+            self.decoder.push(bytes, |item| self.stream.put(item));
+        }
+    }
+
+    /// Takes what befell the link. A line that was under way when it went down is cut off.
+    fn take_link_event(&mut self, event: &LinkEvent) {
+        let link = &mut self.stream.link;
+        match &event.kind {
+            LinkEventKind::Up { .. } => link.connects += 1,
+            LinkEventKind::Down { .. } => self.cut(),
+            LinkEventKind::Probed { bytes } => link.probed_bytes += bytes,
+            LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
+            LinkEventKind::UnaskedError { error } => link.unasked_errors.count(*error),
+            LinkEventKind::OutputResumed => link.outputs_resumed += 1,
+            LinkEventKind::OutputPaused => {}
+        }
+    }
+
+    /// Ends the stream. Gives the batches that were not taken.
+    pub fn finish(&mut self) -> Vec<Batch> {
+        self.cut();
+        self.take_batches()
+    }
+
+    /// Decides on the bytes held back: nothing follows them.
+    fn cut(&mut self) {
+        if self.line_by_line {
+            self.decode_line_by_line(true);
+        } else {
+            self.decoder.finish(|item| self.stream.put(item));
+        }
+    }
+
+    /// Notes that a line of the source was not let in, and why is counted there.
+    pub fn mark_bad_line(&mut self) {
+        self.stream.mark(MarkKind::BadLine);
+    }
+
+    fn decode_line_by_line(&mut self, end: bool) {
+        let mut at = 0;
+        loop {
+            let (consumed, item) = self.decoder.next(&self.waiting[at..], end);
+            at += consumed;
+            let Some(item) = item else { break };
+            self.stream.put(item);
+            if !self.stream.open.counts.is_empty() {
+                self.stream.seal(self.decoder.tally());
+            }
+        }
+        self.waiting.drain(..at);
+    }
+
+    /// All batches since the last call; one, unless line by line.
+    pub fn take_batches(&mut self) -> Vec<Batch> {
+        self.stream.seal(self.decoder.tally());
+        mem::take(&mut self.stream.sealed)
+    }
+}
+
+fn code(header: &[u8]) -> u8 {
+    AsyncType::from_header(header).unwrap_or(AsyncType::OFF).0
+}
+
+impl Stream {
+    fn put(&mut self, item: Item<'_>) {
+        if let Item::Bad(bad) = &item {
+            self.diagnose(|| Diagnostic::refused(bad));
+        }
+        match item {
+            Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format(), ymr.suffix()),
+            Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current, imu.suffix()),
+            Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
+            Item::Other(sentence) => self.note_other(sentence.header()),
+            Item::Reply(sentence) => self.put_reply(&sentence),
+            // in the tally
+            Item::Packet(_) | Item::Bad(_) => {}
+        }
+    }
+
+    fn diagnose(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
+        if self.is_diagnosed {
+            self.open.diagnostics.push(diagnostic());
+        }
+    }
+
+    fn put_reply(&mut self, sentence: &Sentence<'_>) {
+        self.diagnose(|| Diagnostic::reply(sentence));
+        // one that says nothing is in the tally
+        let Ok(reply) = Reply::parse(sentence) else { return };
+        match &reply {
+            Reply::Register(contents) | Reply::Written(contents) => {
+                let before_row = self.row();
+                self.open.registers.push(RegisterReply::new(contents, before_row));
+            }
+            Reply::Question(_) => self.link.echoes += 1,
+            Reply::Error(error) if error.is_unasked() => self.link.unasked_errors.count(*error),
+            Reply::Error(_) | Reply::Echo(_) => {}
+        }
+        if let Some(replies) = &mut self.replies {
+            replies.push(reply);
+        }
+    }
+
+    #[inline]
+    fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat, suffix: Suffix) {
+        let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
+        if chosen.message != layout.message {
+            self.link.foreign_samples += 1;
+            self.note_other(layout.message.as_bytes());
+            return;
+        }
+        if self.printed != Some(printed) {
+            self.printed = Some(printed);
+            self.mark(MarkKind::Printed(printed));
+        }
+        if let Some(at_ns) = self.at_ns
+            && self.open.arrivals.last().is_none_or(|last| last.at_ns != at_ns)
+        {
+            self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
+        }
+        if let Some(count) = suffix.count() {
+            self.open.counters.push(RowCounter { row: self.row(), count });
+        }
+        self.open.counts.extend_from_slice(counts);
+    }
+
+    fn note_other(&mut self, header: &[u8]) {
+        self.link.other_message = self.link.other_message.or(Some(MessageName::new(header)));
+        *self.other_lines.entry(code(header)).or_default() += 1;
+    }
+
+    /// Whether a bad line may have been one of this stream's measurements: by its name, as far as
+    /// that is there, or by its length. A damaged reply, or a `$` in some text, takes no sample's
+    /// place.
+    fn may_be_sample(&self, raw: &[u8]) -> bool {
+        const LONG: usize = 60;
+        let message = self.layout.as_ref().map_or("VN", |layout| &layout.message).as_bytes();
+        let name = &raw[1..];
+        let common = name.len().min(message.len());
+        raw.len() >= LONG || common > 0 && name[..common] == message[..common]
+    }
+
+    fn mark(&mut self, kind: MarkKind) {
+        self.open.marks.push(Mark { before_row: self.row(), kind });
+    }
+
+    /// The number of the next row in the open batch.
+    fn row(&self) -> usize {
+        self.layout.as_ref().map_or(0, |layout| self.open.counts.len() / layout.channels.len())
+    }
+
+    fn seal(&mut self, tally: Tally) {
+        let mut batch = mem::take(&mut self.open);
+        batch.layout = self.layout.clone();
+        batch.link = StreamCounts { tally, ..self.link };
+        self.sealed.push(batch);
+    }
+}
