@@ -171,7 +171,7 @@ async fn told(bench: Bench, seconds: u64) -> Told {
             }
             Event::Link(event) => {
                 told.ups += usize::from(matches!(event.kind, LinkEventKind::Up { .. }));
-                told.foreign += usize::from(matches!(event.kind, LinkEventKind::UnaskedError { .. }));
+                told.foreign += usize::from(matches!(event.kind, LinkEventKind::UnsolicitedError { .. }));
             }
             Event::End(_) => break,
         }
@@ -188,7 +188,7 @@ async fn what_the_search_for_the_speed_provokes_is_not_told_as_somebody_elses() 
             for then in BAUD_RATES.into_iter().filter(|then| *then != first) {
                 let told = told(Bench::new(first, &format!("baud@8s:{then}"), junk), 12).await;
                 assert_eq!(told.ups, 2, "{first} {then}");
-                assert_eq!(told.foreign + told.counts.unasked_errors.iter().count(), 0, "{first} {then}");
+                assert_eq!(told.foreign + told.counts.unsolicited_errors.iter().count(), 0, "{first} {then}");
                 assert!(told.rates >= 2, "{first} {then}: {} times", told.rates);
                 provoked += told.errors;
             }

@@ -155,7 +155,7 @@ fn a_link_that_goes_down_cuts_the_line_under_way() {
     let down = || LinkEventKind::Down { cause: "unplugged".into() };
     let (head, tail) = YMR.as_bytes().split_at(50);
     let inputs = vec![
-        link(LinkEventKind::Probed { bytes: 31 }),
+        link(LinkEventKind::DiscardedDuringBaudScan { bytes: 31 }),
         link(up()),
         chunk(YMR.as_bytes()),
         chunk(head),
@@ -172,7 +172,7 @@ fn a_link_that_goes_down_cuts_the_line_under_way() {
         assert_eq!(told.rows.len(), 2);
         let places: Vec<_> = told.link_events.iter().map(|(row, _)| *row).collect();
         assert_eq!(places, [0, 0, 1, 1, 1]);
-        assert_eq!((told.link.connects, told.link.probed_bytes, told.link.overrun_bytes), (2, 31, 62));
+        assert_eq!((told.link.connects, told.link.baud_scan_bytes, told.link.overrun_bytes), (2, 31, 62));
         assert_eq!(told.link.tally.bad.truncated, 1);
         assert_eq!(told.link.tally.bytes(), 3 * YMR.len() as u64);
     }

@@ -36,7 +36,7 @@ fn up(at_ns: i64) -> Input {
 fn session() -> Vec<Input> {
     let line = LINE.as_bytes();
     vec![
-        link(START_NS, LinkEventKind::Probed { bytes: 9 }),
+        link(START_NS, LinkEventKind::DiscardedDuringBaudScan { bytes: 9 }),
         up(START_NS + 1),
         read(&line[..50], START_NS + 2),
         read(&line[50..], START_NS + 3),
@@ -255,10 +255,10 @@ fn any_input() -> impl Strategy<Value = Input> {
         1 => (any::<i64>(), any::<String>(), any::<Option<u32>>())
             .prop_map(|(at_ns, port, baud)| link(at_ns, LinkEventKind::Up { port, baud })),
         1 => (any::<i64>(), any::<String>()).prop_map(|(at_ns, cause)| link(at_ns, LinkEventKind::Down { cause })),
-        1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Probed { bytes })),
+        1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::DiscardedDuringBaudScan { bytes })),
         1 => (any::<i64>(), any::<u64>()).prop_map(|(at_ns, bytes)| link(at_ns, LinkEventKind::Overrun { bytes })),
         1 => (any::<i64>(), any::<u8>())
-            .prop_map(|(at_ns, code)| link(at_ns, LinkEventKind::UnaskedError { error: DeviceError::from_code(code) })),
+            .prop_map(|(at_ns, code)| link(at_ns, LinkEventKind::UnsolicitedError { error: DeviceError::from_code(code) })),
     ]
 }
 

@@ -73,7 +73,7 @@ struct Link {
     binary_packets: u64,
     skipped_bytes: u64,
     overrun_bytes: u64,
-    /// Errors that the sensor told unasked: how often which code.
+    /// Unsolicited device errors: how often each code was reported.
     unasked_errors: BTreeMap<String, u64>,
     /// How often its output was found paused, and was made to go on.
     outputs_resumed: u64,
@@ -264,7 +264,7 @@ fn link(snapshot: &Snapshot) -> Link {
         skipped_bytes: link.skipped_bytes(),
         overrun_bytes: link.overrun_bytes,
         unasked_errors: link
-            .unasked_errors
+            .unsolicited_errors
             .iter()
             .map(|(error, count)| (format!("{:02X}", error.code()), count))
             .collect(),

@@ -109,8 +109,10 @@ impl LiveSource {
             return Ok(Opened { link: None, events: self.watched(events) });
         }
         let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
-        let (link, events) =
-            self.open_link(LinkOptions { read, recording, poll_temperature, keep, ..LinkOptions::default() }, stop)?;
+        let (link, events) = self.open_link(
+            LinkOptions { read, recording, poll_temperature, desired_settings: keep, ..LinkOptions::default() },
+            stop,
+        )?;
         Ok(Opened { link: Some(link), events: self.watched(events) })
     }
 

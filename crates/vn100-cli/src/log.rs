@@ -191,9 +191,9 @@ fn befell(kind: &LinkEventKind) -> String {
         LinkEventKind::Up { port, baud: Some(baud) } => format!("link up: {port} at {baud} baud"),
         LinkEventKind::Up { port, baud: None } => format!("link up: {port}"),
         LinkEventKind::Down { cause } => format!("link down: {cause}"),
-        LinkEventKind::Probed { bytes } => format!("{bytes} bytes came before the sensor was heard"),
+        LinkEventKind::DiscardedDuringBaudScan { bytes } => format!("{bytes} bytes came before the sensor was heard"),
         LinkEventKind::Overrun { bytes } => format!("{bytes} bytes were lost before they were read"),
-        LinkEventKind::UnaskedError { error } => {
+        LinkEventKind::UnsolicitedError { error } => {
             format!("the sensor refused a command that did not come from here: {error}")
         }
         LinkEventKind::OutputResumed => "the output of the sensor was found paused, and was made to go on".into(),

@@ -245,7 +245,7 @@ impl Conversation {
                     self.output = FoundOutput::Untouched;
                     consequences.push(Consequence::Restarted(error));
                 }
-                _ if error.is_unasked() => {}
+                _ if error.is_unsolicited() => {}
                 _ if self.junk_answers > 0 => self.junk_answers -= 1,
                 _ => consequences.push(Consequence::Unasked(error)),
             }

@@ -28,7 +28,7 @@ pub struct LinkOptions {
     /// comes back: it may have lost its power, and with it all that was not saved. Until it is so
     /// the link does not count as up. The speed of the line is not set again: the sensor is heard
     /// at the one it has. Nothing where the link listens only.
-    pub keep: Vec<Change>,
+    pub desired_settings: Vec<Change>,
     /// The serial number of the sensor that is measured on, where that is known: another one is
     /// taken as one that comes back in its place. It cannot be told where the link listens only.
     pub known_serial: Option<String>,

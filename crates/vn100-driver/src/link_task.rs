@@ -84,7 +84,7 @@ impl<C: Connect> LinkTask<C> {
             strange_serial: None,
             listen_only: options.listen_only,
             accept_unchecked: options.read.accept_unchecked,
-            keep: if options.listen_only { Vec::new() } else { options.keep },
+            keep: if options.listen_only { Vec::new() } else { options.desired_settings },
             stop,
             output,
             state,
@@ -307,7 +307,7 @@ impl<C: Connect> LinkTask<C> {
                     Some(_) => return Err(Trouble::Silent),
                     None => {}
                 },
-                Consequence::Unasked(error) => self.tell(LinkEventKind::UnaskedError { error }).await?,
+                Consequence::Unasked(error) => self.tell(LinkEventKind::UnsolicitedError { error }).await?,
                 Consequence::Restarted(error) if !self.keep.is_empty() => return Err(Trouble::Restarted(error)),
                 Consequence::Restarted(error) => {
                     self.tell(LinkEventKind::Down { cause: error.to_string() }).await?;

@@ -29,7 +29,7 @@ async fn known(keep: Vec<Change>) -> (Sensor, Link) {
     let rate_hz = if keep.is_empty() { 40 } else { 20 };
     let sensor = Sensor::new(115_200, rate_hz);
     sensor.world().registers.insert(3, KNOWN.into());
-    let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+    let mut link = sensor.link(LinkOptions { desired_settings: keep, ..LinkOptions::default() });
     link.until_up().await;
     // it is asked for early
     link.run(ms(500)).await;
@@ -81,7 +81,7 @@ async fn a_sensor_that_is_known_from_before_is_measured_and_another_one_is_not()
         let sensor = Sensor::new(115_200, 40);
         sensor.world().registers.insert(3, serial.into());
         let known_serial = Some(KNOWN.into());
-        let mut link = sensor.link(LinkOptions { keep: slowed(), known_serial, ..LinkOptions::default() });
+        let mut link = sensor.link(LinkOptions { desired_settings: slowed(), known_serial, ..LinkOptions::default() });
         if serial == KNOWN {
             link.until_up().await;
             link.run(ms(1000)).await;
@@ -151,7 +151,7 @@ async fn every_line_of_the_same_sensor_after_a_silence_gets_in() {
             let told = link.stop().await;
             assert_eq!(ups_and_downs(&told.link), (1, 0), "{:?}", told.link);
             assert_eq!(
-                (told.rows, told.counts.probed_bytes),
+                (told.rows, told.counts.baud_scan_bytes),
                 (sensor.world().lines, 0),
                 "{answers_after:?} {mute_of:?}"
             );

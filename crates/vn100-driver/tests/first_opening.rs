@@ -57,7 +57,7 @@ async fn a_link_that_never_was_up_ends_with_the_reason() {
     let error = told.error.unwrap();
     assert!(error.starts_with("no sensor is heard on /dev/imu at 9600 baud: "), "{error}");
     assert!(error.contains("bytes came and none of them made a good line"), "{error}");
-    assert_eq!(told.counts.probed_bytes, sensor.world().bytes);
+    assert_eq!(told.counts.baud_scan_bytes, sensor.world().bytes);
     assert!(sensor.world().opened.len() == 2, "a sensor that was just switched on says nothing at first");
 }
 

@@ -25,7 +25,7 @@ async fn accounted_for(mut recorded: mpsc::Receiver<Input>) -> u64 {
         bytes += match input {
             Input::Chunk(chunk) => chunk.bytes.len() as u64,
             Input::Link(event) => match event.kind {
-                LinkEventKind::Probed { bytes } | LinkEventKind::Overrun { bytes } => bytes,
+                LinkEventKind::DiscardedDuringBaudScan { bytes } | LinkEventKind::Overrun { bytes } => bytes,
                 _ => 0,
             },
         };

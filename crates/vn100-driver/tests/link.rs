@@ -185,7 +185,7 @@ async fn a_sensor_that_lost_its_power_is_set_again_before_anything_of_it_is_meas
     for echoes in [false, true] {
         let sensor = Sensor::new(115_200, 20);
         sensor.world().echoes = echoes;
-        let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
+        let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
         link.until_up().await;
         let is_write = |(_, bytes): &(u32, Vec<u8>)| bytes.starts_with(b"$VNWRG");
         assert!(!sensor.world().written.iter().any(is_write), "it is as it was left");
@@ -218,7 +218,7 @@ async fn a_sensor_that_needs_the_speed_it_lost_with_its_power_is_set_to_it_again
         let sensor = Sensor::new(460_800, periods);
         let fields = |text| Fields::new(text).unwrap();
         let keep = vec![Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields(rate_hz) }];
-        let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+        let mut link = sensor.link(LinkOptions { desired_settings: keep, ..LinkOptions::default() });
         link.until_up().await;
         link.run(ms(2000)).await;
         sensor.world().cut_at = Some(LINE.len());
@@ -242,7 +242,7 @@ async fn a_sensor_that_needs_the_speed_it_lost_with_its_power_is_set_to_it_again
 #[tokio::test(start_paused = true)]
 async fn a_sensor_that_cannot_be_set_again_is_not_measured() {
     let sensor = Sensor::new(115_200, 20);
-    let mut link = sensor.link(LinkOptions { keep: slowed(), ..LinkOptions::default() });
+    let mut link = sensor.link(LinkOptions { desired_settings: slowed(), ..LinkOptions::default() });
     link.until_up().await;
     sensor.world().read_only = Some(7);
     sensor.world().says = Some("VNERR,0A");

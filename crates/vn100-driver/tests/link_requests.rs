@@ -119,7 +119,7 @@ async fn a_line_that_only_echoes_has_no_sensor_on_it() {
     assert_eq!(told.error.as_deref(), Some(expected));
     assert_eq!(told.counts.connects, 0);
     let asked = sensor.world().written.iter().filter(|(_, bytes)| bytes == QUESTION).count() as u64;
-    assert_eq!(told.counts.probed_bytes, asked * QUESTION.len() as u64);
+    assert_eq!(told.counts.baud_scan_bytes, asked * QUESTION.len() as u64);
 }
 
 #[tokio::test(start_paused = true)]
@@ -135,7 +135,7 @@ async fn a_sensor_behind_a_line_that_echoes_is_found_and_asked() {
         assert_eq!(told.registers.iter().filter(|(register, _)| *register == 7).count(), 1);
         // the answer to the search, and those to the identification
         assert_eq!((told.counts.echoes, told.counts.answers()), (24, 25), "at {baud}");
-        assert_eq!(told.counts.unasked_errors.iter().count(), 0);
+        assert_eq!(told.counts.unsolicited_errors.iter().count(), 0);
         assert_eq!(told.rows, sensor.world().lines);
     }
 }
@@ -174,15 +174,15 @@ async fn errors_that_nobody_asked_for_are_counted() {
         let mut link = sensor.link(LinkOptions { listen_only, ..LinkOptions::default() });
         link.until_up().await;
         link.run(ms(7000)).await;
-        assert_eq!(link.told.counts.unasked_errors.iter().count(), 0, "what is asked and refused is none");
+        assert_eq!(link.told.counts.unsolicited_errors.iter().count(), 0, "what is asked and refused is none");
         for says in ["VNERR,0B", "VNERR,04", "VNERR,0B"] {
             sensor.world().says = Some(says);
             link.run(ms(100)).await;
         }
         let told = link.stop().await;
-        let errors: Vec<_> = told.counts.unasked_errors.iter().collect();
+        let errors: Vec<_> = told.counts.unsolicited_errors.iter().collect();
         assert_eq!(errors, [(InvalidCommand, 1), (OutputBufferOverflow, 2)]);
-        let events = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::UnaskedError { .. }));
+        let events = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::UnsolicitedError { .. }));
         assert_eq!(events.count(), 1, "of what the stream cannot tell");
         assert_eq!(told.counts.connects, 1);
     }

@@ -48,7 +48,7 @@ async fn a_stall_costs_a_link_nothing() {
         for (answers, keep) in [(true, Vec::new()), (false, Vec::new()), (true, set_to(rate_hz))] {
             let sensor = Sensor::new(baud, rate_hz);
             sensor.world().registers.insert(3, "0100099887".into());
-            let mut link = sensor.link(LinkOptions { keep, ..LinkOptions::default() });
+            let mut link = sensor.link(LinkOptions { desired_settings: keep, ..LinkOptions::default() });
             let states = states(link.handle.state());
             link.until_up().await;
             link.run(ms(6000)).await;

@@ -124,7 +124,7 @@ impl Source for Script {
 #[tokio::test]
 async fn errors_that_the_sensor_tells_unasked_are_warnings_to_the_end() {
     let read = |bytes: &[u8]| Input::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
-    let refused = LinkEventKind::UnaskedError { error: DeviceError::InvalidCommand };
+    let refused = LinkEventKind::UnsolicitedError { error: DeviceError::InvalidCommand };
     let (full, restarted) = (read(b"$VNERR,0B*03\r\n"), read(b"$VNERR,01*70\r\n"));
     // the last but one answers a question of another moment
     let answer = read(b"$VNERR,08*79\r\n");

@@ -109,7 +109,7 @@ fn recording() -> Vec<u8> {
     let mut writer = RecordingWriter::new(Vec::new(), &[("axis up".into(), "z".into())].into()).unwrap();
     let link = |at_ns, kind| Input::Link(LinkEvent { at_ns, kind });
     let up = || LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) };
-    writer.write(&link(0, LinkEventKind::Probed { bytes: 9 })).unwrap();
+    writer.write(&link(0, LinkEventKind::DiscardedDuringBaudScan { bytes: 9 })).unwrap();
     writer.write(&link(1, up())).unwrap();
     for (at_ns, bytes) in (0..).step_by(25_000_000).zip(clean().chunks(100)) {
         writer.write(&Chunk { bytes: bytes.to_vec().into(), at_ns: Some(at_ns) }.into()).unwrap();

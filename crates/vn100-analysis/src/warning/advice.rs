@@ -33,7 +33,7 @@ pub(crate) struct Findings {
 pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> {
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
-    advice.warnings.extend(unasked::warnings(&snapshot.link.unasked_errors));
+    advice.warnings.extend(unasked::warnings(&snapshot.link.unsolicited_errors));
     advice.on_time(snapshot);
     advice.on_values(snapshot, findings);
     advice.on_message(snapshot);

@@ -10,9 +10,9 @@ pub(super) fn to_json(kind: &LinkEventKind) -> Vec<u8> {
     let object = match kind {
         LinkEventKind::Up { port, baud } => json!({ "event": "up", "port": port, "baud": baud }),
         LinkEventKind::Down { cause } => json!({ "event": "down", "cause": cause }),
-        LinkEventKind::Probed { bytes } => json!({ "event": "probed", "bytes": bytes }),
+        LinkEventKind::DiscardedDuringBaudScan { bytes } => json!({ "event": "probed", "bytes": bytes }),
         LinkEventKind::Overrun { bytes } => json!({ "event": "overrun", "bytes": bytes }),
-        LinkEventKind::UnaskedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
+        LinkEventKind::UnsolicitedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
         LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
         LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
     };
@@ -33,11 +33,11 @@ pub(super) fn from_json(at_ns: i64, object: &[u8]) -> Option<LinkEvent> {
             },
         },
         "down" => LinkEventKind::Down { cause: text("cause")? },
-        "probed" => LinkEventKind::Probed { bytes: bytes()? },
+        "probed" => LinkEventKind::DiscardedDuringBaudScan { bytes: bytes()? },
         "overrun" => LinkEventKind::Overrun { bytes: bytes()? },
         "unasked-error" => {
             let code = object.get("code")?.as_u64()?.try_into().ok()?;
-            LinkEventKind::UnaskedError { error: DeviceError::from_code(code) }
+            LinkEventKind::UnsolicitedError { error: DeviceError::from_code(code) }
         }
         "output-resumed" => LinkEventKind::OutputResumed,
         "output-paused" => LinkEventKind::OutputPaused,
@@ -59,10 +59,13 @@ mod tests {
             ),
             (LinkEventKind::Up { port: "a:1".into(), baud: None }, r#"{"baud":null,"event":"up","port":"a:1"}"#),
             (LinkEventKind::Down { cause: "\"gone\"".into() }, r#"{"cause":"\"gone\"","event":"down"}"#),
-            (LinkEventKind::Probed { bytes: u64::MAX }, r#"{"bytes":18446744073709551615,"event":"probed"}"#),
+            (
+                LinkEventKind::DiscardedDuringBaudScan { bytes: u64::MAX },
+                r#"{"bytes":18446744073709551615,"event":"probed"}"#,
+            ),
             (LinkEventKind::Overrun { bytes: 1 }, r#"{"bytes":1,"event":"overrun"}"#),
             (
-                LinkEventKind::UnaskedError { error: DeviceError::InvalidCommand },
+                LinkEventKind::UnsolicitedError { error: DeviceError::InvalidCommand },
                 r#"{"code":4,"event":"unasked-error"}"#,
             ),
             (LinkEventKind::OutputResumed, r#"{"event":"output-resumed"}"#),

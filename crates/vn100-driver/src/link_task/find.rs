@@ -213,7 +213,7 @@ impl<C: Connect> LinkTask<C> {
             }
         }
         if bytes > 0 {
-            received = received.and(self.tell(LinkEventKind::Probed { bytes }).await);
+            received = received.and(self.tell(LinkEventKind::DiscardedDuringBaudScan { bytes }).await);
         }
         received.map(|()| bytes)
     }

@@ -79,10 +79,10 @@ impl DeviceError {
         }
     }
 
-    /// Whether the sensor says this of its own accord; all others answer a command, as far as is
+    /// Whether the sensor reports this error by itself; all others answer a command, as far as is
     /// known.
     #[must_use]
-    pub fn is_unasked(self) -> bool {
+    pub fn is_unsolicited(self) -> bool {
         matches!(self, Self::HardFault | Self::WatchdogReset | Self::OutputBufferOverflow | Self::ErrorBufferOverflow)
     }
 
@@ -166,9 +166,9 @@ mod tests {
     }
 
     #[test]
-    fn four_codes_come_unasked() {
-        let unasked: Vec<_> = (0..=u8::MAX).filter(|&code| DeviceError::from_code(code).is_unasked()).collect();
-        assert_eq!(unasked, [0x01, 0x0A, 0x0B, 0xFF]);
+    fn four_codes_are_unsolicited() {
+        let unsolicited: Vec<_> = (0..=u8::MAX).filter(|&code| DeviceError::from_code(code).is_unsolicited()).collect();
+        assert_eq!(unsolicited, [0x01, 0x0A, 0x0B, 0xFF]);
     }
 
     #[test]

@@ -270,10 +270,10 @@ impl Session {
     }
 
     fn handle_error(&mut self, error: DeviceError, now: Duration) -> Handled {
-        let current = self.current.as_mut().filter(|current| current.unanswered > 0 && !error.is_unasked());
+        let current = self.current.as_mut().filter(|current| current.unanswered > 0 && !error.is_unsolicited());
         let Some(current) = current else {
             let handled =
-                if error.is_unasked() { Handled::NotMine } else { self.handle_late(|late| now <= late.until) };
+                if error.is_unsolicited() { Handled::NotMine } else { self.handle_late(|late| now <= late.until) };
             if handled == Handled::NotMine {
                 if self.notices.len() == Self::NOTICES {
                     self.notices.pop_front();

@@ -17,15 +17,16 @@ pub struct StreamCounts {
     /// Lines of a measurement other than the one this stream began with; part of the good lines,
     /// not of the samples.
     pub foreign_samples: u64,
-    /// Bytes that came while the speed of the line was looked for; not in the tally.
-    pub probed_bytes: u64,
+    /// Bytes that were discarded during a baud scan or while the sensor was identified; not in the
+    /// tally.
+    pub baud_scan_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
     /// Questions of the host that the line brought back; part of the tally's replies, and no
     /// answers.
     pub echoes: u64,
-    /// Errors that the sensor told without having been asked anything they answer.
-    pub unasked_errors: UnsolicitedErrors,
+    /// Unsolicited device errors: `VNERR` messages that answer no command of this program.
+    pub unsolicited_errors: UnsolicitedErrors,
     /// How often its output was found paused by somebody else, and was made to go on.
     pub outputs_resumed: u64,
     /// How often the link came up; 0 for a capture that has no link.
@@ -47,13 +48,13 @@ impl StreamCounts {
     /// Bytes that came in.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.tally.bytes() + self.probed_bytes
+        self.tally.bytes() + self.baud_scan_bytes
     }
 
     /// Bytes in which no line was, or none was looked for.
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
-        self.tally.skipped_bytes + self.probed_bytes
+        self.tally.skipped_bytes + self.baud_scan_bytes
     }
 
     /// What the sensor said to commands, or of an error.

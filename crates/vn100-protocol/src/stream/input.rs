@@ -21,7 +21,7 @@ pub struct Chunk {
 pub enum Input {
     /// What a read brought.
     Chunk(Chunk),
-    /// Something befell the link, at this place among the bytes.
+    /// An event of the link, at this place among the bytes.
     Link(LinkEvent),
 }
 
@@ -31,7 +31,7 @@ impl From<Chunk> for Input {
     }
 }
 
-/// What befell the link to a live sensor, or the one that a recording was made of.
+/// A change of the link to a live sensor, or to the one that a recording was made of.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LinkEvent {
     /// When, in nanoseconds from the origin of the [`Chunk`]s' times.
@@ -43,20 +43,21 @@ pub struct LinkEvent {
 /// What a [`LinkEvent`] is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinkEventKind {
-    /// The sensor can be heard; samples follow, of a new segment.
+    /// The link is connected; the samples of a new segment follow.
     Up {
         /// The port by its name, such as `/dev/ttyUSB0`.
         port: String,
         /// Speed of the line in baud; `None` where the link has none, as over TCP.
         baud: Option<u32>,
     },
-    /// The sensor is not heard any more; a line that was under way is cut off.
+    /// The link is lost; a frame that is incomplete is cut off.
     Down {
         /// What happened, in words.
         cause: String,
     },
-    /// Bytes that came while the speed of the line was looked for. No line is searched in them.
-    Probed {
+    /// Bytes that arrived during a baud scan, or before the identity and settings of the sensor
+    /// were verified. They are counted and not decoded.
+    DiscardedDuringBaudScan {
         /// How many.
         bytes: u64,
     },
@@ -65,14 +66,14 @@ pub enum LinkEventKind {
         /// How many.
         bytes: u64,
     },
-    /// The sensor refused a command that did not come from here. Errors that it never tells but
-    /// unasked stand in the stream and have no such event.
-    UnaskedError {
+    /// An unsolicited device error: the sensor refused a command that this program did not send.
+    /// Errors that are always unsolicited are counted in the stream and have no event.
+    UnsolicitedError {
         /// What it said.
         error: DeviceError,
     },
-    /// The output of the sensor had been paused by somebody else, and was made to go on from here.
+    /// The async output of the sensor was found paused by another program, and was resumed.
     OutputResumed,
-    /// It was paused again when the link was stopped, as it had been found.
+    /// The async output was paused again when the link was stopped, as it had been found.
     OutputPaused,
 }

@@ -122,9 +122,9 @@ impl SampleReader {
         match &event.kind {
             LinkEventKind::Up { .. } => link.connects += 1,
             LinkEventKind::Down { .. } => self.cut(),
-            LinkEventKind::Probed { bytes } => link.probed_bytes += bytes,
+            LinkEventKind::DiscardedDuringBaudScan { bytes } => link.baud_scan_bytes += bytes,
             LinkEventKind::Overrun { bytes } => link.overrun_bytes += bytes,
-            LinkEventKind::UnaskedError { error } => link.unasked_errors.count(*error),
+            LinkEventKind::UnsolicitedError { error } => link.unsolicited_errors.count(*error),
             LinkEventKind::OutputResumed => link.outputs_resumed += 1,
             LinkEventKind::OutputPaused => {}
         }
@@ -207,7 +207,7 @@ impl Stream {
                 self.open.registers.push(RegisterReply::new(contents, before_row));
             }
             Reply::Question(_) => self.link.echoes += 1,
-            Reply::Error(error) if error.is_unasked() => self.link.unasked_errors.count(*error),
+            Reply::Error(error) if error.is_unsolicited() => self.link.unsolicited_errors.count(*error),
             Reply::Error(_) | Reply::Echo(_) => {}
         }
         if let Some(replies) = &mut self.replies {

@@ -15,7 +15,7 @@ pub(super) fn warnings(errors: &UnsolicitedErrors) -> impl Iterator<Item = Warni
                 WarningKind::LinkBudget,
                 format!("{said}: it leaves out what finds no room, and the record lacks it. To cure it {}", error.advice()),
             ),
-            _ if error.is_unasked() => (WarningKind::DeviceErrors, format!("{said}: {}", error.advice())),
+            _ if error.is_unsolicited() => (WarningKind::DeviceErrors, format!("{said}: {}", error.advice())),
             _ => (
                 WarningKind::DeviceErrors,
                 format!(
