@@ -8,13 +8,13 @@ use tokio::{
     runtime::Builder,
     sync::watch,
     task::{self, JoinHandle},
-    time,
+    time::{self, Instant},
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessments, Settings};
 use vn100_capture::{RecordError, Recorder, RecordingState};
 use vn100_driver::{Change, LinkState};
-use vn100_pipeline::{Outcome, start};
+use vn100_pipeline::{self as pipeline, Outcome, StreamWatchdog, start};
 use vn100_protocol::stream::ReadOptions;
 
 use crate::{
@@ -27,7 +27,7 @@ use crate::{
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
     measured::{Measured, all_of},
-    other_output::{Ceased, OtherOutput, at_another_rate, ceased},
+    session_words::{self, Ceased},
     set_up::SetUp,
     source_document::Origin,
     status::Status,
@@ -329,7 +329,7 @@ async fn measure(
     let mut ticks = time::interval(Status::PERIOD);
     let mut told_second = 0;
     let mut assessments = Assessments::new(job.settings.confidence);
-    let mut other_output = OtherOutput::default();
+    let mut watchdog = StreamWatchdog::default();
     let mut has_ceased = None;
     let mut left_out = LeftOut::default();
     loop {
@@ -337,7 +337,7 @@ async fn measure(
             outcome = &mut outcome => {
                 let outcome = outcome?;
                 let is_short = job.settings.duration.is_some() && !stop.is_cancelled();
-                let short = if is_short { at_another_rate(&origin.name, &outcome.snapshot) } else { None };
+                let short = if is_short { session_words::other_rate(&origin.name, &outcome.snapshot) } else { None };
                 return Ok(Ended { outcome, left_out, ceased: has_ceased.or(short) });
             }
             // a writer that stalls misses seconds and delays nothing
@@ -375,14 +375,14 @@ async fn measure(
                 let state = state.as_ref().map(|state| state.borrow().clone());
                 line.show(state.as_ref(), recording.as_ref().map(|state| state.borrow().clone()).as_ref(), &snapshot);
                 let is_up = matches!(state, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
-                if let Some(told) = other_output.change_of_rate(&snapshot) {
-                    job.status.report(&format!("{}: {told}", origin.name));
+                if let Some(event) = watchdog.rate_event(&snapshot) {
+                    job.status.report(&format!("{}: {}", origin.name, session_words::rate_event(event)));
                 }
-                let (is_other, is_at_other_rate) =
-                    (other_output.is_all(&snapshot, is_up), other_output.is_at_another_rate(&snapshot, is_up));
-                if (is_other || is_at_other_rate) && !stop.is_cancelled() {
-                    let of = if is_other { ceased } else { at_another_rate };
-                    has_ceased = of(&origin.name, &snapshot);
+                if let Some(ceased) = watchdog.ceased(&snapshot, is_up, Instant::now()).filter(|_| !stop.is_cancelled()) {
+                    has_ceased = match ceased {
+                        pipeline::Ceased::OtherMessages => session_words::other_messages(&origin.name, &snapshot),
+                        pipeline::Ceased::OtherRate => session_words::other_rate(&origin.name, &snapshot),
+                    };
                     stop.cancel();
                 }
             }

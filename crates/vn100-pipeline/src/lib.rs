@@ -21,6 +21,10 @@
 //! # Ok(()) }
 //! ```
 
+mod pace;
 mod run;
+mod watchdog;
 
+pub use pace::{Beginning, PaceWish, Position, Speed, paced};
 pub use run::{Controls, Died, Measurement, Outcome, every_second, start};
+pub use watchdog::{Ceased, NO_MEASUREMENT_AFTER, RateEvent, StreamWatchdog};

@@ -9,7 +9,7 @@ use super::{
     LogArgs,
     measure::{MeasureArgs, ResultArgs},
 };
-use crate::pace::Speed;
+use vn100_pipeline::Speed;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FileArgs {

@@ -16,7 +16,7 @@ use tokio::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{DEFAULT_RATE_HZ, Settings};
 use vn100_capture::{Capture, ColumnMap, Event};
-use vn100_pipeline::{Outcome, start};
+use vn100_pipeline::{Beginning, Outcome, PaceWish, Speed, paced, start};
 use vn100_protocol::stream::ReadOptions;
 
 use crate::{
@@ -27,7 +27,6 @@ use crate::{
     judging::Judging,
     log::{Entries, Log, takes_terminal},
     measured::{Measured, all_of},
-    pace::{Beginning, PaceWish, Speed, paced},
     source_document::Origin,
     teller::Teller,
     view::{self, LeftOut, Live, Notices, SourceRequest, Stand, View, feed},

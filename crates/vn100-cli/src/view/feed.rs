@@ -10,10 +10,10 @@ use tokio::sync::{mpsc, watch};
 use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_pipeline::Controls;
+use vn100_pipeline::{Controls, Position};
 
 use super::{source::Source, state::SourceRequest};
-use crate::{exit::printable, pace::Position, source_document::Origin};
+use crate::{exit::printable, source_document::Origin};
 
 /// Wishes of the view that may wait; more are refused, and told so.
 const WAITING_REQUESTS: usize = 8;

@@ -13,7 +13,7 @@ use super::{
     state::{Panel, Question},
     warnings::shortened,
 };
-use crate::pace::Position;
+use vn100_pipeline::Position;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);

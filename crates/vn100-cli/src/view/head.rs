@@ -10,6 +10,7 @@ use ratatui::{
 };
 use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
+use vn100_pipeline::Speed;
 use vn100_protocol::Quantity;
 
 use super::{
@@ -21,7 +22,6 @@ use super::{
 };
 use crate::{
     exit::printable,
-    pace::Speed,
     text::{names::bad_lines, numbers::ppm},
 };
 

@@ -5,10 +5,11 @@ use std::{sync::Arc, time::Duration};
 use vn100_analysis::{Assessment, Snapshot, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
+use vn100_pipeline::Position;
 use vn100_protocol::Quantity;
 
 use crate::units::{ChannelValues, channel_values};
-use crate::{exit::printable, measured::Verdicts, pace::Position, source_document::Origin};
+use crate::{exit::printable, measured::Verdicts, source_document::Origin};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]

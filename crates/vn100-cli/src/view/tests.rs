@@ -14,6 +14,7 @@ use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_analysis::{RateChange, Warning, WarningKind};
 use vn100_driver::LinkState;
+use vn100_pipeline::{Position, Speed};
 
 use super::{
     curve::NextOctave,
@@ -23,10 +24,7 @@ use super::{
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},
 };
-use crate::{
-    pace::{Position, Speed},
-    source_document::Origin,
-};
+use crate::source_document::Origin;
 use fixture::{damaged, measured, nothing, up};
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];

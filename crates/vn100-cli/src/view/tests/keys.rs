@@ -2,15 +2,13 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use vn100_analysis::Assessment;
+use vn100_pipeline::{Position, Speed};
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
-use crate::{
-    pace::{Position, Speed},
-    view::{
-        mouse::mouse,
-        source::{Playback, Source},
-        state::{Axes, Panel, Question, Request, SourceRequest, State},
-    },
+use crate::view::{
+    mouse::mouse,
+    source::{Playback, Source},
+    state::{Axes, Panel, Question, Request, SourceRequest, State},
 };
 
 fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {

@@ -19,7 +19,7 @@ use ratatui::{
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessment, Settings};
 use vn100_capture::Capture;
-use vn100_pipeline::start;
+use vn100_pipeline::{Position, Speed, start};
 use vn100_protocol::stream::ReadOptions;
 use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
 
@@ -27,7 +27,6 @@ use super::{drawn, nothing, one};
 use crate::{
     args::MeasureArgs,
     judging::Judging,
-    pace::{Position, Speed},
     view::{
         source::{Playback, Source, Stage},
         state::{Axes, Panel, State},

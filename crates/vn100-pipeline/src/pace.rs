@@ -19,7 +19,7 @@ const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 100
 
 /// How fast a capture is replayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Speed {
+pub enum Speed {
     /// So many seconds of data in a second; above 0.
     Times(f64),
     /// As fast as the machine can.
@@ -54,23 +54,28 @@ impl Speed {
 
 /// Where a replay is, and how it goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Position {
+pub struct Position {
     /// Samples replayed.
-    pub(crate) rows: u64,
-    pub(crate) speed: Speed,
-    pub(crate) paused: bool,
+    pub rows: u64,
+    /// How fast it goes on.
+    pub speed: Speed,
+    /// It stands still.
+    pub paused: bool,
     /// Nothing more comes: the capture was replayed to its end, or as much of it as was to be
     /// measured.
-    pub(crate) at_end: bool,
+    pub at_end: bool,
 }
 
 /// What a replay may be asked for while it runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum PaceWish {
+pub enum PaceWish {
+    /// Stops it where it is, or lets it go on.
     PauseOrGoOn,
     /// A second of data more.
     Step,
+    /// The next higher speed.
     Faster,
+    /// The next lower speed.
     Slower,
     /// As fast as possible until so many samples are replayed.
     RunTo(u64),
@@ -149,11 +154,13 @@ impl Pace {
 
 /// Where a replay begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Beginning {
-    pub(crate) speed: Speed,
-    pub(crate) paused: bool,
+pub struct Beginning {
+    /// How fast.
+    pub speed: Speed,
+    /// Standing still.
+    pub paused: bool,
     /// So many samples come at once.
-    pub(crate) run_to: u64,
+    pub run_to: u64,
 }
 
 /// The events of a capture, each sample when it is due by the rate of the moment, and where that
@@ -161,7 +168,8 @@ pub(crate) struct Beginning {
 ///
 /// # Panics
 /// Outside a tokio runtime with time enabled.
-pub(crate) fn paced(
+#[must_use]
+pub fn paced(
     mut events: mpsc::Receiver<Event>,
     mut wishes: mpsc::Receiver<PaceWish>,
     rate_hz: watch::Receiver<f64>,

@@ -1,0 +1,206 @@
+//! Notices a live sensor that is heard and sends no measurement any more, or not the message that
+//! is measured, or that at another rate. Pure: the time is an argument.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+use vn100_analysis::{RateChange, Snapshot};
+
+/// A sensor that is heard and sends no measurement in this time, or none at its rate, will send
+/// none: it was set to something else. A burst of bytes that were held back on the way is shorter.
+pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
+
+/// What came of one source, and since when only other things have come.
+#[derive(Debug, Default)]
+pub struct StreamWatchdog {
+    samples: u64,
+    others: u64,
+    only_others_since: Option<Instant>,
+    other_rate: Option<OtherRate>,
+}
+
+/// A rate that is not that of the record, and since when the sensor has sent at it.
+#[derive(Debug)]
+struct OtherRate {
+    change: RateChange,
+    since: Option<Instant>,
+}
+
+/// The rate of a live stream has changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RateEvent {
+    /// The sensor sends at another rate than that of the record; those samples are left out.
+    Changed(RateChange),
+    /// It sends at the rate of the record again, in hertz.
+    Restored(f64),
+}
+
+/// Why a stream that still brings lines is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ceased {
+    /// Other messages come, and none that is measured.
+    OtherMessages,
+    /// All samples come at another rate than that of the record.
+    OtherRate,
+}
+
+impl StreamWatchdog {
+    /// That the rate has changed, or is again what it was; each change once.
+    pub fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
+        let reported = self.other_rate.as_ref().map(|other| other.change);
+        self.other_rate = match (snapshot.rate_change, self.other_rate.take()) {
+            (Some(change), Some(other)) if other.change == change => Some(other),
+            (change, _) => change.map(|change| OtherRate { change, since: None }),
+        };
+        match (reported, snapshot.rate_change) {
+            (reported, Some(change)) if reported != Some(change) => Some(RateEvent::Changed(change)),
+            (Some(_), None) => Some(RateEvent::Restored(snapshot.timing.rate_hz)),
+            _ => None,
+        }
+    }
+
+    /// Whether no measurement has come for [`NO_MEASUREMENT_AFTER`] although the sensor sends, or
+    /// none at the rate of the record. The time in which the link is not up does not count.
+    pub fn ceased(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<Ceased> {
+        let (other_messages, other_rate) =
+            (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
+        match (other_messages, other_rate) {
+            (true, _) => Some(Ceased::OtherMessages),
+            (false, true) => Some(Ceased::OtherRate),
+            (false, false) => None,
+        }
+    }
+
+    fn is_at_other_rate(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
+        let Some(other) = &mut self.other_rate else { return false };
+        // time in which nothing comes is no time at that rate
+        if !is_up || snapshot.rate_change.is_none() {
+            other.since = None;
+            return false;
+        }
+        now.duration_since(*other.since.get_or_insert(now)) > NO_MEASUREMENT_AFTER
+    }
+
+    fn is_all_other_messages(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> bool {
+        let link = &snapshot.link;
+        let others = link.other_messages() + link.tally.packets;
+        // before the first sample a sensor that only answers counts as well: silence is for the link to report
+        let others = if snapshot.layout.is_none() { others + link.tally.replies } else { others };
+        if !is_up || link.samples() != self.samples {
+            (self.samples, self.others, self.only_others_since) = (link.samples(), others, None);
+            return false;
+        }
+        if others > self.others {
+            self.only_others_since.get_or_insert(now);
+        }
+        self.only_others_since.is_some_and(|since| now.duration_since(since) > NO_MEASUREMENT_AFTER)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::{Analysis, Settings};
+    use vn100_protocol::VNYMR;
+
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    struct Stream {
+        snapshot: Snapshot,
+        watchdog: StreamWatchdog,
+        now: Instant,
+    }
+
+    impl Stream {
+        fn new() -> Self {
+            let snapshot = Analysis::new(Settings::default()).snapshot();
+            Self { snapshot, watchdog: StreamWatchdog::default(), now: Instant::now() }
+        }
+
+        /// A second with so many samples and other messages.
+        fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<Ceased> {
+            self.snapshot.link.tally.samples += samples;
+            self.snapshot.link.tally.other += others;
+            self.now += SECOND;
+            self.watchdog.ceased(&self.snapshot, is_up, self.now)
+        }
+
+        fn second_at(&mut self, change: Option<RateChange>, is_up: bool) -> (Option<RateEvent>, Option<Ceased>) {
+            self.snapshot.rate_change = change;
+            let event = self.watchdog.rate_event(&self.snapshot);
+            (event, self.second(1, 0, is_up))
+        }
+    }
+
+    #[test]
+    fn another_rate_is_reported_once_and_ends_the_stream_after_four_seconds() {
+        let mut stream = Stream::new();
+        let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
+        let changed = Some(RateEvent::Changed(change));
+        assert_eq!(stream.second_at(None, true), (None, None));
+        assert_eq!(stream.second_at(Some(change), true), (changed, None));
+        assert_eq!(stream.second_at(Some(change), true), (None, None));
+        // as behind a burst of bytes that were held back
+        assert_eq!(stream.second_at(None, true), (Some(RateEvent::Restored(40.0)), None));
+        assert_eq!(stream.second_at(None, true), (None, None));
+        assert_eq!(stream.second_at(Some(change), true), (changed, None));
+        for _ in 0..10 {
+            assert_eq!(stream.second_at(Some(change), false), (None, None), "the link is down");
+        }
+        for _ in 0..5 {
+            assert_eq!(stream.second_at(Some(change), true), (None, None));
+        }
+        assert_eq!(stream.second_at(Some(change), true), (None, Some(Ceased::OtherRate)));
+    }
+
+    #[test]
+    fn a_second_change_of_the_rate_begins_its_time_anew() {
+        let mut stream = Stream::new();
+        let first = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
+        for _ in 0..4 {
+            stream.second_at(Some(first), true);
+        }
+        let second = RateChange { to_hz: 50.0, ..first };
+        assert_eq!(stream.second_at(Some(second), true), (Some(RateEvent::Changed(second)), None));
+        for _ in 0..4 {
+            assert_eq!(stream.second_at(Some(second), true), (None, None));
+        }
+        assert_eq!(stream.second_at(Some(second), true), (None, Some(Ceased::OtherRate)));
+    }
+
+    #[test]
+    fn only_other_messages_for_four_seconds_end_the_stream_and_a_sample_does_not() {
+        let mut stream = Stream::new();
+        for _ in 0..10 {
+            assert_eq!(stream.second(1, 40, true), None, "both come");
+        }
+        for _ in 0..10 {
+            assert_eq!(stream.second(0, 0, true), None, "nothing comes");
+        }
+        for _ in 0..10 {
+            assert_eq!(stream.second(0, 1, false), None, "the link is down");
+        }
+        for _ in 0..5 {
+            assert_eq!(stream.second(0, 40, true), None);
+        }
+        assert_eq!(stream.second(0, 40, true), Some(Ceased::OtherMessages));
+    }
+
+    #[test]
+    fn packets_and_before_the_first_sample_replies_are_other_messages() {
+        for (packets, replies, is_measured, ends) in
+            [(1, 0, true, true), (0, 1, false, true), (0, 1, true, false), (0, 0, false, false)]
+        {
+            let mut stream = Stream::new();
+            stream.snapshot.layout = is_measured.then(|| VNYMR.clone().into());
+            for _ in 0..5 {
+                stream.snapshot.link.tally.packets += packets;
+                stream.snapshot.link.tally.replies += replies;
+                assert_eq!(stream.second(0, 0, true), None);
+            }
+            let ceased = stream.second(0, 0, true);
+            assert_eq!(ceased, ends.then_some(Ceased::OtherMessages), "{packets} {replies} {is_measured}");
+        }
+    }
+}
