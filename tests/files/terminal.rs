@@ -138,7 +138,7 @@ fn what_a_sensor_says_steers_nothing_and_is_no_markup() {
     assert_harmless(&recorded.stderr);
 
     let sheet = folder.path().join("sheet.toml");
-    let built_in = crate::support::workspace().join("crates/vn100-cli/datasheets/vn-100.toml");
+    let built_in = crate::support::workspace().join("crates/vn100-report/datasheets/vn-100.toml");
     let figures =
         fs::read_to_string(built_in).unwrap().replace("source = \"", &format!("source = \"{escaped}{MARKUP}"));
     let (_, figures) = figures.split_at(figures.find("[[figure]]").unwrap());

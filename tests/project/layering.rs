@@ -20,6 +20,11 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
         &["serialport", "clap", "ratatui", "anyhow", "serde"],
     ),
     (
+        "vn100-report",
+        &["vn100-protocol", "imu-noise", "vn100-analysis"],
+        &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
+    ),
+    (
         "vn100-cli",
         &[
             "vn100-protocol",
@@ -29,6 +34,7 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
             "vn100-sim",
             "vn100-analysis",
             "vn100-pipeline",
+            "vn100-report",
         ],
         &[],
     ),

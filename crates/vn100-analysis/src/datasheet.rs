@@ -68,6 +68,17 @@ pub struct FigureVerdict {
     pub expected: (f64, f64),
 }
 
+/// What a measurement says of all figures of a data sheet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdicts {
+    /// Name of the sheet.
+    pub datasheet: String,
+    /// How far its figures can be trusted.
+    pub note: Option<String>,
+    /// By channel; see [`Datasheet::judge`].
+    pub channels: Vec<Vec<FigureVerdict>>,
+}
+
 /// Why nobody knows what the stream does to a parameter; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamUnknown {
@@ -116,6 +127,13 @@ impl Datasheet {
                 .collect()
         };
         assessment.channels.iter().map(of_channel).collect()
+    }
+
+    /// The same under the name of the sheet.
+    #[must_use]
+    pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
+        let channels = self.judge(snapshot, assessment);
+        Verdicts { datasheet: self.name.clone(), note: self.note.clone(), channels }
     }
 
     /// The noise of a sensor that is as it should be: each parameter in SI units (magnetic field in

@@ -30,7 +30,7 @@ pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
     Record, RecordMean, WhiteTest,
 };
-pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, not_passed};
+pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, Verdicts, not_passed};
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
@@ -39,7 +39,7 @@ pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,
 };
 pub use source_facts::{
-    CsvFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, RejectedRows,
-    SourceFacts,
+    CsvFacts, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    RejectedRows, SourceFacts,
 };
 pub use warning::{Warning, WarningKind};

@@ -12,6 +12,8 @@ pub struct SourceFacts {
     pub kind: Option<&'static str>,
     /// Why reading did not begin, or ended early.
     pub error: Option<String>,
+    /// The stored file; `None` for what is no file, and where it was not read for that.
+    pub file: Option<FileFacts>,
     /// The lines of a CSV file.
     pub csv: Option<CsvFacts>,
     /// What a recording that is replayed says of itself.
@@ -26,6 +28,15 @@ pub struct SourceFacts {
     pub playback: Option<PlaybackFacts>,
     /// Whether no more samples come.
     pub ended: bool,
+}
+
+/// A file as it is stored, compressed or not.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct FileFacts {
+    /// Its size.
+    pub bytes: u64,
+    /// The SHA-256 of its bytes, in 64 hexadecimal digits.
+    pub sha256: String,
 }
 
 /// The lines of a CSV file: `lines = rows + skipped_lines + all rejected`.

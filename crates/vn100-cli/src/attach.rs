@@ -11,25 +11,24 @@ use tokio::{
     time::{self, Instant},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Assessments, Settings};
+use vn100_analysis::{Assessments, Settings, SourceFacts};
 use vn100_capture::{RecordError, Recorder, RecordingState};
 use vn100_driver::{Change, LinkState};
 use vn100_pipeline::{self as pipeline, Outcome, StreamWatchdog, start};
 use vn100_protocol::stream::ReadOptions;
+use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, LinkArgs, RecordArgs, SourceName, Telling},
     conditions::{self, conditions},
-    document::Document,
+    datasheet::evaluation,
     exit::{Exit, about},
     interrupt::{HangUp, stop_on_interrupt},
-    judging::Judging,
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
-    measured::{Measured, all_of},
+    measured::{self, all_of, note_recording},
     session_words::{self, Ceased},
     set_up::SetUp,
-    source_document::Origin,
     status::Status,
     teller::{Teller, print_line},
     view::{self, LeftOut, Live, Notices, Stand, View, feed},
@@ -72,7 +71,7 @@ async fn attach_all(
     metadata: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Exit> {
-    let judging = Arc::new(Judging::new(&args.measure)?.with_filter_models(args.result.filter_models));
+    let evaluation = Arc::new(evaluation(&args.measure)?.with_filter_models(args.result.filter_models));
     let is_told_over = takes_terminal(&args.link.log);
     let notices = (telling == Telling::Text && view::is_there() && !is_told_over).then(Notices::default);
     let hang_up = if notices.is_some() { HangUp::IsSeenTo } else { HangUp::Stops };
@@ -83,7 +82,7 @@ async fn attach_all(
         settings.watch_every = Status::PERIOD;
     }
     let status = Status::new(notices.clone(), is_told_over);
-    let job = Arc::new(Job { settings, judging, telling, metadata, status, log, args });
+    let job = Arc::new(Job { settings, evaluation, telling, metadata, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut feeds = Vec::new();
     let mut unrecorded = Vec::new();
@@ -104,7 +103,7 @@ async fn attach_all(
         .collect();
     let mut teller = Teller::new(job.telling);
     if let Some(notices) = notices {
-        let view = View::show(feeds, job.settings.confidence, notices, Arc::clone(&job.judging), stop)?;
+        let view = View::show(feeds, job.settings.confidence, notices, Arc::clone(&job.evaluation), stop)?;
         // without a terminal only what is kept is worth going on for
         let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
         all.iter().try_for_each(|measured| teller.tell(measured))?;
@@ -129,7 +128,7 @@ const FAULT: &str = "the measurement stopped by a fault of this program";
 struct Job {
     args: AttachArgs,
     settings: Settings,
-    judging: Arc<Judging>,
+    evaluation: Arc<Evaluation>,
     telling: Telling,
     /// Goes into every recording.
     metadata: BTreeMap<String, String>,
@@ -147,7 +146,7 @@ async fn attach_one(
 ) -> Result<Measured> {
     let measured = measure_one(source, link, recording, &job, &stand, stop).await;
     stand.ended(match &measured {
-        Ok(measured) => measured.origin.error.clone(),
+        Ok(measured) => measured.facts.error.clone(),
         Err(error) => Some(format!("{error:#}")),
     });
     measured
@@ -161,7 +160,7 @@ async fn measure_one(
     stand: &Stand,
     stop: CancellationToken,
 ) -> Result<Measured> {
-    let mut origin = Origin { name: source.to_string(), ..Origin::default() };
+    let mut origin = SourceFacts { name: source.to_string(), ..SourceFacts::default() };
     let live = match LiveSource::new(source, link, job.log.clone()) {
         Ok(live) => live,
         Err(error) => {
@@ -176,8 +175,8 @@ async fn measure_one(
         Ok(recorder) => recorder,
         Err(error) => {
             origin.error = Some(about(&origin.name, &format!("{error:#}")));
-            let exit = if error.is::<RecordError>() { Exit::Failed } else { Exit::NoData };
-            return Ok(Measured { exit, ..Measured::nothing(origin, &job.settings) });
+            let completion = if error.is::<RecordError>() { Completion::Failed } else { Completion::NoData };
+            return Ok(Measured { completion, ..Measured::nothing(origin, &job.settings) });
         }
     };
     let live = live.with_known_serial(recorder.as_ref().and_then(Recorder::known_serial));
@@ -197,7 +196,7 @@ async fn measure_one(
         tell(&format!("no temperature came: {why}"));
     }
     if !is_put_back {
-        measured.exit = measured.exit.max(Exit::Failed);
+        measured.completion = measured.completion.max(Completion::Failed);
     }
     if job.telling == Telling::Ndjson {
         tell_line(Document::of(&measured)).await?;
@@ -225,7 +224,7 @@ async fn end_recording(recorder: Recorder, reason: &str, resumed: bool) -> Recor
 }
 
 /// The result of a source that is not measured.
-async fn unopened(mut origin: Origin, error: &Error, recorder: Option<Recorder>, job: &Job) -> Measured {
+async fn unopened(mut origin: SourceFacts, error: &Error, recorder: Option<Recorder>, job: &Job) -> Measured {
     origin.error = Some(about(&origin.name, &format!("{error:#}")));
     if let Some(recorder) = recorder {
         end_recording(recorder, &error.to_string(), job.args.recording.resume).await;
@@ -237,7 +236,7 @@ async fn measure_and_record(
     live: &LiveSource,
     changes: &[Change],
     recorder: Option<Recorder>,
-    origin: Origin,
+    origin: SourceFacts,
     job: &Job,
     stand: &Stand,
     stop: &CancellationToken,
@@ -270,9 +269,9 @@ async fn measure_and_record(
             None => "the end of the source, or of the time asked for".into(),
         },
     };
-    let measured = Measured::of(origin, outcome, &job.settings);
-    let judging = Arc::clone(&job.judging);
-    let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
+    let measured = measured::of(origin, outcome, &job.settings);
+    let evaluation = Arc::clone(&job.evaluation);
+    let mut measured = task::spawn_blocking(move || evaluation.complete(measured)).await?;
     if let Some(ceased) = ceased {
         measured.note_failure(ceased.told);
     }
@@ -284,7 +283,7 @@ async fn measure_and_record(
         };
         let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
         let recording = end_recording(recorder, &reason, job.args.recording.resume).await;
-        measured.note_recording(&recording, unrecorded_bytes);
+        note_recording(&mut measured, &recording, unrecorded_bytes);
     }
     told.map(|()| measured)
 }
@@ -303,7 +302,7 @@ struct Ended {
 async fn measure(
     opened: Opened,
     recording: Option<watch::Receiver<RecordingState>>,
-    origin: &Origin,
+    origin: &SourceFacts,
     job: &Job,
     stand: &Stand,
     stop: &CancellationToken,

@@ -2,22 +2,21 @@
 
 use anyhow::Result;
 use vn100_analysis::{Comparison, DEFAULT_CONFIDENCE, Record};
+use vn100_report::{ComparisonDocument, Measured};
 
 use crate::{
     args::CompareArgs,
-    comparison_document::ComparisonDocument,
+    datasheet::evaluation,
     exit::{Exit, print, print_json, report},
     files::{EachSecond, measure_files},
-    judging::Judging,
-    measured::Measured,
     text,
 };
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
-    let judging = Judging::new(&args.files.measure)?;
+    let evaluation = evaluation(&args.files.measure)?;
     let mut all: Vec<Measured> = Vec::new();
-    measure_files(&args.files, judging, EachSecond::Unseen, |measured| {
-        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+    measure_files(&args.files, evaluation, EachSecond::Unseen, |measured| {
+        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())
     })?;
@@ -29,9 +28,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
     } else {
         print(&text::comparison(&all, &comparison))?;
     }
-    Ok(all.iter().map(|measured| measured.exit).max().unwrap_or(Exit::Good))
+    Ok(all.iter().map(|measured| measured.completion.into()).max().unwrap_or(Exit::Good))
 }
 
 fn record(measured: &Measured) -> Record<'_> {
-    Record { name: &measured.origin.name, snapshot: &measured.snapshot, assessment: &measured.assessment }
+    Record { name: &measured.facts.name, snapshot: &measured.snapshot, assessment: &measured.assessment }
 }

@@ -6,8 +6,7 @@ use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 use anyhow::{Context, Result, bail};
 use toml::Value;
 use vn100_analysis::{Goal, Settings};
-
-use crate::toml_file;
+use vn100_report::parse_toml;
 
 /// Under this name a recording keeps the data time that its measurement was to last. A replay of it
 /// ends there too, and so equals it: a line more may have come by the time the measurement was
@@ -59,7 +58,7 @@ fn is_ours(name: &str) -> bool {
 }
 
 fn parse(text: &str) -> Result<BTreeMap<String, String>> {
-    let table: toml::Table = toml_file::parse(text)?;
+    let table: toml::Table = parse_toml(text)?;
     let entry = |(name, value): (String, Value)| {
         let text = match value {
             Value::String(text) => text,

@@ -4,10 +4,11 @@ use anyhow::{Context, Result, bail};
 use tokio::runtime::Runtime;
 use vn100_driver::{Change, Configured, LinkHandle, OutputSettings, restore};
 use vn100_protocol::Register;
+use vn100_report::printable;
 
 use crate::{
     args::ConfigureArgs,
-    exit::{Exit, print, printable},
+    exit::{Exit, print},
     interrupt::{HangUp, stop_on_interrupt},
     live_source::LiveSource,
     log::Log,

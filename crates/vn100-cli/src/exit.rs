@@ -7,6 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use vn100_report::{Completion, json_line, printable, steers_terminal};
 
 /// What became of a command, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,6 +20,17 @@ pub(crate) enum Exit {
     Failed,
     /// A source cannot be opened, or gave nothing valid: 3. (2 is a wrong command line.)
     NoData,
+}
+
+impl From<Completion> for Exit {
+    fn from(completion: Completion) -> Self {
+        match completion {
+            Completion::Complete => Self::Good,
+            Completion::NotMet => Self::NotMet,
+            Completion::Failed => Self::Failed,
+            Completion::NoData => Self::NoData,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
@@ -49,24 +61,6 @@ pub(crate) fn print_json(json: &str) -> Result<()> {
     write(&json_line(json))
 }
 
-/// A JSON document and a line end. What steers a terminal is escaped, so that the document means
-/// the same: serde_json leaves DEL, the control characters above ASCII and those that turn the
-/// direction of text as they are.
-pub(crate) fn json_line(json: &str) -> String {
-    let mut text = String::with_capacity(json.len() + 1);
-    for c in json.chars() {
-        // a line end stands between the values of a document, never within one
-        if c != '\n' && steers(c) {
-            // all of them are below U+10000
-            text.push_str(&format!("\\u{:04x}", u32::from(c)));
-        } else {
-            text.push(c);
-        }
-    }
-    text.push('\n');
-    text
-}
-
 fn write(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
@@ -90,12 +84,6 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// The text in one line, with a mark for all that steers a terminal: file names, captures and what
-/// a sensor says are not ours.
-pub(crate) fn printable(text: &str) -> String {
-    text.chars().map(shown).collect()
-}
-
 /// The text, with the source it is about before it where it does not name that itself.
 pub(crate) fn about(name: &str, text: &str) -> String {
     let mut words = text.split_whitespace().map(|word| word.trim_end_matches([':', ';', ',']));
@@ -103,17 +91,7 @@ pub(crate) fn about(name: &str, text: &str) -> String {
 }
 
 fn shown(c: char) -> char {
-    if steers(c) { char::REPLACEMENT_CHARACTER } else { c }
-}
-
-/// Control characters, ends of lines and paragraphs, and what turns the direction of text
-/// (Unicode's property Bidi_Control): with these a name can look like another.
-pub(crate) fn steers(c: char) -> bool {
-    c.is_control()
-        || matches!(
-            c,
-            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
-        )
+    if steers_terminal(c) { char::REPLACEMENT_CHARACTER } else { c }
 }
 
 #[cfg(test)]
@@ -121,21 +99,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn control_characters_do_not_reach_the_terminal() {
-        assert_eq!(printable("a\x1b[2Jb\u{9b}c\nd"), "a\u{fffd}[2Jb\u{fffd}c\u{fffd}d");
-    }
-
-    #[test]
     fn a_source_is_named_once() {
         let named = "cannot open /dev/ttyUSB0: there is no such port";
         assert_eq!(about("/dev/ttyUSB0", named), named);
         assert_eq!(about("/dev/ttyUSB", named), format!("/dev/ttyUSB: {named}"));
         assert_eq!(about("-", "no bytes came"), "-: no bytes came");
-    }
-
-    #[test]
-    fn a_name_cannot_be_turned_round_to_look_like_another() {
-        assert_eq!(printable("night\u{202e}pacm.exe\u{2066}\u{200f}"), "night\u{fffd}pacm.exe\u{fffd}\u{fffd}");
-        assert_eq!(printable("größe 夜 שלום"), "größe 夜 שלום");
     }
 }

@@ -15,21 +15,19 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Assessments, Settings};
+use vn100_analysis::{Assessments, Settings, SourceFacts};
 use vn100_capture::{Capture, ColumnMap, Format, OpenError};
 use vn100_pipeline::{Outcome, every_second, start};
 use vn100_protocol::stream::ReadOptions;
+use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
     args::FileArgs,
     conditions::{conditions, measured_duration, measured_until},
-    document::Document,
     interrupt::{HangUp, stop_on_interrupt},
-    judging::Judging,
     log::{Entries, Log, takes_terminal},
-    measured::Measured,
+    measured::{self, recording_facts},
     progress::Progress,
-    source_document::Origin,
     teller::print_line,
 };
 
@@ -45,13 +43,13 @@ pub(crate) enum EachSecond {
 /// Measures each file and hands the results to `take`, in the order given.
 pub(crate) fn measure_files(
     args: &FileArgs,
-    judging: Judging,
+    evaluation: Evaluation,
     each_second: EachSecond,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let result = runtime.block_on(measure_all(args, judging, each_second, log.entries(), take));
+    let result = runtime.block_on(measure_all(args, evaluation, each_second, log.entries(), take));
     // a thread may hang in a read of standard input that nobody waits for any more
     runtime.shutdown_background();
     result
@@ -59,7 +57,7 @@ pub(crate) fn measure_files(
 
 async fn measure_all(
     args: &FileArgs,
-    judging: Judging,
+    evaluation: Evaluation,
     each_second: EachSecond,
     log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
@@ -70,7 +68,7 @@ async fn measure_all(
         settings: args.measure.settings(),
         columns: args.columns.clone(),
         ndjson: printed,
-        judging: Arc::new(judging),
+        evaluation: Arc::new(evaluation),
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
         log,
         // documents of several files must not mingle line by line
@@ -92,7 +90,7 @@ struct Job {
     settings: Settings,
     columns: Option<ColumnMap>,
     ndjson: bool,
-    judging: Arc<Judging>,
+    evaluation: Arc<Evaluation>,
     progress: Progress,
     log: Entries,
     turns: Semaphore,
@@ -107,17 +105,19 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         () = job.stop.cancelled() => Err(format!("{}: not read, interrupted", name(&path))),
         opened = open(&path, job.columns.clone(), &job.settings) => opened?,
     };
-    let Opened { capture, origin, settings } = match opened {
+    let Opened { capture, mut origin, settings } = match opened {
         Ok(opened) => opened,
         Err(error) => return Ok(unreadable(&path, error, &job.settings)),
     };
     let line_by_line = job.read.line_by_line || job.ndjson || settings.duration.is_some() || !settings.until.is_empty();
     let read = ReadOptions { line_by_line, ..job.read };
 
+    let recorded = capture.recorded.clone();
     let outcome = measure(capture, read, settings.clone(), &origin, &job).await?;
-    let measured = Measured::of(origin, outcome, &settings);
-    let judging = Arc::clone(&job.judging);
-    let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
+    origin.recording = recorded.as_ref().map(recording_facts);
+    let measured = measured::of(origin, outcome, &settings);
+    let evaluation = Arc::clone(&job.evaluation);
+    let mut measured = task::spawn_blocking(move || evaluation.complete(measured)).await?;
     if job.stop.is_cancelled() {
         measured.note_interrupted();
     }
@@ -133,7 +133,7 @@ async fn measure(
     capture: Capture,
     read: ReadOptions,
     settings: Settings,
-    origin: &Origin,
+    origin: &SourceFacts,
     job: &Job,
 ) -> Result<Outcome> {
     let read_so_far = Arc::clone(&capture.stored_bytes_read);
@@ -167,7 +167,7 @@ async fn measure(
 /// A capture ready to be read, and what is asked of it.
 pub(crate) struct Opened {
     pub(crate) capture: Capture,
-    pub(crate) origin: Origin,
+    pub(crate) origin: SourceFacts,
     pub(crate) settings: Settings,
 }
 
@@ -193,19 +193,19 @@ pub(crate) async fn open(
             settings.until = measured_until(metadata);
         }
     }
-    let origin = Origin {
+    let origin = SourceFacts {
         kind: Some(kind(&capture, &name)),
-        recorded: capture.recorded.clone(),
+        recording: capture.recorded.as_ref().map(recording_facts),
         meta: metadata.and_then(conditions),
         name,
-        ..Origin::default()
+        ..SourceFacts::default()
     };
     Ok(Ok(Opened { capture, origin, settings }))
 }
 
 /// The result of a capture that could not be opened.
 pub(crate) fn unreadable(path: &Path, error: String, settings: &Settings) -> Measured {
-    Measured::nothing(Origin { name: name(path), error: Some(error), ..Origin::default() }, settings)
+    Measured::nothing(SourceFacts { name: name(path), error: Some(error), ..SourceFacts::default() }, settings)
 }
 
 /// Opens a file, or standard input by the name of `-`.

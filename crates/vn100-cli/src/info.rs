@@ -10,10 +10,11 @@ use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
     ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
 };
+use vn100_report::printable;
 
 use crate::{
     args::InfoArgs,
-    exit::{Exit, print, print_json, printable},
+    exit::{Exit, print, print_json},
     interrupt::{HangUp, stop_on_interrupt},
     live_source::LiveSource,
     log::Log,

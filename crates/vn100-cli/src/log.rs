@@ -22,11 +22,9 @@ use tokio::sync::mpsc;
 use vn100_capture::{CsvReport, Event};
 use vn100_driver::LinkState;
 use vn100_protocol::stream::{LinkEventKind, ReadOptions};
+use vn100_report::printable;
 
-use crate::{
-    args::LogArgs,
-    exit::{printable, report},
-};
+use crate::{args::LogArgs, exit::report};
 
 /// Entries that may wait to be written; a stream of nothing but refused lines fills them within a
 /// second of a slow disk.

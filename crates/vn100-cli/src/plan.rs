@@ -2,12 +2,13 @@
 
 use anyhow::Result;
 use vn100_analysis::{Given, Plan, Want};
+use vn100_report::{PlanCommands, PlanDocument, vn100_datasheet};
 
 use crate::{
     args::PlanArgs,
     datasheet,
     exit::{Exit, print, print_json},
-    plan_document::PlanDocument,
+    plan_steps::Steps,
     text,
 };
 
@@ -36,10 +37,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     } else {
         USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?
     };
-    let sheet = args.datasheet.as_deref().map_or_else(datasheet::vn100, datasheet::open)?;
+    let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), datasheet::open)?;
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
-        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked))?)?;
+        let Steps { configure, attach, undo, .. } = Steps::new(&plan, given, asked);
+        let commands = PlanCommands { configure, attach, undo };
+        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked, commands))?)?;
     } else {
         print(&text::plan(&plan, given, &sheet, asked))?;
     }

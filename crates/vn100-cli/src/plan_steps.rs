@@ -1,12 +1,7 @@
 //! The commands that do what was planned.
 
-use imu_noise::Sensor;
 use vn100_analysis::{Given, Plan};
 use vn100_protocol::BaudRate;
-
-/// By the names that wants have for them.
-pub(crate) const SENSORS: [(&str, Sensor); 3] =
-    [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];
 
 /// The commands that do what was planned.
 pub(crate) struct Steps {

@@ -5,10 +5,11 @@ use std::fmt::Write;
 use anyhow::Result;
 use serde::Serialize;
 use vn100_driver::{PortEntry, list_ports};
+use vn100_report::printable;
 
 use crate::{
     args::PortsArgs,
-    exit::{Exit, print, print_json, printable},
+    exit::{Exit, print, print_json},
 };
 
 pub(crate) fn ports(args: &PortsArgs) -> Result<Exit> {

@@ -6,9 +6,9 @@ use anyhow::Result;
 
 use crate::{
     args::ReplayArgs,
+    datasheet::evaluation,
     exit::Exit,
     files::{EachSecond, measure_files},
-    judging::Judging,
     teller::Teller,
 };
 
@@ -17,9 +17,9 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
     if let Some(speed) = args.speed {
         return shown::replay_shown(args, speed);
     }
-    let judging = Judging::new(&files.measure)?.with_filter_models(args.result.filter_models);
+    let evaluation = evaluation(&files.measure)?.with_filter_models(args.result.filter_models);
     let each_second = if args.result.ndjson { EachSecond::Printed } else { EachSecond::Unseen };
     let mut teller = Teller::new(args.result.telling());
-    measure_files(files, judging, each_second, |measured| teller.tell(&measured))?;
+    measure_files(files, evaluation, each_second, |measured| teller.tell(&measured))?;
     teller.finish()
 }

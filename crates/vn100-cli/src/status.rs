@@ -7,9 +7,10 @@ use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, Prog
 use vn100_analysis::Snapshot;
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
+use vn100_report::printable;
 
 use crate::{
-    exit::{about, printable, report},
+    exit::{about, report},
     view::Notices,
 };
 

@@ -1,12 +1,11 @@
 //! How the results of a command reach whoever asked for them.
 
 use anyhow::Result;
+use vn100_report::{Document, Measured};
 
 use crate::{
     args::Telling,
-    document::Document,
     exit::{Exit, print, print_json, report},
-    measured::Measured,
     text,
 };
 
@@ -24,14 +23,14 @@ impl Teller {
 
     /// Takes the next one.
     pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
-        self.exit = self.exit.max(measured.exit);
-        measured.origin.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        self.exit = self.exit.max(measured.completion.into());
+        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.telling {
             Telling::Json => self.documents.push(Document::of(measured)),
-            Telling::Text if measured.origin.kind.is_some() => {
+            Telling::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }
-            Telling::Summary => print(&text::summary(&measured.origin, &measured.snapshot, &measured.assessment))?,
+            Telling::Summary => print(&text::summary(&measured.facts, &measured.snapshot, &measured.assessment))?,
             Telling::Text | Telling::Ndjson => {}
         }
         Ok(())

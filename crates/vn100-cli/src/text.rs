@@ -6,34 +6,32 @@ mod deviations;
 mod distribution;
 mod filter_models;
 mod layout;
-pub(crate) mod names;
 mod noise;
-pub(crate) mod numbers;
 mod plan;
-pub(crate) mod statistics;
+mod statistics;
 mod verdict;
-pub(crate) mod verdict_words;
 
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
-use vn100_analysis::{Assessment, Comparison, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot};
-use vn100_capture::CsvReport;
+use vn100_analysis::{
+    Assessment, Comparison, CsvFacts, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot, SourceFacts,
+};
 
 use deviations::write_deviations;
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
 use layout::{WIDTH, fill};
-use names::bad_lines;
 use noise::write_noise;
-use numbers::{counted, ppm, short};
 use statistics::write_statistics;
 use verdict::write_verdicts;
-
-use crate::{
-    exit::printable, measured::Measured, recorded::RecordedDocument, source_document::Origin, units::channel_values,
+use vn100_report::{
+    Measured, RecordingDocument,
+    names::{bad_lines, echoes},
+    printable,
+    short_numbers::{counted, ppm, short},
+    units::channel_values,
 };
-
 /// The whole result. Ends with a line feed.
 pub(crate) fn result(measured: &Measured) -> String {
     let mut out = String::new();
@@ -44,9 +42,9 @@ pub(crate) fn result(measured: &Measured) -> String {
 
 /// What came and what may be wrong with it, without statistics and deviations. Ends with a line
 /// feed.
-pub(crate) fn summary(origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> String {
+pub(crate) fn summary(facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> String {
     let mut out = String::new();
-    let _ = write_summary(&mut out, origin, snapshot, assessment);
+    let _ = write_summary(&mut out, facts, snapshot, assessment);
     out
 }
 
@@ -65,8 +63,8 @@ pub(crate) fn plan(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool
 }
 
 fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
-    let Measured { origin, snapshot, assessment, filter_models, verdicts, .. } = measured;
-    write_summary(out, origin, snapshot, assessment)?;
+    let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
+    write_summary(out, facts, snapshot, assessment)?;
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
         write_statistics(out, snapshot, &channels)?;
@@ -80,13 +78,13 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
     writeln!(out)
 }
 
-fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
-    write_head(out, origin, snapshot)?;
-    if let Some(csv) = &origin.csv {
+fn write_summary(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
+    write_head(out, facts, snapshot)?;
+    if let Some(csv) = &facts.csv {
         write_csv(out, csv)?;
     }
-    if let Some(recorded) = &origin.recorded {
-        let text = format!("  recorded   {}", printable(&RecordedDocument::new(recorded).text()));
+    if let Some(recording) = &facts.recording {
+        let text = format!("  recorded   {}", printable(&RecordingDocument::new(recording).text()));
         writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }
     for warning in snapshot.warnings.iter().chain(&assessment.warnings) {
@@ -95,7 +93,7 @@ fn write_summary(out: &mut String, origin: &Origin, snapshot: &Snapshot, assessm
     Ok(())
 }
 
-fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Result {
+fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt::Result {
     let timing = &snapshot.timing;
     let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
     let rate_from = match timing.rate_from {
@@ -112,7 +110,7 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     writeln!(
         out,
         "{}: {} of {message} in {} s at {} Hz ({rate_from})",
-        printable(&origin.name),
+        printable(&facts.name),
         counted(timing.samples, "sample"),
         short(timing.duration_s()),
         short(timing.rate_hz)
@@ -148,14 +146,9 @@ fn write_head(out: &mut String, origin: &Origin, snapshot: &Snapshot) -> fmt::Re
     writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
 }
 
-/// Nothing on a line that does not echo.
-pub(crate) fn echoes(count: u64) -> String {
-    if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
-}
-
-fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
+fn write_csv(out: &mut String, csv: &CsvFacts) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
-    for odd in &csv.odd {
+    for odd in &csv.rejected {
         let text = format!(
             "  odd rows   {} ({}), the first is line {}: {}",
             odd.count, odd.reason, odd.first_line, odd.first_text

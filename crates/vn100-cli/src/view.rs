@@ -47,12 +47,10 @@ pub(crate) use feed::{Feed, LeftOut, Live, Notices, Stand, controls, feed};
 pub(crate) use state::SourceRequest;
 pub(crate) use terminal::{give_back, is_there};
 
-use crate::{
-    exit::{print, report},
-    judging::Judging,
-};
+use crate::exit::{print, report};
 use task::{Ended, Shared, cannot_show};
 use terminal::leave_screen;
+use vn100_report::Evaluation;
 
 /// A terminal that does not take the last words in this time is left.
 const LEAVE_AFTER: Duration = Duration::from_secs(2);
@@ -73,13 +71,13 @@ impl View {
         feeds: Vec<Feed>,
         confidence: f64,
         notices: Notices,
-        judging: Arc<Judging>,
+        evaluation: Arc<Evaluation>,
         stop: CancellationToken,
     ) -> Result<Self> {
         let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
         let screen = terminal::Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
         let close = CancellationToken::new();
-        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone(), judging };
+        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
         let theme = theme::Theme::of_terminal();
         thread::Builder::new()

@@ -14,20 +14,20 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{DEFAULT_RATE_HZ, Settings};
+use vn100_analysis::{DEFAULT_RATE_HZ, Settings, SourceFacts};
 use vn100_capture::{Capture, ColumnMap, Event};
 use vn100_pipeline::{Beginning, Outcome, PaceWish, Speed, paced, start};
 use vn100_protocol::stream::ReadOptions;
+use vn100_report::{Evaluation, Measured};
 
 use crate::{
     args::ReplayArgs,
+    datasheet::evaluation,
     exit::Exit,
     files::{Opened, name, open, open_capture, unreadable},
     interrupt::{HangUp, stop_on_interrupt},
-    judging::Judging,
     log::{Entries, Log, takes_terminal},
-    measured::{Measured, all_of},
-    source_document::Origin,
+    measured::{self, all_of, recording_facts},
     teller::Teller,
     view::{self, LeftOut, Live, Notices, SourceRequest, Stand, View, feed},
 };
@@ -66,13 +66,13 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exi
         read: log.asked(ReadOptions { line_by_line: true, ..files.measure.read_options() }),
         settings,
         columns: files.columns.clone(),
-        judging: Arc::new(Judging::new(&files.measure)?.with_filter_models(args.result.filter_models)),
+        evaluation: Arc::new(evaluation(&files.measure)?.with_filter_models(args.result.filter_models)),
         speed,
         notices: notices.clone(),
         stop: stop.clone(),
         log,
     });
-    let judging = Arc::clone(&job.judging);
+    let evaluation = Arc::clone(&job.evaluation);
     let mut feeds = Vec::new();
     let files: Vec<JoinHandle<Result<Measured>>> = (files.files.iter())
         .map(|file| {
@@ -82,7 +82,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exi
         })
         .collect();
     let all_stop = stop.clone();
-    let view = View::show(feeds, confidence, notices, judging, stop)?;
+    let view = View::show(feeds, confidence, notices, evaluation, stop)?;
     let all = view.until(all_of(files), || all_stop.cancel()).await?;
     let mut teller = Teller::new(args.result.telling());
     all.iter().try_for_each(|measured| teller.tell(measured))?;
@@ -94,7 +94,7 @@ struct Job {
     read: ReadOptions,
     settings: Settings,
     columns: Option<ColumnMap>,
-    judging: Arc<Judging>,
+    evaluation: Arc<Evaluation>,
     speed: Speed,
     notices: Notices,
     stop: CancellationToken,
@@ -109,7 +109,8 @@ async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measur
     let mut from = Start { beginning, left_out: LeftOut::default() };
     let mut count = None;
     loop {
-        let Opened { capture, origin, mut settings } = match open(&path, job.columns.clone(), &job.settings).await? {
+        let Opened { capture, mut origin, mut settings } = match open(&path, job.columns.clone(), &job.settings).await?
+        {
             Ok(opened) => opened,
             Err(error) => {
                 stand.ended(Some(error.clone()));
@@ -121,12 +122,14 @@ async fn replay_one(path: PathBuf, job: Arc<Job>, stand: Stand) -> Result<Measur
             count = Some(task::spawn(count_samples(path.clone(), Arc::clone(&job), counted.clone())));
         }
         settings.skip = from.left_out.skip_or(settings.skip);
+        let recorded = capture.recorded.clone();
         match replay_once(capture, &settings, &job, &stand, &total, from, &origin).await? {
             Next::Again(place) => from = place,
             Next::Over { outcome, whole } => {
-                let measured = Measured::of(origin, outcome, &settings);
-                let judging = Arc::clone(&job.judging);
-                let mut measured = task::spawn_blocking(move || judging.complete(measured)).await?;
+                origin.recording = recorded.as_ref().map(recording_facts);
+                let measured = measured::of(origin, outcome, &settings);
+                let evaluation = Arc::clone(&job.evaluation);
+                let mut measured = task::spawn_blocking(move || evaluation.complete(measured)).await?;
                 if !whole {
                     measured.note_interrupted();
                 }
@@ -157,7 +160,7 @@ async fn replay_once(
     stand: &Stand,
     total: &watch::Receiver<Option<u64>>,
     from: Start,
-    origin: &Origin,
+    origin: &SourceFacts,
 ) -> Result<Next> {
     let name = &origin.name;
     let Start { beginning, mut left_out } = from;

@@ -3,48 +3,39 @@
 use std::{
     fmt::Write,
     fs::{self, File},
-    io::Read,
+    io::{self, Read},
     path::Path,
 };
 
-use anyhow::Result;
 use sha2::{Digest, Sha256};
+use vn100_analysis::FileFacts;
 
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct CaptureFile {
-    pub(crate) bytes: u64,
-    /// In 64 hexadecimal digits.
-    pub(crate) sha256: String,
+/// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be
+/// read.
+pub(super) fn capture_file(path: &Path) -> Option<FileFacts> {
+    // a second reading of anything but a file would wait, or bring something else
+    let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
+    if is_file { read(path).ok() } else { None }
 }
 
-impl CaptureFile {
-    /// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be
-    /// read.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
-        // a second reading of anything but a file would wait, or bring something else
-        let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
-        if is_file { Self::read(path).ok() } else { None }
-    }
-
-    fn read(path: &Path) -> Result<Self> {
-        const PIECE: usize = 1 << 18;
-        let mut file = File::open(path)?;
-        let (mut digest, mut bytes, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
-        loop {
-            let read = file.read(&mut piece)?;
-            if read == 0 {
-                break;
-            }
-            digest.update(&piece[..read]);
-            bytes += read as u64;
+fn read(path: &Path) -> io::Result<FileFacts> {
+    const PIECE: usize = 1 << 18;
+    let mut file = File::open(path)?;
+    let (mut digest, mut bytes, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
+    loop {
+        let read = file.read(&mut piece)?;
+        if read == 0 {
+            break;
         }
-        let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
-            // a String takes everything
-            let _ = write!(text, "{byte:02x}");
-            text
-        });
-        Ok(Self { bytes, sha256 })
+        digest.update(&piece[..read]);
+        bytes += read as u64;
     }
+    let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
+        // a String takes everything
+        let _ = write!(text, "{byte:02x}");
+        text
+    });
+    Ok(FileFacts { bytes, sha256 })
 }
 
 #[cfg(test)]
@@ -57,7 +48,7 @@ mod tests {
         fs::write(file.path(), "abc").unwrap();
         // FIPS 180-4, example of the standard
         let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
-        assert_eq!(CaptureFile::of(Path::new("-")), None);
-        assert_eq!(CaptureFile::of(file.path()), Some(CaptureFile { bytes: 3, sha256 }));
+        assert_eq!(capture_file(Path::new("-")), None);
+        assert_eq!(capture_file(file.path()), Some(FileFacts { bytes: 3, sha256 }));
     }
 }

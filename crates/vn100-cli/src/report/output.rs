@@ -2,8 +2,8 @@
 //! through a link.
 
 use std::{
-    fs::{self, OpenOptions},
-    io::{ErrorKind, Write},
+    fs::{self, File, OpenOptions},
+    io::{BufWriter, ErrorKind, Write},
     path::{Path, PathBuf},
 };
 
@@ -73,16 +73,17 @@ impl Output {
         Ok(())
     }
 
-    pub(crate) fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+    /// Writes a file by `content`, whole or not at all.
+    pub(crate) fn write(&self, path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
         let name = path.file_name().with_context(|| format!("{} names no file", path.display()))?;
         if !self.force {
-            return create(path, bytes);
+            return create(path, content);
         }
         // renamed into place: whole or not at all, and a link is replaced instead of followed
         let mut partial = name.to_owned();
         partial.push(".partial");
         let partial = folder(path).join(partial);
-        create(&partial, bytes)?;
+        create(&partial, content)?;
         fs::rename(&partial, path).with_context(|| {
             let _ = fs::remove_file(&partial);
             format!("cannot replace {}", path.display())
@@ -106,13 +107,14 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn create(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut file = OpenOptions::new()
+fn create(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let file = OpenOptions::new()
         .write(true)
         .create_new(true)
         .open(path)
         .with_context(|| format!("cannot write {}", path.display()))?;
-    if let Err(error) = file.write_all(bytes) {
+    let mut file = BufWriter::new(file);
+    if let Err(error) = content(&mut file).and_then(|()| Ok(file.flush()?)) {
         // half a file looks like a whole one
         let _ = fs::remove_file(path);
         return Err(error).with_context(|| format!("cannot write {}", path.display()));
@@ -123,6 +125,10 @@ fn create(path: &Path, bytes: &[u8]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn text(bytes: &'static [u8]) -> impl FnOnce(&mut BufWriter<File>) -> Result<()> {
+        |file| Ok(file.write_all(bytes)?)
+    }
 
     #[test]
     fn a_page_gives_its_name_to_what_lies_beside() {
@@ -138,26 +144,26 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("a.html"), folder.path().join("b.html"));
         let careful = Output::new(&file, false);
-        careful.write(&file, b"first").unwrap();
-        assert!(careful.check(&file, &[]).is_err() && careful.write(&file, b"second").is_err());
+        careful.write(&file, text(b"first")).unwrap();
+        assert!(careful.check(&file, &[]).is_err() && careful.write(&file, text(b"second")).is_err());
         let forced = Output::new(&file, true);
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(&file, &link).unwrap();
-            assert!(careful.write(&link, b"second").is_err());
-            forced.write(&link, b"third").unwrap();
+            assert!(careful.write(&link, text(b"second")).is_err());
+            forced.write(&link, text(b"third")).unwrap();
             assert_eq!(fs::read(&link).unwrap(), b"third");
             assert!(!fs::symlink_metadata(&link).unwrap().is_symlink());
         }
         assert_eq!(fs::read(&file).unwrap(), b"first");
         assert!(forced.check(&file, std::slice::from_ref(&file)).is_err(), "not over the capture, whatever is asked");
-        forced.write(&file, b"fourth").unwrap();
+        forced.write(&file, text(b"fourth")).unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"fourth");
         let sub = folder.path().join("c.html");
         fs::create_dir(&sub).unwrap();
         assert!(forced.check(&sub, &[]).is_err() && forced.check_folder(&sub, &[]).is_ok());
         assert!(forced.check_folder(&file, &[]).is_err() && careful.check_folder(&sub, &[]).is_err());
-        assert!(forced.write(&sub, b"fifth").is_err() && sub.is_dir());
+        assert!(forced.write(&sub, text(b"fifth")).is_err() && sub.is_dir());
         assert!(!folder.path().join("c.html.partial").exists(), "what failed leaves nothing");
     }
 }

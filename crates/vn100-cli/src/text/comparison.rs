@@ -3,18 +3,16 @@
 
 use std::fmt::{self, Write};
 
-use vn100_analysis::{Chance, Comparison, OctaveTest, Onboard, Ranking};
-
-use super::{
-    layout::fill,
+use vn100_analysis::{Chance, Comparison, OctaveTest, Ranking};
+use vn100_report::{
+    Measured, folding,
     names::sensor,
-    numbers::{counted, four_digits, short},
-};
-use crate::{
-    exit::printable,
-    measured::Measured,
+    printable, record_letter,
+    short_numbers::{counted, four_digits, short},
     units::{sensor_group, tests_by_channel},
 };
+
+use super::layout::fill;
 
 pub(super) fn write(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {
     writeln!(
@@ -31,7 +29,7 @@ pub(super) fn write(out: &mut String, all: &[Measured], comparison: &Comparison)
             }
             None => "nothing to compare".into(),
         };
-        let line = format!("{:<3}{}: {held}", letter(number), printable(&measured.origin.name));
+        let line = format!("{:<3}{}: {held}", record_letter(number), printable(&measured.facts.name));
         writeln!(out, "{}", fill(&line, "  ", "     "))?;
     }
     for caveat in &comparison.caveats {
@@ -54,7 +52,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         let (white, lower, upper) = (ranked.white, ranked.lower, ranked.upper);
         let line = format!(
             "{:<3}{} ({} to {}): {}",
-            letter(ranked.record),
+            record_letter(ranked.record),
             four_digits(white),
             four_digits(lower),
             four_digits(upper),
@@ -63,7 +61,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&line, "  ", "     "))?;
     }
     if !ranking.not_ranked.is_empty() {
-        let names: Vec<String> = ranking.not_ranked.iter().map(|record| letter(*record)).collect();
+        let names: Vec<String> = ranking.not_ranked.iter().map(|record| record_letter(*record)).collect();
         let text = format!("not ranked, N is not estimated on every axis: {}", names.join(", "));
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
@@ -71,7 +69,8 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&folding(ranking), "  ", "  "))?;
     }
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
-        let (percent, a, b) = (100.0 * (1.0 - first.white / second.white), letter(first.record), letter(second.record));
+        let (percent, a, b) =
+            (100.0 * (1.0 - first.white / second.white), record_letter(first.record), record_letter(second.record));
         let text = if comparison.is_beyond_chance(lead) {
             format!(
                 "{a} is the quietest: its N lies {percent:.1} % below that of {b}, beyond chance ({})",
@@ -86,22 +85,6 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
         writeln!(out, "{}", fill(&text, "  ", "  "))?;
     }
     Ok(())
-}
-
-/// Why none is the quietest where white noise does not fold alike.
-pub(crate) fn folding(ranking: &Ranking) -> String {
-    let own: Vec<String> = (ranking.records.iter())
-        .map(|ranked| match ranked.white_factor {
-            Some(factor) => format!("{} {factor:.2}, {}", letter(ranked.record), four_digits(ranked.own())),
-            None => format!("{} not known", letter(ranked.record)),
-        })
-        .collect();
-    format!(
-        "none is named the quietest: white noise folds differently in them, by a factor known to ±{:.0} %. The factor, and N over it, by which \
-         they are ordered: {}. Compare records of one rate and averaging window",
-        100.0 * Onboard::UNCERTAINTY,
-        own.join("; ")
-    )
 }
 
 fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
@@ -150,7 +133,7 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
             [] => "all channels".into(),
             channels => channels.join(", "),
         };
-        let text = format!("{:<3}{channels}, {}", letter(disturbance.record), disturbance.warning);
+        let text = format!("{:<3}{channels}, {}", record_letter(disturbance.record), disturbance.warning);
         writeln!(out, "{}", fill(&text, "  ", "     "))?;
     }
     Ok(())
@@ -175,12 +158,12 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
                 Some(error) => {
                     format!(
                         "{} {} ± {}",
-                        letter(mean.record),
+                        record_letter(mean.record),
                         signed(mean.mean, error.standard_error),
                         two_digits(error.standard_error)
                     )
                 }
-                None => format!("{} {} (too short)", letter(mean.record), four_digits(mean.mean)),
+                None => format!("{} {} (too short)", record_letter(mean.record), four_digits(mean.mean)),
             })
             .collect();
         writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
@@ -210,7 +193,7 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
 /// The one that is larger, as a multiple of the other.
 fn larger_over_smaller(records: [usize; 2], deviations: [f64; 2]) -> String {
     let larger = usize::from(deviations[1] > deviations[0]);
-    let [of, over] = [records[larger], records[1 - larger]].map(letter);
+    let [of, over] = [records[larger], records[1 - larger]].map(record_letter);
     format!("{of} is {} times {over}", four_digits(deviations[larger] / deviations[1 - larger]))
 }
 
@@ -219,15 +202,6 @@ fn chance(chance: Chance) -> String {
         ..1e-12 => "p < 1e-12".into(),
         p @ ..0.001 => format!("p {p:.0e}"),
         p => format!("p {}", short((p * 1000.0).round() / 1000.0)),
-    }
-}
-
-/// A, B, ... Z, AA, AB, ...
-fn letter(number: usize) -> String {
-    let last = char::from(b'A' + (number % 26) as u8);
-    match number / 26 {
-        0 => last.to_string(),
-        more => format!("{}{last}", letter(more - 1)),
     }
 }
 
@@ -244,12 +218,6 @@ fn two_digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn records_are_lettered() {
-        let letters: Vec<_> = [0, 1, 25, 26, 27, 52, 701, 702].map(letter).into();
-        assert_eq!(letters, ["A", "B", "Z", "AA", "AB", "BA", "ZZ", "AAA"]);
-    }
 
     #[test]
     fn of_two_deviations_the_larger_is_a_multiple_of_the_smaller() {

@@ -4,13 +4,13 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Deviation, Estimator};
 use vn100_analysis::Snapshot;
-
-use super::{
-    layout::{COLUMN, fill},
+use vn100_report::{
     names::sensor,
-    numbers::short,
+    short_numbers::short,
+    units::{ChannelValues, LEAST_EDF, Point},
 };
-use crate::units::{ChannelValues, LEAST_EDF, Point};
+
+use super::layout::{COLUMN, fill};
 
 /// One table for each sensor, its axes side by side.
 pub(super) fn write_deviations(

@@ -2,8 +2,11 @@
 
 use std::fmt::{self, Write};
 
-use super::{layout::fill, numbers::short};
-use crate::units::{BlockValues, ChannelValues};
+use super::layout::fill;
+use vn100_report::{
+    short_numbers::short,
+    units::{BlockValues, ChannelValues},
+};
 
 /// Parts into which the record is divided.
 const PARTS: usize = 8;

@@ -4,9 +4,9 @@ use std::fmt::{self, Write};
 
 use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term, conventions};
 use vn100_analysis::FilterModels;
+use vn100_report::{names::sensor, short_numbers::four_digits, units::ChannelValues};
 
-use super::{layout::row, names::sensor, numbers::four_digits};
-use crate::units::ChannelValues;
+use super::layout::row;
 
 /// One table for each sensor, its axes side by side, in the units of the channels.
 pub(super) fn write_filter_models(

@@ -5,14 +5,14 @@ use std::fmt::{self, Write};
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use vn100_analysis::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
-
-use super::{
-    layout::{fill, row},
+use vn100_report::{
     names::{in_words, sensor},
-    numbers::{four_digits, short},
+    short_numbers::{four_digits, short},
+    units::ChannelValues,
     verdict_words::shown_in,
 };
-use crate::units::ChannelValues;
+
+use super::layout::{fill, row};
 
 /// In the order in which results are given.
 const TERMS: [(Term, &str); 5] = [

@@ -5,12 +5,10 @@ use std::fmt::{self, Write};
 use imu_noise::STANDARD_GRAVITY_M_S2;
 use vn100_analysis::Snapshot;
 use vn100_protocol::Quantity;
+use vn100_report::EARTH_RATE_RAD_S;
+use vn100_report::units::{ChannelValues, fitted, norm_values};
 
 use super::layout::fill;
-use crate::units::{ChannelValues, fitted, norm_values};
-
-/// The Earth's turning, in rad/s (IERS Conventions, 2010).
-pub(crate) const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 
 /// Every channel, and the length of each vector.
 pub(super) fn write_statistics(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues]) -> fmt::Result {

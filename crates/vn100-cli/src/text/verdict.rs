@@ -3,14 +3,14 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Claim, Verdict};
-use vn100_analysis::{FigureVerdict, Motion};
-
-use super::{
-    layout::fill,
+use vn100_analysis::{FigureVerdict, Motion, Verdicts};
+use vn100_report::{
     names::letter,
+    units::ChannelValues,
     verdict_words::{WHY_CONSISTENT, grade, grade_name, sentence, verdict_name},
 };
-use crate::{measured::Verdicts, units::ChannelValues};
+
+use super::layout::fill;
 
 /// Every figure of the data sheet beside each axis, or why there is none; nothing without a sheet.
 pub(super) fn write_verdicts(

@@ -3,13 +3,13 @@
 
 use imu_noise::{Deviation, Sensor, Term};
 use vn100_protocol::Quantity;
+use vn100_report::units::{ChannelValues, Point};
 
 use super::{
     source::{Group, Source},
     state::{Axes, State},
     units::{convention, written},
 };
-use crate::units::{ChannelValues, Point};
 
 /// Places along an octave where the model is drawn.
 const MODEL_STEPS: u32 = 4;

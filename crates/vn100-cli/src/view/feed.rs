@@ -7,13 +7,13 @@ use std::{
 };
 
 use tokio::sync::{mpsc, watch};
-use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
+use vn100_analysis::{Analysis, Assessment, Settings, Snapshot, SourceFacts};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
 use vn100_pipeline::{Controls, Position};
+use vn100_report::printable;
 
 use super::{source::Source, state::SourceRequest};
-use crate::{exit::printable, source_document::Origin};
 
 /// Wishes of the view that may wait; more are refused, and told so.
 const WAITING_REQUESTS: usize = 8;
@@ -34,7 +34,7 @@ pub(crate) enum SourceStage {
 #[derive(Debug, Clone)]
 pub(crate) struct Live {
     /// Where the samples come from, as the result will say.
-    pub(crate) origin: Arc<Origin>,
+    pub(crate) origin: Arc<SourceFacts>,
     pub(crate) latest: watch::Receiver<Arc<Snapshot>>,
     pub(crate) link: Option<watch::Receiver<LinkState>>,
     pub(crate) recording: Option<watch::Receiver<RecordingState>>,
@@ -56,7 +56,7 @@ impl Feed {
     pub(crate) fn nothing(&self, confidence: f64) -> Source {
         let snapshot = Analysis::new(Settings::default()).snapshot();
         let assessment = Assessment::new(&snapshot, confidence);
-        let origin = Origin { name: self.name.clone(), kind: self.kind, ..Origin::default() };
+        let origin = SourceFacts { name: self.name.clone(), kind: self.kind, ..SourceFacts::default() };
         Source::new(self.name.clone(), origin, Arc::new(snapshot), Arc::new(assessment))
     }
 }

@@ -12,6 +12,7 @@ use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::Speed;
 use vn100_protocol::Quantity;
+use vn100_report::{names::bad_lines, printable, short_numbers::ppm};
 
 use super::{
     format::{clock, digits, digits_trimmed, grouped, time},
@@ -19,10 +20,6 @@ use super::{
     source::{Playback, Source, Stage},
     theme::Theme,
     warnings::shortened,
-};
-use crate::{
-    exit::printable,
-    text::{names::bad_lines, numbers::ppm},
 };
 
 /// How much is spelled out, the most first: the first that has room is drawn.

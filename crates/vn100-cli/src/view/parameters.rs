@@ -10,6 +10,7 @@ use ratatui::{
 };
 use vn100_analysis::{DatasheetFigure, FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
 use vn100_protocol::Quantity;
+use vn100_report::{units::ChannelValues, verdict_words::verdict_name};
 
 use super::{
     curve::sensor,
@@ -20,7 +21,6 @@ use super::{
     theme::SIGNS,
     units::{convention, written},
 };
-use crate::{text::verdict_words::verdict_name, units::ChannelValues};
 
 /// Of an axis.
 const COLUMN: usize = 15;

@@ -10,21 +10,21 @@ use std::{
 };
 
 use super::{curve::Plot, source::Source, state::State, svg};
-use crate::{document::Document, exit::json_line, judging::Judging, measured::Measured};
+use vn100_report::{Document, Evaluation, Measured, json_line};
 
 /// Writes both; what to tell the user.
-pub(crate) fn save(state: &State, source: &Source, judging: &Judging) -> String {
-    match write(Path::new("."), state, source, judging) {
+pub(crate) fn save(state: &State, source: &Source, evaluation: &Evaluation) -> String {
+    match write(Path::new("."), state, source, evaluation) {
         Ok(files) => format!("saved {}", files.map(|file| file.display().to_string()).join(" and ")),
         Err(error) => format!("not saved: {error}"),
     }
 }
 
-fn write(folder: &Path, state: &State, source: &Source, judging: &Judging) -> io::Result<[PathBuf; 2]> {
+fn write(folder: &Path, state: &State, source: &Source, evaluation: &Evaluation) -> io::Result<[PathBuf; 2]> {
     let confidence = source.assessment.confidence;
     // the one shown may be of a record a twentieth shorter
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
-    let document = Document::of(&judging.complete(measured));
+    let document = Document::of(&evaluation.complete(measured));
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let nothing = Plot { unit: String::new(), curves: Vec::new() };
     let plot = state.group(source).map_or(nothing, |group| Plot::new(state, source, &group));

@@ -11,6 +11,7 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
+use vn100_report::units::ChannelValues;
 
 use super::{
     format::time,
@@ -19,7 +20,6 @@ use super::{
     state::Panel,
     theme::Theme,
 };
-use crate::units::ChannelValues;
 
 /// Slots of the whole strip, halved by each step of the zoom.
 const MOST_SLOTS: usize = 480;

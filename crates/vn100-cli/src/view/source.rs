@@ -2,14 +2,15 @@
 
 use std::{sync::Arc, time::Duration};
 
-use vn100_analysis::{Assessment, Snapshot, Warning};
+use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
 use vn100_pipeline::Position;
 use vn100_protocol::Quantity;
-
-use crate::units::{ChannelValues, channel_values};
-use crate::{exit::printable, measured::Verdicts, source_document::Origin};
+use vn100_report::{
+    printable,
+    units::{ChannelValues, channel_values},
+};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -17,7 +18,7 @@ pub(crate) struct Source {
     /// Without anything that steers a terminal.
     pub(crate) name: String,
     /// Where the samples come from, as the result will say; only of what is known by now.
-    pub(crate) origin: Arc<Origin>,
+    pub(crate) origin: Arc<SourceFacts>,
     pub(crate) stage: Stage,
     /// `None` for what is no link.
     pub(crate) link: Option<LinkState>,
@@ -74,7 +75,7 @@ const ORDER: [Quantity; 6] = [
 
 impl Source {
     /// A source of which nothing is known.
-    pub(crate) fn new(name: String, origin: Origin, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
+    pub(crate) fn new(name: String, origin: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
         Self {
             name,
             origin: Arc::new(origin),

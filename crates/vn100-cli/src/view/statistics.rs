@@ -7,13 +7,13 @@ use ratatui::{
     widgets::{Row, Table},
 };
 use vn100_protocol::Quantity;
+use vn100_report::units::fitted;
 
 use super::{
     scene::{Regions, Scene, framed},
     source::Source,
     state::Panel,
 };
-use crate::units::fitted;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, regions: &mut Regions) {
     let block = framed(scene, Panel::Statistics, "Statistics".into());

@@ -13,6 +13,7 @@ use ratatui::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Assessments;
+use vn100_report::Evaluation;
 
 use super::{
     Signals,
@@ -26,7 +27,6 @@ use super::{
     terminal::{Screen, next_event},
     theme::Theme,
 };
-use crate::judging::Judging;
 
 /// At most fifteen screens a second.
 const FRAME: Duration = Duration::from_millis(67);
@@ -45,7 +45,7 @@ pub(crate) struct Shared {
     pub(crate) close: CancellationToken,
     pub(crate) signals: Signals,
     pub(crate) notices: Notices,
-    pub(crate) judging: Arc<Judging>,
+    pub(crate) evaluation: Arc<Evaluation>,
 }
 
 /// How the view ended.
@@ -66,7 +66,7 @@ struct Followed {
 
 impl Followed {
     /// Takes what is new; tells whether anything was.
-    fn look(&mut self, elapsed: Duration, judging: &Judging) -> bool {
+    fn look(&mut self, elapsed: Duration, evaluation: &Evaluation) -> bool {
         let before = self.shown.elapsed.as_secs();
         self.shown.elapsed = elapsed;
         let mut changed = elapsed.as_secs() != before;
@@ -97,7 +97,7 @@ impl Followed {
         if !Arc::ptr_eq(&snapshot, &self.shown.snapshot) {
             let assessment = self.assessments.of(&snapshot);
             if !Arc::ptr_eq(&assessment, &self.shown.assessment) {
-                self.shown.verdicts = judging.verdicts(&snapshot, &assessment);
+                self.shown.verdicts = evaluation.verdicts(&snapshot, &assessment);
             }
             self.shown.show(snapshot, assessment);
             changed = true;
@@ -144,7 +144,7 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
             looked_at = Some(looked);
             let elapsed = started.elapsed();
             let changed =
-                followed.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.judging) | changed);
+                followed.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
             if changed && !state.frozen {
                 shown = followed.iter().map(|followed| followed.shown.clone()).collect();
                 dirty = true;
@@ -201,7 +201,7 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
                 dirty = true;
             }
             Some(Request::Save) => {
-                let saved = shown.get(state.source).map(|source| save(&state, source, &shared.judging));
+                let saved = shown.get(state.source).map(|source| save(&state, source, &shared.evaluation));
                 state.message = saved;
             }
             Some(Request::Control(request)) => {

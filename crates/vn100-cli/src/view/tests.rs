@@ -12,7 +12,7 @@ use std::{env, fmt::Write, fs, path::Path};
 
 use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
-use vn100_analysis::{RateChange, Warning, WarningKind};
+use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
 use vn100_driver::LinkState;
 use vn100_pipeline::{Position, Speed};
 
@@ -24,7 +24,6 @@ use super::{
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},
 };
-use crate::source_document::Origin;
 use fixture::{damaged, measured, nothing, up};
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
@@ -191,7 +190,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         let source = Source { stage: Stage::Measuring, link: Some(link), ..nothing() };
         check(&format!("waiting-{name}"), &one(), &[source]);
     }
-    let of_server = Origin { kind: Some("tcp"), ..(*nothing().origin).clone() };
+    let of_server = SourceFacts { kind: Some("tcp"), ..(*nothing().origin).clone() };
     let server = Source {
         name: "tcp://bench.local:4000".into(),
         stage: Stage::Measuring,

@@ -7,6 +7,7 @@ use ratatui::{
     text::Line,
     widgets::{Paragraph, Wrap},
 };
+use vn100_report::names::bad_lines;
 
 use super::{
     format::grouped,
@@ -14,7 +15,6 @@ use super::{
     source::Source,
     state::Panel,
 };
-use crate::text::names::bad_lines;
 
 /// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
 /// behind the newest.

@@ -7,18 +7,14 @@ use std::{
 };
 
 use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
-use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot};
+use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot, SourceFacts};
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
 use vn100_protocol::stream::{Batch, Mark, MarkKind, RegisterReply, StreamCounts};
 use vn100_protocol::{Layout, VNIMU, VNYMR};
+use vn100_report::Evaluation;
 
-use crate::{
-    args::MeasureArgs,
-    judging::Judging,
-    source_document::Origin,
-    view::source::{Source, Stage},
-};
+use crate::view::source::{Source, Stage};
 
 const SAMPLES: usize = 20_000;
 
@@ -26,7 +22,7 @@ const SAMPLES: usize = 20_000;
 pub(super) fn nothing() -> Source {
     let snapshot = Analysis::new(Settings::default()).snapshot();
     let assessment = Assessment::new(&snapshot, 0.95);
-    let origin = Origin { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..Origin::default() };
+    let origin = SourceFacts { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..SourceFacts::default() };
     let source = Source::new("/dev/ttyUSB0".into(), origin, Arc::new(snapshot), Arc::new(assessment));
     Source { elapsed: Duration::from_secs(2), ..source }
 }
@@ -97,7 +93,7 @@ fn source(mut snapshot: Snapshot) -> Source {
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Judging::new(&MeasureArgs::default()).unwrap().verdicts(&snapshot, &assessment);
+    let verdicts = Evaluation::new(None, Vec::new()).unwrap().verdicts(&snapshot, &assessment);
     let recording =
         RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
     let mut source = nothing();

@@ -21,17 +21,14 @@ use vn100_analysis::{Assessment, Settings};
 use vn100_capture::Capture;
 use vn100_pipeline::{Position, Speed, start};
 use vn100_protocol::stream::ReadOptions;
+use vn100_report::Evaluation;
 use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
 
 use super::{drawn, nothing, one};
-use crate::{
-    args::MeasureArgs,
-    judging::Judging,
-    view::{
-        source::{Playback, Source, Stage},
-        state::{Axes, Panel, State},
-        theme::{Colours, Theme},
-    },
+use crate::view::{
+    source::{Playback, Source, Stage},
+    state::{Axes, Panel, State},
+    theme::{Colours, Theme},
 };
 
 const RATE_HZ: u32 = 40;
@@ -86,7 +83,7 @@ fn emulated() -> Source {
         });
         assert_eq!(snapshot.timing.samples, SAMPLES);
         let assessment = Assessment::new(&snapshot, 0.95);
-        let verdicts = Judging::new(&MeasureArgs::default()).unwrap().verdicts(&snapshot, &assessment);
+        let verdicts = Evaluation::new(None, Vec::new()).unwrap().verdicts(&snapshot, &assessment);
         let position = Position { rows: SAMPLES, speed: Speed::Times(10.0), paused: false, at_end: true };
         let mut source = nothing();
         source.show(snapshot, Arc::new(assessment));

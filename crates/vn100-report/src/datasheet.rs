@@ -1,0 +1,440 @@
+//! Data sheets: the built-in one of the VN-100, and those that users write, as TOML.
+
+use std::{fmt, ops::Range};
+
+use imu_noise::{Claim, Sensor, Sides, Term, conventions};
+use serde::{
+    Deserialize, Deserializer,
+    de::{self, IgnoredAny, SeqAccess, Visitor},
+};
+use thiserror::Error;
+use toml::Spanned;
+use vn100_analysis::{Datasheet, DatasheetFigure, SheetOnboard};
+
+use crate::toml_text::{TomlError, line, parse_toml};
+
+const BUILT_IN: &str = include_str!("../datasheets/vn-100.toml");
+
+/// A text is no data sheet.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum DatasheetError {
+    /// It is no TOML, or not of the form of a data sheet.
+    #[error("{0}")]
+    Form(TomlError),
+    /// Nothing can be compared with it.
+    #[error("holds no [[figure]]")]
+    NoFigure,
+    /// The sensor cannot refresh so often.
+    #[error("line {line}: refresh_hz is not above 0")]
+    Refresh {
+        /// From 1.
+        line: usize,
+    },
+    /// A figure makes no sense.
+    #[error("the figure in line {line}: {error}")]
+    Figure {
+        /// From 1.
+        line: usize,
+        /// Why.
+        error: FigureError,
+    },
+}
+
+/// A figure of a data sheet makes no sense.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum FigureError {
+    /// The unit is none of the parameter's.
+    #[error("{unit:?} is no unit of this figure: use one of {}", choices.join(", "))]
+    Unit {
+        /// As written.
+        unit: String,
+        /// Those that there are.
+        choices: Vec<&'static str>,
+    },
+    /// The convention is none of the unit's.
+    #[error("a figure in {unit} has {choices}")]
+    Convention {
+        /// As written.
+        unit: String,
+        /// Those that there are, in words.
+        choices: &'static str,
+    },
+    /// Neither a limit nor a typical value, or both.
+    #[error("a figure in {unit} needs one of \"limit\" and \"typical\"")]
+    Claim {
+        /// As written.
+        unit: String,
+    },
+    /// The number is not above 0, not finite, or the range is not in order.
+    #[error("{number} {unit} is not positive, or not in order")]
+    Number {
+        /// As written.
+        number: String,
+        /// As written.
+        unit: String,
+    },
+}
+
+/// The VN-100's.
+///
+/// # Errors
+/// None, unless this program was built with a damaged sheet.
+pub fn vn100_datasheet() -> Result<Datasheet, DatasheetError> {
+    parse_datasheet(BUILT_IN)
+}
+
+/// A data sheet that a user wrote, as TOML.
+///
+/// # Errors
+/// When the text is not TOML, or a figure makes no sense; with the line and the choices there are.
+pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
+    let sheet: Sheet = parse_toml(text).map_err(DatasheetError::Form)?;
+    if sheet.figure.is_empty() {
+        return Err(DatasheetError::NoFigure);
+    }
+    if let Some(onboard) = &sheet.onboard
+        && !(onboard.get_ref().refresh_hz > 0.0 && onboard.get_ref().refresh_hz.is_finite())
+    {
+        return Err(DatasheetError::Refresh { line: line(text, onboard.span().start) });
+    }
+    let figure = |printed: Spanned<PrintedFigure>| {
+        let line = line(text, printed.span().start);
+        figure(printed.into_inner(), text).map_err(|error| DatasheetError::Figure { line, error })
+    };
+    let figures = sheet.figure.into_iter().map(figure).collect::<Result<_, _>>()?;
+    let onboard = sheet.onboard.map(Spanned::into_inner);
+    let onboard = onboard.map(|Onboard { refresh_hz, window }| SheetOnboard { refresh_hz, window });
+    Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures })
+}
+
+fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure, FigureError> {
+    use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
+    let (sensor, term) = (printed.sensor.into(), printed.parameter.into());
+    let all = conventions(sensor, term);
+    // a density is taken for two-sided: makers print N
+    let known = all.iter().find(|convention| convention.unit == printed.unit && convention.sides != Some(Sides::One));
+    let Some(unit) = known else {
+        let choices = all.iter().filter(|c| c.sides != Some(Sides::One)).map(|c| c.unit).collect();
+        return Err(FigureError::Unit { unit: printed.unit, choices });
+    };
+    let is_bias = term == Term::BiasInstability;
+    let (unit, said) = match (printed.convention, unit.sides) {
+        (None, _) => (*unit, ""),
+        (Some(TwoSided), Some(_)) => (*unit, ", two-sided"),
+        (Some(OneSided), Some(_)) => (unit.one_sided(), ", one-sided"),
+        (Some(Minimum | Flicker), _) if is_bias => (*unit, ""),
+        (Some(_), sides) => {
+            let choices = match sides {
+                Some(_) => "the convention \"two-sided\" or \"one-sided\"",
+                None if is_bias => "the convention \"minimum\" or \"flicker\"",
+                None => "no convention",
+            };
+            return Err(FigureError::Convention { unit: printed.unit, choices });
+        }
+    };
+    // digits as they are written: a zero at the end is known, and the number alone has lost it
+    let written = |span: Range<usize>| sheet.get(span).unwrap_or_default().trim();
+    let is_limit = printed.limit.is_some();
+    let (low, high, rounding, number) = match (printed.limit, printed.typical) {
+        (Some(limit), None) => {
+            let value = *limit.get_ref();
+            (value, value, 0.0, written(limit.span()).to_owned())
+        }
+        (None, Some(typical)) => match typical.get_ref() {
+            Typical::One(value) => {
+                let digits = written(typical.span());
+                (*value, *value, half_a_last_place(digits), digits.to_owned())
+            }
+            Typical::Range(from, to) => {
+                let number = format!("{} to {}", written(from.span()), written(to.span()));
+                (*from.get_ref(), *to.get_ref(), 0.0, number)
+            }
+        },
+        _ => return Err(FigureError::Claim { unit: printed.unit }),
+    };
+    // in SI: a number can be within 64 bits in one unit and beyond them in the other
+    let (low, high, rounding) = (low / unit.factor, high / unit.factor, rounding / unit.factor);
+    if !(low - rounding > 0.0 && high >= low && (high + rounding).is_finite()) {
+        return Err(FigureError::Number { number, unit: printed.unit });
+    }
+    Ok(DatasheetFigure {
+        sensor,
+        term,
+        claim: if is_limit { Claim::Limit(low) } else { Claim::Typical { from: low, to: high, rounding } },
+        is_minimum: printed.convention != Some(Flicker),
+        printed: format!("{} {number} {}{said}", if is_limit { "at most" } else { "typically" }, printed.unit),
+        source: printed.source,
+    })
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sheet {
+    name: String,
+    note: Option<String>,
+    onboard: Option<Spanned<Onboard>>,
+    #[serde(default)]
+    figure: Vec<Spanned<PrintedFigure>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Onboard {
+    refresh_hz: f64,
+    window: u32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PrintedFigure {
+    sensor: SensorName,
+    parameter: ParameterName,
+    unit: String,
+    limit: Option<Spanned<f64>>,
+    typical: Option<Spanned<Typical>>,
+    convention: Option<ConventionName>,
+    source: Option<String>,
+}
+
+/// What the number is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ConventionName {
+    /// Of a bias instability: the minimum of the deviation, as most sheets have it.
+    Minimum,
+    /// Of a bias instability: that over 0.664.
+    Flicker,
+    /// Of a density: N itself, as most sheets have it.
+    TwoSided,
+    /// Of a density: that over positive frequencies only, √2 N.
+    OneSided,
+}
+
+#[derive(Debug)]
+enum Typical {
+    One(f64),
+    Range(Spanned<f64>, Spanned<f64>),
+}
+
+/// By hand: what serde tries one after the other it has copied before, and copies have no place in
+/// the text.
+impl<'de> Deserialize<'de> for Typical {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrTwo;
+
+        impl<'de> Visitor<'de> for OneOrTwo {
+            type Value = Typical;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a number, or [from, to]")
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Typical, E> {
+                Ok(Typical::One(value))
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Typical, E> {
+                Ok(Typical::One(value as f64))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Typical, A::Error> {
+                let mut next = |index| values.next_element()?.ok_or_else(|| de::Error::invalid_length(index, &self));
+                let typical = Typical::Range(next(0)?, next(1)?);
+                match values.next_element::<IgnoredAny>()? {
+                    None => Ok(typical),
+                    Some(_) => Err(de::Error::invalid_length(3, &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(OneOrTwo)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum SensorName {
+    Gyroscope,
+    Accelerometer,
+    Magnetometer,
+}
+
+/// Half a unit of the last place of a number as TOML writes them; 0 for one that is not decimal.
+fn half_a_last_place(digits: &str) -> f64 {
+    let digits = digits.replace('_', "");
+    let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((&digits, "0"));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let is_decimal = mantissa.parse::<f64>().is_ok();
+    let place = exponent.parse::<i64>().ok().filter(|_| is_decimal).map(|exponent| exponent - decimals as i64);
+    // read, not multiplied: exact at both ends of the range
+    place.and_then(|place| format!("0.5e{place}").parse().ok()).unwrap_or(0.0)
+}
+
+impl From<SensorName> for Sensor {
+    fn from(name: SensorName) -> Self {
+        match name {
+            SensorName::Gyroscope => Self::Gyroscope,
+            SensorName::Accelerometer => Self::Accelerometer,
+            SensorName::Magnetometer => Self::Magnetometer,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ParameterName {
+    White,
+    BiasInstability,
+    RateRandomWalk,
+    RateRamp,
+    Quantization,
+}
+
+impl From<ParameterName> for Term {
+    fn from(name: ParameterName) -> Self {
+        match name {
+            ParameterName::White => Self::White,
+            ParameterName::BiasInstability => Self::BiasInstability,
+            ParameterName::RateRandomWalk => Self::RateRandomWalk,
+            ParameterName::RateRamp => Self::RateRamp,
+            ParameterName::Quantization => Self::Quantization,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
+    use proptest::{collection::vec, prelude::*, sample::Index};
+
+    use super::*;
+
+    fn claim(sheet: &Datasheet, sensor: Sensor, term: Term) -> Vec<Claim> {
+        let figures = sheet.figures.iter().filter(|figure| (figure.sensor, figure.term) == (sensor, term));
+        figures.map(|figure| figure.claim).collect()
+    }
+
+    fn close(found: f64, expected: f64) {
+        assert!((found / expected - 1.0).abs() < 2e-3, "{found}, expected {expected}");
+    }
+
+    #[test]
+    fn the_built_in_sheet_has_the_quoted_figures_in_si() {
+        let sheet = vn100_datasheet().unwrap();
+        let [Claim::Typical { from: white, .. }] = claim(&sheet, Sensor::Gyroscope, Term::White)[..] else { panic!() };
+        close(white, 6.11e-5);
+        let bias = claim(&sheet, Sensor::Gyroscope, Term::BiasInstability);
+        let [Claim::Limit(limit), Claim::Typical { from, to, rounding: 0.0 }] = bias[..] else { panic!("{bias:?}") };
+        close(limit, 4.85e-5);
+        close(from, 2.42e-5);
+        close(to, 3.39e-5);
+        let [Claim::Typical { from: white, .. }] = claim(&sheet, Sensor::Accelerometer, Term::White)[..] else {
+            panic!()
+        };
+        close(white, 1.373e-3);
+        let [Claim::Limit(limit)] = claim(&sheet, Sensor::Accelerometer, Term::BiasInstability)[..] else { panic!() };
+        close(limit, 3.92e-4);
+        assert!(sheet.figures.iter().all(|figure| figure.source.is_some()));
+    }
+
+    #[test]
+    fn a_single_typical_figure_is_known_to_half_its_last_place() {
+        let rounding = |typical: &str| {
+            let text = format!(
+                "name = \"x\"\n[[figure]]\nsensor = \"accelerometer\"\nparameter = \"white\"\nunit = \"m/s^2/sqrt(Hz)\"\ntypical = {typical}"
+            );
+            let figure = parse_datasheet(&text).unwrap().figures.remove(0);
+            match figure.claim {
+                Claim::Typical { rounding, .. } => (rounding, figure.printed),
+                Claim::Limit(_) => panic!(),
+            }
+        };
+        for (typical, expected) in [
+            ("0.0035", 5e-5),
+            ("0.30", 5e-3),
+            ("0.3", 5e-2),
+            ("140e-6", 5e-7),
+            ("1.4e-4", 5e-6),
+            ("300", 0.5),
+            ("3_00.0", 0.05),
+            ("7.0", 0.05),
+            ("2.25", 5e-3),
+        ] {
+            let (rounding, printed) = rounding(typical);
+            close(rounding, expected);
+            assert_eq!(printed, format!("typically {typical} m/s^2/sqrt(Hz)"));
+        }
+        let range = (0.0, "typically 5.0 to 7 m/s^2/sqrt(Hz)".to_owned());
+        assert_eq!(rounding("[ 5.0, # the lowest of ten\n7 ]"), range);
+    }
+
+    #[test]
+    fn one_side_of_a_density_is_the_larger_number() {
+        let limit = |unit: &str, convention: &str| {
+            let text = format!(
+                "name = \"x\"\n[[figure]]\nsensor = \"accelerometer\"\nparameter = \"white\"\nunit = \"{unit}\"\nlimit = 1\n{convention}"
+            );
+            match parse_datasheet(&text).unwrap().figures[0].claim {
+                Claim::Limit(limit) => limit,
+                Claim::Typical { .. } => panic!(),
+            }
+        };
+        close(limit("m/s^2/sqrt(Hz)", "convention = \"one-sided\""), FRAC_1_SQRT_2);
+        close(limit("m/s^2/sqrt(Hz)", "convention = \"two-sided\""), 1.0);
+        close(limit("m/s^2/sqrt(Hz)", ""), 1.0);
+        // in a unit that no table has with one side
+        close(limit("mg/sqrt(Hz)", "convention = \"one-sided\""), 9.806_65e-3 * FRAC_1_SQRT_2);
+    }
+
+    #[test]
+    fn a_wrong_sheet_is_told_what_would_be_right() {
+        let figure =
+            |fields: &str| format!("name = \"x\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\n{fields}");
+        for (text, expected) in [
+            ("name = \"x\"".to_owned(), "[[figure]]"),
+            (figure("unit = \"deg/h\"\nlimit = 1.0"), "deg/sqrt(h)"),
+            (figure("unit = \"deg/sqrt(h)\""), "limit"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = 1.0\ntypical = 1.0"), "one of"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = -1.0"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = 1e-322"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = -1.0"), "line 2"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = nan"), "not positive"),
+            (figure("unit = \"deg/sqrt(h)\"\ntypical = \"1\""), "[from, to]"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimit = 1.0\nconvention = \"one-sided\""), "no convention"),
+            (figure("unit = \"deg/s/sqrt(Hz)\"\nlimit = 1.0\nconvention = \"minimum\""), "two-sided"),
+            (figure("unit = \"deg/s/sqrt(Hz)\"\nlimit = 1.0\nconvention = \"both\""), "one-sided"),
+            ("name = \"x\"\n\n[onboard]\nrefresh_hz = 0\nwindow = 1\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\nunit = \"deg/sqrt(h)\"\nlimit = 1".to_owned(), "line 3"),
+            (figure("unit = \"deg/sqrt(h)\"\ntypical = [2.0, 1.0]"), "in order"),
+            (figure("unit = \"deg/sqrt(h)\"\nlimitt = 1.0"), "limitt"),
+            ("name = \"x\"\n[[figure]]\nsensor = \"gyro\"".to_owned(), "gyroscope"),
+        ] {
+            let error = parse_datasheet(&text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_sheet_is_refused_or_has_figures_to_judge_by(
+            edits in vec((any::<Index>(), any::<bool>(), "[0-9a-z_=.,\"#\\[\\]\n -]{0,12}|[1-9]e-?3[0-2][0-9]|-0.0|inf|nan|\\[1.0, inf\\]|\\[1e-30, 1e300\\]"), 1..4),
+        ) {
+            let mut lines: Vec<String> = BUILT_IN.lines().map(str::to_owned).collect();
+            for (at, value_alone, put) in edits {
+                let line = at.get_mut(&mut lines);
+                let kept = line.find('=').filter(|_| value_alone).map_or(0, |equals| equals + 1);
+                line.replace_range(kept.., &put);
+            }
+            match parse_datasheet(&lines.join("\n")) {
+                Err(error) => prop_assert!(!error.to_string().is_empty()),
+                Ok(sheet) => for figure in sheet.figures {
+                    let (low, high) = match figure.claim {
+                        Claim::Limit(limit) => (limit, limit),
+                        Claim::Typical { from, to, rounding } => (from - rounding, to + rounding),
+                    };
+                    prop_assert!(low > 0.0 && low <= high && high.is_finite(), "{:?}", figure);
+                },
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! The file that Kalibr takes: white noise and random walk of each sensor, in continuous time and
+//! SI units.
+//!
+//! Names and units as in the page "Yaml formats" of its documentation.
+
+use imu_noise::{Sensor, Status, Term, over_bound};
+use thiserror::Error;
+use vn100_protocol::Quantity;
+
+use crate::{
+    document::noise::status,
+    findings::{Findings, SensorFindings},
+    record::Record,
+    units::ChannelValues,
+};
+
+/// There is no file for Kalibr: it does not start without a figure, and a guess would pass for a
+/// measurement.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum KalibrError {
+    /// The sensor was moved.
+    #[error("the sensor was moved in this record, and its noise is not seen")]
+    Moved,
+    /// A figure is not known; why, for each.
+    #[error("{}", .0.join("; "))]
+    Lacks(Vec<String>),
+}
+
+/// The lines of the file, and what it lacks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct KalibrYaml {
+    lines: Vec<String>,
+    lacks: Vec<String>,
+    was_moved: bool,
+}
+
+impl KalibrYaml {
+    /// Of each sensor the worst axis. Where its random walk is not estimated, and `with_over_bound`,
+    /// the white noise and the random walk that together lie above the whole curve of every axis.
+    #[must_use]
+    pub fn of(record: &Record<'_>, with_over_bound: bool) -> Self {
+        let snapshot = record.snapshot();
+        let mut yaml = Self::default();
+        let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
+        yaml.comment(&format!(
+            "{} samples of {message} at {} Hz; intervals at {}",
+            snapshot.timing.samples,
+            snapshot.timing.rate_hz,
+            record.assessment().confidence
+        ));
+        let findings = Findings::of(record);
+        if findings.motion.is_some() {
+            yaml.was_moved = true;
+            yaml.comment("nothing for a filter: the sensor was moved, and its noise is not seen");
+            return yaml;
+        }
+        yaml.comment("continuous-time densities of this stream at this rate, as measured: nothing is divided out");
+        for (quantity, sensor, name) in [
+            (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
+            (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
+        ] {
+            let axes = record.of(quantity);
+            yaml.sensor(&axes, findings.sensor(sensor), (sensor, name), with_over_bound);
+        }
+        yaml.lines.push("rostopic: /imu/data".into());
+        yaml.lines.push(format!("update_rate: {}", decimal(snapshot.timing.rate_hz)));
+        yaml
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn text(&self) -> String {
+        self.lines.join("\n") + "\n"
+    }
+
+    /// Whether it can be used.
+    ///
+    /// # Errors
+    /// Where a figure is not known.
+    pub fn complete(&self) -> Result<(), KalibrError> {
+        if self.was_moved {
+            return Err(KalibrError::Moved);
+        }
+        if self.lacks.is_empty() { Ok(()) } else { Err(KalibrError::Lacks(self.lacks.clone())) }
+    }
+
+    fn comment(&mut self, text: &str) {
+        self.lines.push(format!("# {text}"));
+    }
+
+    fn figure(&mut self, name: &str, value: f64) {
+        self.lines.push(format!("{name}: {}", decimal(value)));
+    }
+
+    fn sensor(
+        &mut self,
+        axes: &[&ChannelValues],
+        found: Option<&SensorFindings>,
+        (sensor, name): (Sensor, &str),
+        with_over_bound: bool,
+    ) {
+        let (white_name, walk_name) = (format!("{name}_noise_density"), format!("{name}_random_walk"));
+        let white = found.and_then(|found| found.worst(|axis| axis.white));
+        let walk = found.and_then(|found| found.worst(|axis| axis.random_walk));
+        let unit = |term| imu_noise::conventions(sensor, term).first().map_or("", |si| si.unit);
+        if let (Some(white), Some(walk)) = (white, walk) {
+            self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
+            self.figure(&white_name, white.value);
+            self.comment(&format!("{name}: random walk of {}, in {}", walk.named(), unit(Term::RateRandomWalk)));
+            self.figure(&walk_name, walk.value);
+            return;
+        }
+        let estimated = white;
+        let reason = match white {
+            None => format!("the white noise of the {name} is not estimated"),
+            Some(_) => format!("the random walk of the {name} is {} in this record", why_no_walk(axes)),
+        };
+        let above = with_over_bound.then(|| above_all(axes)).flatten();
+        if let Some((white, walk)) = above {
+            self.comment(&format!("{name}: {reason}. The next two are no estimates: together they"));
+            self.comment("lie above the upper bounds of the whole curve of every axis, and make a filter careful");
+            if let Some(worst) = estimated {
+                let value = decimal(worst.value);
+                self.comment(&format!("({}, has an estimated white noise of {value} alone)", worst.named()));
+            }
+            self.figure(&white_name, white);
+            self.figure(&walk_name, walk);
+            return;
+        }
+        match white {
+            Some(white) => {
+                self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
+                self.figure(&white_name, white.value);
+            }
+            None => self.comment(&format!("{white_name}: not known")),
+        }
+        self.comment(&format!("{walk_name}: not known, {reason}"));
+        self.lacks.push(reason);
+    }
+}
+
+fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
+    let first = axes.iter().find_map(|axis| axis.noise.as_ref()?.parameter(Term::RateRandomWalk));
+    match first.map(|parameter| parameter.status) {
+        Some(Status::Bounded) => "only bounded from above",
+        Some(other) => match status(other) {
+            "not-measurable" => "not measurable",
+            "model-rejected" => "not estimated, no model fits",
+            _ => "not observable",
+        },
+        None => "not known",
+    }
+}
+
+/// The larger of each over all axes.
+fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
+    let bounds = axes.iter().filter_map(|axis| {
+        let known = axis.deviations.iter().filter(|point| point.is_known());
+        let (tau_s, upper): (Vec<f64>, Vec<f64>) = known.filter_map(|point| Some((point.tau_s, point.upper?))).unzip();
+        over_bound(&tau_s, &upper)
+    });
+    bounds.map(|bound| (bound.white, bound.rate_random_walk)).reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
+/// As every YAML reader takes it for a number: with a point, and a sign in the exponent.
+fn decimal(value: f64) -> String {
+    if (1e-3..1e6).contains(&value.abs()) {
+        // five digits, and none behind that say nothing
+        let text = format!("{:.*}", (4 - value.abs().log10().floor() as i32).max(1) as usize, value);
+        let short = text.trim_end_matches('0');
+        return if short.ends_with('.') { format!("{short}0") } else { short.into() };
+    }
+    let text = format!("{value:.4e}");
+    match text.split_once('e') {
+        Some((_, exponent)) if exponent.starts_with('-') => text,
+        Some((mantissa, exponent)) => format!("{mantissa}e+{exponent}"),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_numbers_in_every_yaml() {
+        for (value, text) in
+            [(40.0, "40.0"), (1.2634e-4, "1.2634e-4"), (0.0, "0.0000e+0"), (2e9, "2.0000e+9"), (0.002, "0.002")]
+        {
+            assert_eq!(decimal(value), text);
+            assert_eq!(text.parse::<f64>().unwrap(), value);
+        }
+    }
+}

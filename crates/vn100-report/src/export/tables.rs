@@ -1,0 +1,217 @@
+//! Tables as CSV: full precision, nothing where a number is not known.
+
+use std::fmt::Write;
+
+use imu_noise::{Status, Term, conventions};
+
+use crate::{
+    document::noise::{status, term_name},
+    record::Record,
+};
+
+/// A table of a report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CsvTable {
+    /// Deviations over averaging times.
+    Allan,
+    /// Of channels and vectors.
+    Statistics,
+    /// Of the noise.
+    Parameters,
+    /// Densities over frequencies.
+    Spectrum,
+    /// Means and deviations over time.
+    Segments,
+    /// Bars.
+    Histogram,
+}
+
+impl CsvTable {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Allan, Self::Statistics, Self::Parameters, Self::Spectrum, Self::Segments, Self::Histogram];
+
+    /// How the name of its file ends.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Allan => ".allan.csv",
+            Self::Statistics => ".statistics.csv",
+            Self::Parameters => ".parameters.csv",
+            Self::Spectrum => ".spectrum.csv",
+            Self::Segments => ".segments.csv",
+            Self::Histogram => ".histogram.csv",
+        }
+    }
+
+    /// A header, and a row for each channel and point.
+    #[must_use]
+    pub fn text(self, record: &Record<'_>) -> String {
+        match self {
+            Self::Allan => allan(record),
+            Self::Statistics => statistics(record),
+            Self::Parameters => parameters(record),
+            Self::Spectrum => spectrum(record),
+            Self::Segments => segments(record),
+            Self::Histogram => histogram(record),
+        }
+    }
+}
+
+struct Table(String);
+
+impl Table {
+    fn new(header: &str) -> Self {
+        Self(format!("{header}\n"))
+    }
+
+    fn row(&mut self, cells: &[&str]) {
+        let quoted = |cell: &&str| {
+            if cell.contains([',', '"', '\n', '\r']) {
+                format!("\"{}\"", cell.replace('"', "\"\""))
+            } else {
+                (*cell).into()
+            }
+        };
+        let row = cells.iter().map(quoted).collect::<Vec<String>>().join(",");
+        // a String takes everything
+        let _ = writeln!(self.0, "{row}");
+    }
+}
+
+/// The shortest decimal that reads back as the same number.
+fn number(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value == 0.0 || (1e-4..1e15).contains(&value.abs()) => value.to_string(),
+        Some(value) => format!("{value:e}"),
+        None => String::new(),
+    }
+}
+
+fn allan(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha");
+    for channel in &record.channels {
+        for point in &channel.deviations {
+            table.row(&[
+                &channel.name,
+                &channel.unit,
+                &point.m.to_string(),
+                &number(Some(point.tau_s)),
+                &number(point.deviation),
+                &number(point.lower),
+                &number(point.upper),
+                &number(point.edf),
+                &point.terms.to_string(),
+                &point.alpha.map_or_else(String::new, |alpha| alpha.to_string()),
+            ]);
+        }
+    }
+    table.0
+}
+
+fn statistics(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution");
+    for channel in &record.channels {
+        table.row(&[
+            &channel.name,
+            &channel.unit,
+            &channel.count.to_string(),
+            &number(channel.mean),
+            &number(channel.std),
+            &number(channel.min),
+            &number(channel.max),
+            &number(channel.skewness),
+            &number(channel.excess_kurtosis),
+            &number(Some(channel.resolution)),
+        ]);
+    }
+    for norm in &record.norms {
+        let count = norm.count.to_string();
+        let [mean, std, min, max] = [norm.mean, norm.std, norm.min, norm.max].map(number);
+        table.row(&[norm.name, &norm.unit, &count, &mean, &std, &min, &max, "", "", ""]);
+    }
+    table.0
+}
+
+fn parameters(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit");
+    for channel in &record.channels {
+        let Some(noise) = &channel.noise else { continue };
+        for term in Term::ALL {
+            let Some(parameter) = noise.parameter(term) else { continue };
+            let unit = conventions(noise.sensor, term).first().map_or("", |si| si.unit);
+            let known: Status = parameter.status;
+            table.row(&[
+                &channel.name,
+                term_name(term),
+                status(known),
+                &number(parameter.value),
+                &number(parameter.lower),
+                &number(parameter.upper),
+                unit,
+            ]);
+        }
+    }
+    table.0
+}
+
+fn spectrum(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,unit,frequency_hz,density_one_sided");
+    for channel in &record.channels {
+        let unit = format!("({})^2/Hz", channel.unit);
+        let density = channel.signal.as_ref().and_then(|signal| signal.density.as_ref());
+        for point in density.iter().flat_map(|density| &density.points) {
+            let (frequency, density) = (number(Some(point.frequency_hz)), number(Some(point.density_unit2_hz)));
+            table.row(&[&channel.name, &unit, &frequency, &density]);
+        }
+    }
+    table.0
+}
+
+fn segments(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,unit,start_s,duration_s,count,mean,std,min,max");
+    for channel in &record.channels {
+        for block in channel.signal.iter().flat_map(|signal| &signal.blocks) {
+            table.row(&[
+                &channel.name,
+                &channel.unit,
+                &number(Some(record.skipped_s() + block.start_s)),
+                &number(Some(block.duration_s)),
+                &block.count.to_string(),
+                &number(Some(block.mean)),
+                &number(block.std),
+                &number(Some(block.min)),
+                &number(Some(block.max)),
+            ]);
+        }
+    }
+    table.0
+}
+
+fn histogram(record: &Record<'_>) -> String {
+    let mut table = Table::new("channel,unit,from,to,count");
+    for channel in &record.channels {
+        let Some(bars) = &channel.bars else { continue };
+        for (index, count) in bars.counts.iter().enumerate() {
+            let edge = |index: usize| number(Some(bars.first + bars.width * index as f64));
+            table.row(&[&channel.name, &channel.unit, &edge(index), &edge(index + 1), &count.to_string()]);
+        }
+    }
+    table.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_quoted_where_they_must_be_and_numbers_read_back() {
+        let mut table = Table::new("a,b");
+        table.row(&["x,\"y\"", "z"]);
+        assert_eq!(table.0, "a,b\n\"x,\"\"y\"\"\",z\n");
+        for value in [0.0, 1.5, -9.887_886_4, 7.67e-6, 1e20] {
+            assert_eq!(number(Some(value)).parse::<f64>().unwrap(), value);
+        }
+        assert_eq!(number(None), "");
+    }
+}

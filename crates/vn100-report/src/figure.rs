@@ -1,0 +1,231 @@
+//! The figures of a report: each is drawn once, as SVG or as pixels, and keeps the numbers that it
+//! shows.
+
+mod allan;
+mod axes;
+mod drawing;
+mod envelope;
+mod font;
+mod histogram;
+mod png;
+mod segments;
+mod spectrum;
+mod svg;
+
+use thiserror::Error;
+
+pub(crate) use allan::{allan_of_axes, allan_of_axis, allan_of_records};
+pub(crate) use envelope::envelope;
+pub(crate) use histogram::histogram;
+pub(crate) use segments::segments;
+pub(crate) use spectrum::spectrum;
+
+pub(crate) use axes::superscript;
+pub(crate) use axes::{Axis, Scale};
+use axes::{LETTERS, Place, frame};
+use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Mark, Rectangle, Shape, Stroke};
+use font::Font;
+
+const WIDTH: f64 = 480.0;
+const HEIGHT: f64 = 330.0;
+
+/// A figure cannot be drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum DrawingError {
+    /// This program was built with a damaged font.
+    #[error("the embedded font is damaged")]
+    Font,
+    /// It has no area, or too much of it.
+    #[error("a figure without a size cannot be drawn")]
+    Size,
+    /// The pixels make no file.
+    #[error("the pixels cannot be written as PNG")]
+    Png,
+}
+
+/// A figure as it is shown and kept.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Unique in a report, of letters, digits, `-` and `_`: the stem of its file.
+    pub id: String,
+    pub(crate) title: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) area: Rectangle,
+    /// What can be read off it.
+    pub(crate) series: Vec<Series>,
+    drawing: Drawing,
+}
+
+/// A series of values, as they can be read off a figure.
+#[derive(Debug, Clone)]
+pub(crate) struct Series {
+    pub(crate) name: String,
+    pub(crate) values: Vec<Value>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Value {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    /// How far it reaches: an interval, or smallest and largest.
+    pub(crate) reach: Option<(f64, f64)>,
+}
+
+impl Figure {
+    /// For a page.
+    pub(crate) fn svg_element(&self) -> String {
+        svg::element(&self.drawing, &self.id, &self.title)
+    }
+
+    /// A file of its own.
+    #[must_use]
+    pub fn svg_file(&self) -> String {
+        svg::file(&self.drawing, &self.id, &self.title)
+    }
+
+    /// The same as pixels.
+    ///
+    /// # Errors
+    /// None, unless the figure has no size, or this program was built with a damaged font.
+    pub fn png_file(&self) -> Result<Vec<u8>, DrawingError> {
+        png::file(&self.drawing)
+    }
+}
+
+/// How an entry of a legend looks.
+#[derive(Debug, Clone, Copy)]
+enum Sample {
+    Line(Stroke),
+    Symbol(Shape, Colour),
+    /// Line and symbol.
+    Both(Stroke, Shape),
+    Area(Colour, f64),
+}
+
+/// A figure that is being drawn.
+struct Plot {
+    figure: Figure,
+    place: Place,
+}
+
+impl Plot {
+    fn new(id: String, title: String, x: Axis, y: Axis, legend: &[(Sample, String)]) -> Result<Self, DrawingError> {
+        const ROW: f64 = 16.0;
+        const TITLE: f64 = 13.0;
+        let font = Font::new()?;
+        let widest = (y.scale.ticks().iter().filter_map(|tick| tick.label.as_deref()))
+            .map(|label| LETTERS * font.width(label))
+            .fold(0.0, f64::max);
+        let left = widest + LETTERS + 16.0;
+        let title_mark =
+            Mark::Text { at: (left, 17.0), text: title.clone(), size: TITLE, anchor: Anchor::Start, upwards: false };
+        let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
+        for (sample, text) in legend {
+            let width = 28.0 + LETTERS * font.width(text) + 12.0;
+            if x_next > left && x_next + width > WIDTH {
+                (x_next, y_next) = (left, y_next + ROW);
+            }
+            sample.draw((x_next, y_next - 4.0), &mut marks);
+            let at = (x_next + 28.0, y_next);
+            marks.push(Mark::Text { at, text: text.clone(), size: LETTERS, anchor: Anchor::Start, upwards: false });
+            x_next += width;
+        }
+        let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
+        let (right, bottom) = (WIDTH - 18.0, HEIGHT + top - 26.0);
+        let area = Rectangle { left, top, width: right - left, height: HEIGHT - 26.0 - 44.0 };
+        let place = Place { area, x: x.scale, y: y.scale };
+        let layers = vec![
+            Layer { kind: LayerKind::Frame, marks: frame(&place, &x, &y) },
+            Layer { kind: LayerKind::Legend, marks },
+        ];
+        let drawing = Drawing { width: WIDTH, height: bottom, layers };
+        Ok(Self { figure: Figure { id, title, x, y, area, series: Vec::new(), drawing }, place })
+    }
+
+    /// Draws in a layer of its own that belongs to `series`.
+    fn draw(&mut self, series: usize, marks: Vec<Mark>) {
+        let kind = LayerKind::Data { series, clip: self.place.area };
+        self.figure.drawing.layers.push(Layer { kind, marks });
+    }
+
+    fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Mark {
+        Mark::Line { points: values.into_iter().map(|(x, y)| self.place.of(x, y)).collect(), stroke }
+    }
+
+    fn symbol(&self, x: f64, y: f64, shape: Shape, colour: Colour) -> Mark {
+        Mark::Symbol { at: self.place.of(x, y), shape, colour }
+    }
+
+    /// A short text above and right of a place, or left of it near the right edge.
+    fn note(&self, x: f64, y: f64, text: String) -> Mark {
+        let (left, top) = self.place.of(x, y);
+        let near_edge = self.place.x.share(x) > 0.7;
+        let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
+        Mark::Text { at: (left + off, top - 5.0), text, size: LETTERS, anchor, upwards: false }
+    }
+
+    /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
+    fn note_at_edge(&self, y: f64, text: String) -> Mark {
+        let (left, top) = (self.place.area.left, self.place.of(1.0, y).1);
+        Mark::Text { at: (left + 8.0, top - 5.0), text, size: LETTERS, anchor: Anchor::Start, upwards: false }
+    }
+
+    fn done(self, series: Vec<Series>) -> Figure {
+        Figure { series, ..self.figure }
+    }
+}
+
+impl Sample {
+    fn draw(self, (x, y): drawing::At, marks: &mut Vec<Mark>) {
+        let line = |stroke| Mark::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
+        let symbol = |shape, colour| Mark::Symbol { at: (x + 11.0, y), shape, colour };
+        match self {
+            Self::Line(stroke) => marks.push(line(stroke)),
+            Self::Symbol(shape, colour) => marks.push(symbol(shape, colour)),
+            Self::Both(stroke, shape) => marks.extend([line(stroke), symbol(shape, stroke.colour)]),
+            Self::Area(colour, opacity) => {
+                let corners = [(0.0, -5.0), (22.0, -5.0), (22.0, 5.0), (0.0, 5.0)];
+                let points = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+                marks.push(Mark::Area { points, colour, opacity });
+            }
+        }
+    }
+}
+
+fn solid(series: usize, width: f64) -> Stroke {
+    Stroke { colour: Colour::Series(series), width, dash: Dash::Solid }
+}
+
+fn quiet(width: f64, dash: Dash) -> Stroke {
+    Stroke { colour: Colour::Quiet, width, dash }
+}
+
+/// As people write units.
+pub(crate) fn pretty_unit(unit: &str) -> String {
+    let unit = match unit.strip_prefix('u') {
+        Some(rest) if rest.starts_with("g/") || rest == "g" || rest == "rad" => format!("µ{rest}"),
+        _ => unit.to_owned(),
+    };
+    let written = [("sqrt(Hz)", "√Hz"), ("sqrt(h)", "√h"), ("sqrt(s)", "√s"), ("^2", "²"), ("^3", "³"), ("deg", "°")];
+    written.into_iter().fold(unit, |unit, (plain, pretty)| unit.replace(plain, pretty))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_written_as_people_do() {
+        for (unit, pretty) in [
+            ("rad/s/sqrt(Hz)", "rad/s/√Hz"),
+            ("m/s^2", "m/s²"),
+            ("deg/h^1.5", "°/h^1.5"),
+            ("ug/sqrt(Hz)", "µg/√Hz"),
+            ("gauss", "gauss"),
+            ("urad", "µrad"),
+        ] {
+            assert_eq!(pretty_unit(unit), pretty);
+        }
+    }
+}

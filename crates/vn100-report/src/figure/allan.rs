@@ -1,0 +1,299 @@
+//! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
+
+use imu_noise::{Deviation, Term};
+use vn100_analysis::ChannelNoise;
+
+use super::{
+    Axis, Colour, Dash, DrawingError, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale,
+    pretty_unit, quiet, solid,
+};
+use crate::units::{ChannelValues, Point};
+
+/// √(2 ln 2/π): the flat part of a curve over its B.
+pub(crate) const FLAT: f64 = 0.664_28;
+
+/// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules
+/// read.
+pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
+    let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
+    let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
+    let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
+    let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
+    if let Some(model) = &model {
+        model.legend(&mut legend);
+    }
+    let id = format!("allan-{}", id_of(&channel.name));
+    let title = format!("{}: {}", channel.name, name(deviation));
+    let mut plot = Plot::new(id, title, x, y, &legend)?;
+    if let Some(model) = &model {
+        let marks = model.below(&plot);
+        plot.draw(1, marks);
+    }
+    let marks = curve(&plot, 0, &channel.deviations);
+    plot.draw(0, marks);
+    if let Some(model) = &model {
+        let marks = model.above(&plot, &channel.deviations);
+        plot.draw(1, marks);
+    }
+    Ok(Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)])))
+}
+
+/// The axes of one sensor together.
+pub(crate) fn allan_of_axes(
+    id: &str,
+    title: &str,
+    axes_of: &[&ChannelValues],
+    deviation: Deviation,
+) -> Result<Option<Figure>, DrawingError> {
+    let Some((x, y)) = axes(axes_of, &[], deviation) else { return Ok(None) };
+    let curves: Vec<_> = axes_of.iter().map(|channel| (channel.name.clone(), &channel.deviations[..])).collect();
+    together(format!("allan-{id}"), format!("{title}: {}", name(deviation)), x, y, &curves)
+}
+
+/// One channel of several records, each under its name.
+pub(crate) fn allan_of_records(
+    channel: &str,
+    records: &[(String, &ChannelValues)],
+    deviation: Deviation,
+) -> Result<Option<Figure>, DrawingError> {
+    let values: Vec<_> = records.iter().map(|(_, values)| *values).collect();
+    let Some((x, y)) = axes(&values, &[], deviation) else { return Ok(None) };
+    let curves: Vec<_> = records.iter().map(|(name, values)| (name.clone(), &values.deviations[..])).collect();
+    together(format!("records-{}", id_of(channel)), format!("{channel}: {}", name(deviation)), x, y, &curves)
+}
+
+fn together(
+    id: String,
+    title: String,
+    x: Axis,
+    y: Axis,
+    curves: &[(String, &[Point])],
+) -> Result<Option<Figure>, DrawingError> {
+    let legend: Vec<_> = (curves.iter().enumerate())
+        .map(|(index, (name, _))| (Sample::Both(connecting(index), Shape::of_series(index)), short_name(name)))
+        .collect();
+    let mut plot = Plot::new(id, title, x, y, &legend)?;
+    for (index, (_, points)) in curves.iter().enumerate() {
+        let marks = curve(&plot, index, points);
+        plot.draw(index, marks);
+    }
+    let series = curves.iter().map(|(name, points)| series(name.clone(), points)).collect();
+    Ok(Some(plot.done(series)))
+}
+
+/// Both sides, around the deviations, their intervals and `more`.
+fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Option<(Axis, Axis)> {
+    let first = channels.first()?;
+    let points = || channels.iter().flat_map(|channel| &channel.deviations).filter(|point| point.deviation > Some(0.0));
+    points().next()?;
+    let reaches = points().flat_map(|point| {
+        let (lower, upper) = interval(point).unzip();
+        [point.deviation, lower, upper].into_iter().flatten()
+    });
+    let x = Axis {
+        name: "averaging time τ".into(),
+        unit: "s".into(),
+        scale: Scale::around(points().map(|point| point.tau_s), true),
+    };
+    let y = Axis {
+        name: name(deviation).into(),
+        unit: pretty_unit(&first.unit),
+        scale: Scale::around(reaches.chain(more.iter().copied()), true),
+    };
+    Some((x, y))
+}
+
+/// Points, the lines between them, and their intervals.
+fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Mark> {
+    const CAP: f64 = 3.0;
+    let known: Vec<(f64, f64)> =
+        points.iter().filter_map(|point| Some((point.tau_s, point.deviation.filter(|value| *value > 0.0)?))).collect();
+    let mut marks = vec![plot.line(known.iter().copied(), connecting(index))];
+    for (point, (lower, upper)) in points.iter().filter_map(|point| Some((point, interval(point)?))) {
+        let (x, low) = plot.place.of(point.tau_s, lower);
+        let (_, high) = plot.place.of(point.tau_s, upper);
+        for points in
+            [vec![(x, low), (x, high)], vec![(x - CAP, low), (x + CAP, low)], vec![(x - CAP, high), (x + CAP, high)]]
+        {
+            marks.push(Mark::Line { points, stroke: solid(index, 1.1) });
+        }
+    }
+    let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index), Colour::Series(index));
+    marks.extend(known.iter().map(symbol));
+    marks
+}
+
+/// As far as it says something.
+fn interval(point: &Point) -> Option<(f64, f64)> {
+    point.lower.zip(point.upper).filter(|_| point.is_known())
+}
+
+fn connecting(index: usize) -> Stroke {
+    Stroke { colour: Colour::Series(index), width: 1.0, dash: Dash::of_series(index) }
+}
+
+fn series(name: String, points: &[Point]) -> Series {
+    let value =
+        |point: &Point| Some(Value { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
+    Series { name, values: points.iter().filter_map(value).collect() }
+}
+
+fn name(deviation: Deviation) -> &'static str {
+    match deviation {
+        Deviation::Allan => "Allan deviation",
+        Deviation::Hadamard => "Hadamard deviation",
+    }
+}
+
+/// The noise that was fitted, as lines.
+struct Model<'a> {
+    noise: &'a ChannelNoise,
+    quantization: Option<f64>,
+    white: Option<f64>,
+    bias_instability: Option<f64>,
+    random_walk: Option<f64>,
+    ramp: Option<f64>,
+}
+
+impl<'a> Model<'a> {
+    fn new(noise: &'a ChannelNoise) -> Self {
+        let value = |term| noise.parameter(term).and_then(|parameter| parameter.value);
+        Self {
+            noise,
+            quantization: value(Term::Quantization),
+            white: value(Term::White),
+            bias_instability: value(Term::BiasInstability),
+            random_walk: value(Term::RateRandomWalk),
+            ramp: value(Term::RateRamp),
+        }
+    }
+
+    /// Bounds alone make no line.
+    fn has_terms(&self) -> bool {
+        [self.quantization, self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
+    }
+
+    /// Averaging times from one end of the fit to the other.
+    fn fitted_taus(&self) -> Vec<f64> {
+        const STEPS: i32 = 48;
+        let Some(quality) = self.noise.fit.quality.filter(|_| self.has_terms()) else { return Vec::new() };
+        let (from, to) = (quality.tau_min_s, quality.tau_max_s);
+        (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS))).collect()
+    }
+
+    /// Its deviations, and where its letters stand: all of that is to be seen.
+    fn reaches(&self) -> Vec<f64> {
+        let fitted = self.fitted_taus().into_iter().map(|tau_s| self.deviation(tau_s));
+        fitted.chain([self.quantization, self.white, self.random_walk].into_iter().flatten()).collect()
+    }
+
+    /// IEEE Std 952, annex C.
+    fn deviation(&self, tau_s: f64) -> f64 {
+        let square = |value: Option<f64>, of_one: f64| value.map_or(0.0, |value| value * value * of_one);
+        let variance = square(self.quantization, 3.0 / (tau_s * tau_s))
+            + square(self.white, 1.0 / tau_s)
+            + square(self.bias_instability, FLAT * FLAT)
+            + square(self.random_walk, tau_s / 3.0)
+            + square(self.ramp, tau_s * tau_s / 2.0);
+        variance.sqrt()
+    }
+
+    /// One for each term that is there.
+    fn lines(&self, plot: &Plot) -> Vec<Reference> {
+        let (from, to) = plot.place.x.ends();
+        // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
+        let flat = |flicker: f64| {
+            let begins = self.white.map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
+            let last = self.noise.fit.quality.map_or(to, |quality| quality.tau_max_s);
+            let ends = self.random_walk.map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
+            (begins * ends.max(begins)).sqrt()
+        };
+        let reference = |dash, letter, tau_s, deviation, slope| Reference { dash, letter, tau_s, deviation, slope };
+        [
+            self.quantization.map(|rounding| reference(Dash::Dotted, "Q", 3_f64.sqrt(), rounding, -1.0)),
+            self.white.map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
+            self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
+            self.random_walk.map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    fn legend(&self, legend: &mut Vec<(Sample, String)>) {
+        if self.noise.fit.quality.is_some() && self.has_terms() {
+            legend.push((Sample::Line(model_stroke()), "fitted model".into()));
+        }
+        let classical = &self.noise.classical;
+        if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
+            legend.push((Sample::Symbol(Shape::Ring, Colour::Ink), "read by rule".into()));
+        }
+    }
+
+    fn below(&self, plot: &Plot) -> Vec<Mark> {
+        let (from, to) = plot.place.x.ends();
+        let lines = self.lines(plot);
+        let line = |line: &Reference| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.1, line.dash));
+        lines.iter().map(line).collect()
+    }
+
+    fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Mark> {
+        let mut marks = Vec::new();
+        let fitted = self.fitted_taus();
+        if !fitted.is_empty() {
+            marks.push(plot.line(fitted.into_iter().map(|tau_s| (tau_s, self.deviation(tau_s))), model_stroke()));
+        }
+        for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
+            marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));
+            marks.push(match slope {
+                0.0 => plot.note_at_edge(deviation, letter.into()),
+                _ => plot.note(tau_s, deviation, letter.into()),
+            });
+        }
+        let classical = &self.noise.classical;
+        let read = [(Shape::Ring, 1.0, classical.white), (Shape::HollowTriangle, 3.0, classical.rate_random_walk)];
+        marks.extend(
+            read.into_iter().filter_map(|(shape, tau_s, value)| Some(plot.symbol(tau_s, value?, shape, Colour::Ink))),
+        );
+        if let Some(flicker) = classical.bias_instability {
+            let lowest = points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
+            let tau_s = lowest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(1.0, |(tau_s, _)| tau_s);
+            marks.push(plot.symbol(tau_s, FLAT * flicker, Shape::HollowSquare, Colour::Ink));
+        }
+        marks
+    }
+}
+
+/// The line of one term, through the deviation at the averaging time where its letter is read.
+struct Reference {
+    dash: Dash,
+    letter: &'static str,
+    tau_s: f64,
+    deviation: f64,
+    slope: f64,
+}
+
+impl Reference {
+    fn at(&self, tau_s: f64) -> f64 {
+        self.deviation * (tau_s / self.tau_s).powf(self.slope)
+    }
+}
+
+fn model_stroke() -> Stroke {
+    Stroke { colour: Colour::Series(1), width: 2.0, dash: Dash::Solid }
+}
+
+/// Letters, digits, `-` and `_` stay.
+pub(super) fn id_of(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
+}
+
+/// What a legend has room for.
+fn short_name(name: &str) -> String {
+    const MOST: usize = 34;
+    if name.chars().count() <= MOST {
+        return name.to_owned();
+    }
+    let kept: String = name.chars().take(MOST - 1).collect();
+    kept + "…"
+}

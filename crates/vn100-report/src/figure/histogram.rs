@@ -1,0 +1,104 @@
+//! The histogram, and the normal curve of the same mean, deviation and area.
+
+use std::f64::consts::TAU;
+
+use super::{
+    Axis, Colour, DrawingError, Figure, Mark, Plot, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit,
+    solid,
+};
+use crate::units::{BarValues, ChannelValues};
+
+/// `None` without samples.
+pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>, DrawingError> {
+    let Some(BarValues { first, width, counts }) = &channel.bars else { return Ok(None) };
+    let (width, counts) = &as_wide_as_steps(*width, counts);
+    let edge = |bar: usize| first + width * bar as f64;
+    let total = counts.iter().sum::<u64>() as f64;
+    let normal = channel.mean.zip(channel.std.filter(|std| *std > 0.0));
+    let expected = |x: f64| {
+        let (mean, std) = normal?;
+        Some(total * width / (std * TAU.sqrt()) * (-(x - mean).powi(2) / (2.0 * std * std)).exp())
+    };
+    let highest = counts.iter().copied().max().unwrap_or(0) as f64;
+    let top = normal.and_then(|(mean, _)| expected(mean)).unwrap_or(0.0).max(highest);
+    let x = Axis {
+        name: channel.name.clone(),
+        unit: pretty_unit(&channel.unit),
+        scale: Scale::around([edge(0), edge(counts.len())].into_iter(), false),
+    };
+    let y = Axis {
+        name: "samples in a bar".into(),
+        unit: String::new(),
+        scale: Scale::Linear { from: 0.0, to: 1.06 * top.max(1.0) },
+    };
+    let mut legend = vec![(Sample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
+    if normal.is_some() {
+        legend.push((Sample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
+    }
+    let id = format!("histogram-{}", id_of(&channel.name));
+    let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend)?;
+    let bars = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    let corners =
+        |bar: usize, count: f64| [(edge(bar), 0.0), (edge(bar), count), (edge(bar + 1), count), (edge(bar + 1), 0.0)];
+    let marks = bars.map(|(bar, count)| Mark::Area {
+        points: corners(bar, *count as f64).iter().map(|(x, y)| plot.place.of(*x, *y)).collect(),
+        colour: Colour::Series(0),
+        opacity: 0.5,
+    });
+    let marks = marks.collect();
+    plot.draw(0, marks);
+    if normal.is_some() {
+        const STEPS: usize = 120;
+        let (from, to) = plot.place.x.ends();
+        let places = (0..=STEPS).map(|step| from + (to - from) * step as f64 / STEPS as f64);
+        let curve = plot.line(places.filter_map(|x| Some((x, expected(x)?))), solid(1, 1.8));
+        plot.draw(1, vec![curve]);
+    }
+    let values = counts.iter().enumerate().map(|(bar, count)| Value {
+        x: edge(bar) + width / 2.0,
+        y: *count as f64,
+        reach: None,
+    });
+    Ok(Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }])))
+}
+
+/// Bars joined in pairs until none lies far below some near it on both sides: values that come in
+/// steps would leave gaps between narrower bars, and twice as high ones beside them.
+fn as_wide_as_steps(mut width: f64, counts: &[u64]) -> (f64, Vec<u64>) {
+    // what chance alone hardly does to a bar between such neighbours
+    const FULL: u64 = 20;
+    const GAP: u64 = 4;
+    const NEAR: usize = 4;
+    const FEWEST: usize = 12;
+    let mut counts = counts.to_vec();
+    let highest = |bars: &[u64]| bars.iter().copied().max().unwrap_or(0);
+    let has_gap = |counts: &[u64]| {
+        (1..counts.len()).any(|bar| {
+            let before = highest(&counts[bar.saturating_sub(NEAR)..bar]);
+            let behind = highest(&counts[bar + 1..(bar + 1 + NEAR).min(counts.len())]);
+            before.min(behind) >= FULL && before.min(behind) > GAP * counts[bar]
+        })
+    };
+    while counts.len() >= 2 * FEWEST && has_gap(&counts) {
+        counts = counts.chunks(2).map(|pair| pair.iter().sum()).collect();
+        width *= 2.0;
+    }
+    (width, counts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_are_no_narrower_than_the_steps_of_the_values() {
+        let smooth: Vec<u64> = (0..32).map(|bar| 100 + bar).collect();
+        assert_eq!(as_wide_as_steps(0.5, &smooth), (0.5, smooth.clone()));
+        let steps: Vec<u64> = (0..64).map(|bar| if bar % 2 == 0 { 100 } else { 0 }).collect();
+        assert_eq!(as_wide_as_steps(0.5, &steps), (1.0, vec![100; 32]));
+        let far: Vec<u64> = (0..64).map(|bar| if bar % 4 == 0 { 100 } else { 0 }).collect();
+        assert_eq!(as_wide_as_steps(0.5, &far), (2.0, vec![100; 16]));
+        let rare = [0, 3, 0, 5, 0, 90, 70, 0, 4, 0].repeat(3);
+        assert_eq!(as_wide_as_steps(1.0, &rare).0, 1.0, "tails have gaps");
+    }
+}

@@ -1,0 +1,88 @@
+//! The amplitude spectral density of the axes of one sensor, and the lines that stand out of it.
+
+use super::{
+    Axis, Colour, Dash, DrawingError, Figure, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit,
+};
+use crate::{findings::shakes, units::ChannelValues};
+
+/// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would
+/// lie on each other.
+const SAME: f64 = 0.03;
+const APART: f64 = 0.12;
+
+/// Lines with a number beside them.
+const MOST_TOLD: usize = 6;
+
+/// `None` where the record is too short for one. The density is one-sided.
+pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Result<Option<Figure>, DrawingError> {
+    let curves: Vec<(&ChannelValues, Vec<(f64, f64)>)> = (channels.iter())
+        .filter_map(|channel| {
+            let density = channel.signal.as_ref()?.density.as_ref()?;
+            // the first point lost part of its power with the mean of each segment
+            let points = density.points.iter().skip(1);
+            let amplitudes = points.map(|point| (point.frequency_hz, point.density_unit2_hz.sqrt()));
+            Some((*channel, amplitudes.filter(|(_, amplitude)| *amplitude > 0.0).collect()))
+        })
+        .collect();
+    let all = || curves.iter().flat_map(|(_, points)| points);
+    let Some((first, _)) = curves.first().filter(|_| all().next().is_some()) else { return Ok(None) };
+    let x = Axis {
+        name: "frequency".into(),
+        unit: "Hz".into(),
+        scale: Scale::around(all().map(|(frequency, _)| *frequency), true),
+    };
+    let y = Axis {
+        name: "amplitude density".into(),
+        unit: format!("{}/√Hz", pretty_unit(&first.unit)),
+        scale: Scale::around(all().map(|(_, amplitude)| *amplitude), true),
+    };
+    let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.1, dash: Dash::Solid };
+    let legend: Vec<_> = (curves.iter().enumerate())
+        .map(|(index, (channel, _))| (Sample::Line(stroke(index)), channel.name.clone()))
+        .collect();
+    let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend)?;
+    let mut peaks: Vec<Peak> =
+        curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
+    peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    let mut told: Vec<f64> = Vec::new();
+    for Peak { hz, is_told, .. } in &mut peaks {
+        // at its highest, and not again on another axis; the strongest leave room for few others
+        *is_told = told.len() < MOST_TOLD && told.iter().all(|other| (other / *hz).ln().abs() > APART);
+        told.extend(is_told.then_some(*hz));
+    }
+    for (index, (_, points)) in curves.iter().enumerate() {
+        let mut marks = vec![plot.line(points.iter().copied(), stroke(index))];
+        for Peak { hz, frequency, amplitude, is_told, .. } in peaks.iter().filter(|peak| peak.series == index) {
+            marks.push(plot.symbol(*frequency, *amplitude, Shape::of_series(index), Colour::Series(index)));
+            marks.extend(is_told.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
+        }
+        plot.draw(index, marks);
+    }
+    let series = |(channel, points): &(&ChannelValues, Vec<(f64, f64)>)| Series {
+        name: channel.name.clone(),
+        values: points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect(),
+    };
+    let series = curves.iter().map(series).collect();
+    Ok(Some(plot.done(series)))
+}
+
+/// Where a line stands out of a curve.
+struct Peak {
+    series: usize,
+    /// Of the line.
+    hz: f64,
+    /// Of the nearby point of the curve that is highest.
+    frequency: f64,
+    amplitude: f64,
+    is_told: bool,
+}
+
+fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {
+    let lines = channel.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
+    let peak = |(hz, _): (f64, f64)| {
+        let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
+        let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Peak { series, hz, frequency, amplitude, is_told: false })
+    };
+    lines.into_iter().filter_map(peak).collect()
+}

@@ -1,0 +1,99 @@
+//! All figures of a report, made once for the page and for the files beside it.
+
+use vn100_protocol::Quantity;
+
+use crate::{
+    figure::{
+        DrawingError, Figure, allan_of_axes, allan_of_axis, allan_of_records, envelope, histogram, segments, spectrum,
+    },
+    record::Record,
+};
+
+/// Those that say the same of one record, or of several.
+#[derive(Debug, Clone, Default)]
+pub struct Figures {
+    /// The axes of each sensor together.
+    pub(crate) allan_sensors: Vec<Figure>,
+    pub(crate) allan_axes: Vec<Figure>,
+    pub(crate) times: Vec<Figure>,
+    pub(crate) histograms: Vec<Figure>,
+    pub(crate) spectra: Vec<Figure>,
+    pub(crate) segments: Vec<Figure>,
+}
+
+/// What has an Allan plot, in the order of the report.
+const SENSORS: [(Quantity, &str, &str); 3] = [
+    (Quantity::AngularRate, "gyro", "Gyroscope"),
+    (Quantity::Acceleration, "accel", "Accelerometer"),
+    (Quantity::MagneticField, "mag", "Magnetometer"),
+];
+
+impl Figures {
+    /// Of one record; `prefix` makes its names unique in a report of several.
+    ///
+    /// # Errors
+    /// None, unless this program was built with a damaged font.
+    pub fn of(record: &Record<'_>, prefix: &str) -> Result<Self, DrawingError> {
+        let deviation = record.snapshot().deviation;
+        let skipped_s = record.skipped_s();
+        let mut all = Self::default();
+        for (quantity, id, name) in SENSORS {
+            let axes = record.of(quantity);
+            all.allan_sensors.extend(allan_of_axes(id, name, &axes, deviation)?);
+            for channel in &axes {
+                all.allan_axes.extend(allan_of_axis(channel, deviation)?);
+            }
+            all.spectra.extend(spectrum(id, name, &axes)?);
+            all.segments.extend(segments(id, name, &axes, skipped_s)?);
+        }
+        all.segments.extend(segments("attitude", "Orientation", &record.of(Quantity::Angle), skipped_s)?);
+        for channel in record.streamed() {
+            all.times.extend(envelope(channel, skipped_s)?);
+            all.histograms.extend(histogram(channel)?);
+        }
+        for figure in all.groups_mut().into_iter().flatten() {
+            figure.id.insert_str(0, prefix);
+        }
+        Ok(all)
+    }
+
+    /// The curves of each channel of all records in one plot.
+    ///
+    /// # Errors
+    /// None, unless this program was built with a damaged font.
+    pub fn together(records: &[Record<'_>], names: &[String]) -> Result<Self, DrawingError> {
+        let mut all = Self::default();
+        for (quantity, ..) in SENSORS {
+            let mut done: Vec<&str> = Vec::new();
+            for channel in records.iter().flat_map(|record| record.of(quantity)) {
+                if done.contains(&channel.name.as_str()) {
+                    continue;
+                }
+                done.push(&channel.name);
+                let same: Vec<_> = (records.iter().zip(names))
+                    .filter_map(|(record, name)| {
+                        let found = record
+                            .channels
+                            .iter()
+                            .find(|other| other.name == channel.name && other.unit == channel.unit);
+                        Some((name.clone(), found?))
+                    })
+                    .collect();
+                let Some(first) = records.first() else { continue };
+                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.snapshot().deviation)?);
+            }
+        }
+        Ok(all)
+    }
+
+    /// All of them, in the order of the page.
+    pub fn all(&self) -> impl Iterator<Item = &Figure> {
+        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = self;
+        [allan_sensors, allan_axes, times, histograms, spectra, segments].into_iter().flatten()
+    }
+
+    fn groups_mut(&mut self) -> [&mut Vec<Figure>; 6] {
+        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = self;
+        [allan_sensors, allan_axes, times, histograms, spectra, segments]
+    }
+}

@@ -1,0 +1,214 @@
+//! What a report concludes from: the few facts of a record that its sentences are made of.
+
+use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
+use vn100_protocol::Quantity;
+
+use super::record::Record;
+use crate::{units::ChannelValues, verdict_words::sentence};
+
+/// Of one record.
+#[derive(Debug, Clone)]
+pub(crate) struct Findings {
+    /// Of the VN-100's; `None` where another sensor's data came.
+    pub(crate) message: Option<String>,
+    pub(crate) compensated: bool,
+    pub(crate) rate_hz: f64,
+    pub(crate) rate_from: RateFrom,
+    /// Of the measured rate from the nominal one.
+    pub(crate) offset_ppm: Option<f64>,
+    pub(crate) duration_s: f64,
+    pub(crate) samples: u64,
+    pub(crate) missing: u64,
+    pub(crate) outages: Outages,
+    pub(crate) gaps: u64,
+    pub(crate) has_stamps: bool,
+    pub(crate) has_registers: bool,
+    pub(crate) has_conditions: bool,
+    /// Name of the data sheet that the record was compared with.
+    pub(crate) datasheet: Option<String>,
+    pub(crate) sensors: Vec<SensorFindings>,
+    /// The sensor was moved.
+    pub(crate) motion: Option<Motion>,
+    pub(crate) warnings: Vec<WarningKind>,
+}
+
+/// Of the axes of one sensor.
+#[derive(Debug, Clone)]
+pub(crate) struct SensorFindings {
+    pub(crate) sensor: Sensor,
+    /// In the middle of a sentence.
+    pub(crate) name: &'static str,
+    pub(crate) long_taus: LongTaus,
+    pub(crate) onboard: Option<Onboard>,
+    pub(crate) axes: Vec<AxisFindings>,
+}
+
+/// Of one axis.
+#[derive(Debug, Clone)]
+pub(crate) struct AxisFindings {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) white: Option<Parameter>,
+    /// What the graphical rule reads for N, in SI units: whatever else is in the curve is in it,
+    /// too.
+    pub(crate) white_by_rule: Option<f64>,
+    pub(crate) bias_instability: Option<Parameter>,
+    pub(crate) random_walk: Option<Parameter>,
+    pub(crate) quality: Option<FitQuality>,
+    /// Shortest averaging time of the curve in seconds.
+    pub(crate) first_tau_s: Option<f64>,
+    /// Longest averaging time whose interval says something, in seconds.
+    pub(crate) known_to_s: Option<f64>,
+    /// What shakes it: frequency in hertz and share in the short-term variance, the strongest
+    /// first.
+    pub(crate) lines: Vec<(f64, f64)>,
+    pub(crate) disturbances: usize,
+    pub(crate) steps: bool,
+    /// What to leave out at the start, in seconds of data.
+    pub(crate) warm_up_s: Option<f64>,
+    pub(crate) std: Option<f64>,
+    /// Of the figures of the data sheet, each with what was compared, in words.
+    pub(crate) verdicts: Vec<(Term, Verdict, String)>,
+}
+
+/// Of the axes of one sensor that with the largest estimate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Worst<'a> {
+    pub(crate) axis: &'a AxisFindings,
+    pub(crate) value: f64,
+    /// Whether it is known that no other axis is worse.
+    is_worst: bool,
+}
+
+impl Worst<'_> {
+    /// `gyro_y, the worst axis`, or that there may be a worse one.
+    pub(crate) fn named(&self) -> String {
+        format!("{}, the worst {}axis", self.axis.name, if self.is_worst { "" } else { "known " })
+    }
+}
+
+impl SensorFindings {
+    /// By a parameter; `None` where no axis has an estimate.
+    pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
+        let estimate = |axis| of(axis).filter(|found| found.status == Status::Estimated).and_then(|found| found.value);
+        let known = self.axes.iter().filter_map(|axis| Some((axis, estimate(axis)?)));
+        let (axis, value) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let most = |axis| of(axis).and_then(|found| found.value.or(found.upper));
+        let is_worst = self.axes.iter().all(|axis| most(axis).is_some_and(|most| most <= value));
+        Some(Worst { axis, value, is_worst })
+    }
+}
+
+impl Findings {
+    pub(crate) fn of(record: &Record<'_>) -> Self {
+        let snapshot = record.snapshot();
+        let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
+        let warnings = snapshot.warnings.iter().chain(&record.assessment().warnings);
+        Self {
+            message: message.filter(|message| message.starts_with("VN")),
+            compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
+            rate_hz: snapshot.timing.rate_hz,
+            rate_from: snapshot.timing.rate_from,
+            offset_ppm: snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm),
+            datasheet: record.measured.verdicts.as_ref().map(|verdicts| verdicts.datasheet.clone()),
+            duration_s: snapshot.timing.duration_s(),
+            samples: snapshot.timing.samples,
+            missing: snapshot.timing.missing,
+            outages: snapshot.outages,
+            gaps: snapshot.timing.gaps,
+            has_stamps: snapshot.arrivals.is_some(),
+            has_registers: !snapshot.registers.is_empty(),
+            has_conditions: record.facts().meta.is_some(),
+            sensors: sensors(record),
+            motion: record.assessment().motion.clone(),
+            warnings: warnings.map(|warning| warning.kind).collect(),
+        }
+    }
+
+    pub(crate) fn warns(&self, kind: WarningKind) -> bool {
+        self.warnings.contains(&kind)
+    }
+
+    pub(crate) fn sensor(&self, sensor: Sensor) -> Option<&SensorFindings> {
+        self.sensors.iter().find(|found| found.sensor == sensor)
+    }
+
+    pub(crate) fn axes(&self) -> impl Iterator<Item = &AxisFindings> {
+        self.sensors.iter().flat_map(|sensor| &sensor.axes)
+    }
+}
+
+impl AxisFindings {
+    /// The value of N where it is estimated.
+    pub(crate) fn white_value(&self) -> Option<f64> {
+        self.white.filter(|white| white.status == Status::Estimated)?.value
+    }
+}
+
+fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
+    let all = [
+        (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
+        (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
+        (Quantity::MagneticField, Sensor::Magnetometer, "magnetometer"),
+    ];
+    all.into_iter()
+        .filter_map(|(quantity, sensor, name)| {
+            let channels: Vec<&ChannelValues> =
+                record.streamed().iter().filter(|channel| channel.quantity == quantity).collect();
+            let long_taus = channels.first()?.noise.as_ref()?.long_taus;
+            let assessed = record.channels.iter().zip(&record.assessment().channels);
+            let onboard =
+                assessed.clone().find(|(channel, _)| channel.quantity == quantity).and_then(|(_, of)| of.onboard);
+            let axes = channels.into_iter().map(|channel| axis(record, channel)).collect();
+            Some(SensorFindings { sensor, name, long_taus, onboard, axes })
+        })
+        .collect()
+}
+
+/// Lines so near to each other that they have one cause, as in the warnings: what turns is never
+/// quite steady.
+pub(crate) fn shakes(lines: &[Line]) -> Vec<(f64, f64)> {
+    const APART: f64 = 1.03;
+    let near = |a: &Line, b: &Line| b.frequency_hz < APART * a.frequency_hz;
+    let together = |lines: &[Line]| {
+        let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
+        let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
+        (weighted / share, share)
+    };
+    let mut shakes: Vec<(f64, f64)> = lines.chunk_by(near).map(together).collect();
+    shakes.sort_by(|a, b| b.1.total_cmp(&a.1));
+    shakes
+}
+
+fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
+    let parameter = |term| channel.noise.as_ref().and_then(|noise| noise.parameter(term));
+    let known = channel.deviations.iter().filter(|point| point.is_known());
+    let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
+    let change = disturbed.and_then(|disturbed| disturbed.level_change);
+    AxisFindings {
+        name: channel.name.clone(),
+        unit: channel.unit.clone(),
+        white: parameter(Term::White),
+        white_by_rule: channel.noise.as_ref().and_then(|noise| noise.classical.white),
+        bias_instability: parameter(Term::BiasInstability),
+        random_walk: parameter(Term::RateRandomWalk),
+        quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),
+        first_tau_s: channel.deviations.first().map(|point| point.tau_s),
+        known_to_s: known.map(|point| point.tau_s).reduce(f64::max),
+        lines: disturbed.map_or_else(Vec::new, |disturbed| shakes(&disturbed.lines)),
+        disturbances: disturbed.map_or(0, |disturbed| disturbed.disturbances.len()),
+        steps: change.is_some_and(|change| matches!(change.shape, LevelShape::Step { .. })),
+        warm_up_s: change.and_then(|change| match change.shape {
+            LevelShape::WarmUp { skip_s, .. } => skip_s,
+            LevelShape::Step { .. } => None,
+        }),
+        std: channel.std,
+        verdicts: record.verdicts(channel).iter().zip(std::iter::repeat(channel)).filter_map(told).collect(),
+    }
+}
+
+fn told((verdict, channel): (&FigureVerdict, &ChannelValues)) -> Option<(Term, Verdict, String)> {
+    let sensor = channel.noise.as_ref()?.sensor;
+    Some((verdict.figure.term, verdict.verdict, sentence(sensor, verdict)))
+}

@@ -1,0 +1,51 @@
+//! What a measurement says, as documents, pages, figures and files for other programs.
+//!
+//! Everything is made from a [`Snapshot`](vn100_analysis::Snapshot), its
+//! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)
+//! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
+//! [`ComparisonDocument`] and [`PlanDocument`] serialise to JSON; [`write_page`] writes a page of
+//! HTML with the [`Figures`] of its [`Record`]s; [`CsvTable`], [`KalibrYaml`] and [`Ros2Messages`]
+//! are for other programs. Pure: no file is opened and no clock is read; what is written goes into
+//! a writer of the caller's.
+
+mod datasheet;
+mod document;
+mod evaluation;
+mod export;
+mod figure;
+mod figures;
+mod findings;
+mod folding;
+mod measured;
+pub mod names;
+pub mod numbers;
+mod page;
+mod printable;
+mod record;
+pub mod short_numbers;
+mod toml_text;
+pub mod units;
+pub mod verdict_words;
+mod words;
+
+pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
+pub use document::{
+    Document,
+    comparison::ComparisonDocument,
+    plan::{PlanCommands, PlanDocument},
+    recording::RecordingDocument,
+};
+pub use evaluation::Evaluation;
+pub use export::{
+    kalibr::{KalibrError, KalibrYaml},
+    ros2::{Ros2Error, Ros2Messages},
+    tables::CsvTable,
+};
+pub use figure::{DrawingError, Figure};
+pub use figures::Figures;
+pub use folding::folding;
+pub use measured::{Completion, Measured};
+pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
+pub use printable::{json_line, printable, steers_terminal};
+pub use record::{Record, record_letter};
+pub use toml_text::{TomlError, parse_toml};

@@ -1,0 +1,189 @@
+//! What the measurement of one source came to.
+
+use std::sync::Arc;
+
+use vn100_analysis::{
+    Analysis, Assessment, FilterModels, Goal, Settings, Snapshot, SourceFacts, Verdicts, Warning, WarningKind,
+};
+
+/// One source's result. Where nothing could be read it is that of no samples, and `facts` say why.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// The source.
+    pub facts: SourceFacts,
+    /// The numbers.
+    pub snapshot: Arc<Snapshot>,
+    /// What they say.
+    pub assessment: Assessment,
+    /// By channel; empty unless asked for.
+    pub filter_models: Vec<Option<FilterModels>>,
+    /// `None` without a data sheet for the sensor.
+    pub verdicts: Option<Verdicts>,
+    /// Goals that were not reached, and figures that did not pass, in words.
+    pub unmet: Vec<String>,
+    /// Whether all of it came, and met what was asked.
+    pub completion: Completion,
+}
+
+/// What became of a measurement, the best first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Completion {
+    /// It came to its end.
+    Complete,
+    /// It did, without what was to be reached or to pass.
+    NotMet,
+    /// It could not be finished.
+    Failed,
+    /// The source could not be opened, or gave no valid sample.
+    NoData,
+}
+
+impl Measured {
+    /// The result of a source as it would be if it ended now.
+    #[must_use]
+    pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, confidence: f64) -> Self {
+        let assessment = Assessment::new(&snapshot, confidence);
+        let (filter_models, unmet) = (Vec::new(), Vec::new());
+        let completion = Completion::Complete;
+        Self { facts, snapshot, assessment, filter_models, verdicts: None, unmet, completion }
+    }
+
+    /// The result of a source that could not be opened, as `facts` say.
+    #[must_use]
+    pub fn nothing(facts: SourceFacts, settings: &Settings) -> Self {
+        let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
+        Self { completion: Completion::NoData, ..Self::so_far(facts, snapshot, settings.confidence) }
+    }
+
+    /// The result of a source that ended; where an error ended it, `facts` say so.
+    #[must_use]
+    pub fn ended(facts: SourceFacts, snapshot: Arc<Snapshot>, settings: &Settings) -> Self {
+        let mut measured = Self::so_far(facts, snapshot, settings.confidence);
+        let Self { facts, snapshot, assessment, unmet, completion, .. } = &mut measured;
+        if facts.error.is_some() {
+            *completion = Completion::Failed;
+        }
+        let out_of_reach = settings.until.iter().any(|goal| goal.out_of_reach(snapshot).is_some());
+        // where a goal is out of reach the measurement ended before there had to be a sample
+        if snapshot.timing.samples == 0 && !out_of_reach {
+            let name = &facts.name;
+            facts.error.get_or_insert_with(|| {
+                let bytes = snapshot.link.bytes();
+                match snapshot.timing.left_out {
+                    0 => format!("{name}: no valid sample in {bytes} bytes"),
+                    1 => format!("{name}: its one sample lies in the time to be skipped"),
+                    left_out => format!("{name}: all {left_out} samples lie in the time to be skipped"),
+                }
+            });
+            *completion = Completion::NoData;
+        }
+        let not_reached = settings.until.iter().filter(|goal| !goal.is_met(snapshot, assessment));
+        unmet.extend(not_reached.map(|goal| not_met(&facts.name, goal, snapshot, assessment)));
+        if !unmet.is_empty() {
+            *completion = (*completion).max(Completion::NotMet);
+        }
+        measured
+    }
+
+    /// The recording that was made meanwhile is not whole, as `text` says: a warning, and the
+    /// measurement has failed.
+    pub fn note_failed_recording(&mut self, text: String) {
+        let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text };
+        Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
+        self.completion = self.completion.max(Completion::Failed);
+    }
+
+    /// A result cut short by a fault that is no error of the source says so, and the measurement
+    /// has failed.
+    pub fn note_failure(&mut self, text: String) {
+        self.facts.error.get_or_insert(text);
+        self.completion = self.completion.max(Completion::Failed);
+    }
+
+    /// A result cut short says so, though an interrupt ends like the end of the data.
+    pub fn note_interrupted(&mut self) {
+        let SourceFacts { name, error, .. } = &mut self.facts;
+        error.get_or_insert_with(|| format!("{name}: interrupted, the result holds what came before"));
+    }
+}
+
+/// How well the figure is known instead.
+fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment) -> String {
+    if let Some(why) = goal.out_of_reach(snapshot) {
+        return format!("{name}: {goal} cannot be reached: {why}");
+    }
+    let axes = goal.relative_half_widths(snapshot, assessment);
+    let known: Vec<String> = (axes.iter())
+        .map(|(axis, width)| match width {
+            Some(width) => format!("{axis} ±{:.1} %", 100.0 * width),
+            None => format!("{axis} is not estimated"),
+        })
+        .collect();
+    let known = if known.is_empty() { "the stream has no such channel".into() } else { known.join(", ") };
+    format!("{name}: the data ended before {goal} was reached: {known}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts(error: Option<&str>) -> SourceFacts {
+        SourceFacts { name: "a.csv".into(), error: error.map(str::to_owned), ..SourceFacts::default() }
+    }
+
+    fn nothing() -> Arc<Snapshot> {
+        Arc::new(Analysis::new(Settings::default()).snapshot())
+    }
+
+    #[test]
+    fn a_source_without_samples_says_why() {
+        let measured = Measured::ended(facts(None), nothing(), &Settings::default());
+        assert_eq!(measured.completion, Completion::NoData);
+        assert_eq!(measured.facts.error.as_deref(), Some("a.csv: no valid sample in 0 bytes"));
+        for (left_out, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
+            let mut snapshot = nothing();
+            Arc::make_mut(&mut snapshot).timing.left_out = left_out;
+            let error = Measured::ended(facts(None), snapshot, &Settings::default()).facts.error.unwrap();
+            assert!(error.contains(text), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_source_is_kept_and_fails_it() {
+        let mut snapshot = nothing();
+        Arc::make_mut(&mut snapshot).timing.samples = 3;
+        let failed = Measured::ended(facts(Some("unplugged")), Arc::clone(&snapshot), &Settings::default());
+        assert_eq!((failed.completion, failed.facts.error.as_deref()), (Completion::Failed, Some("unplugged")));
+        let good = Measured::ended(facts(None), snapshot, &Settings::default());
+        assert_eq!((good.completion, good.facts.error), (Completion::Complete, None));
+    }
+
+    #[test]
+    fn a_goal_that_was_not_reached_is_told_with_what_is_known() {
+        let until = vec!["gyro N ±5%".parse().unwrap()];
+        let mut snapshot = nothing();
+        Arc::make_mut(&mut snapshot).timing.samples = 3;
+        let measured = Measured::ended(facts(None), snapshot, &Settings { until, ..Settings::default() });
+        assert_eq!(measured.completion, Completion::NotMet);
+        let [unmet] = &measured.unmet[..] else { panic!("{:?}", measured.unmet) };
+        assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5% was reached: "), "{unmet}");
+    }
+
+    #[test]
+    fn what_befell_it_later_is_noted_and_the_worst_stays() {
+        let mut measured = Measured::nothing(facts(Some("no such port")), &Settings::default());
+        measured.note_failure("cut short".into());
+        measured.note_interrupted();
+        measured.note_failed_recording("the disk is full".into());
+        assert_eq!(measured.completion, Completion::NoData);
+        assert_eq!(measured.facts.error.as_deref(), Some("no such port"));
+        let [warning] = &measured.snapshot.warnings[..] else { panic!() };
+        assert_eq!((warning.kind, &*warning.text), (WarningKind::RecordingFailed, "the disk is full"));
+        let mut whole = Measured::so_far(facts(None), nothing(), 0.95);
+        whole.note_interrupted();
+        assert_eq!(whole.completion, Completion::Complete);
+        assert_eq!(whole.facts.error.as_deref(), Some("a.csv: interrupted, the result holds what came before"));
+        whole.note_failed_recording("x".into());
+        assert_eq!(whole.completion, Completion::Failed);
+    }
+}

@@ -1,0 +1,115 @@
+//! Numbers as people read them.
+
+use super::figure::superscript;
+
+/// What stands where a number is not known.
+pub const NOTHING: &str = "–";
+
+/// To four digits, with a power of ten where there would be many zeros.
+#[must_use]
+pub fn four_digits(value: f64) -> String {
+    digits(value, 4)
+}
+
+/// To `count` digits.
+#[must_use]
+pub fn digits(value: f64, count: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".into() } else { NOTHING.into() };
+    }
+    // rounding may lead to the next power
+    let rounded = format!("{value:.*e}", count - 1);
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let text = if (-2..=4).contains(&exponent) {
+        format!("{value:.*}", (count as i32 - 1 - exponent).max(0) as usize)
+    } else {
+        format!("{mantissa}·10{}", superscript(exponent))
+    };
+    text.replace('-', "−")
+}
+
+/// A value with its interval, all to the same digit: `1.263·10⁻⁴ (1.246 to 1.281)`.
+#[must_use]
+pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
+    let largest = value.abs().max(lower.abs()).max(upper.abs());
+    if largest == 0.0 || !largest.is_finite() {
+        return four_digits(value);
+    }
+    // as many digits as the narrower half of the interval is worth, one more than that
+    let half = (upper - value).min(value - lower).max(largest * 1e-6);
+    let power = largest.log10().floor() as i32;
+    let decimals = (power - half.log10().floor() as i32 + 1).clamp(1, 5);
+    if (-2..=4).contains(&power) {
+        let places = (decimals - power).max(0) as usize;
+        return format!("{value:.places$} ({lower:.places$} to {upper:.places$})").replace('-', "−");
+    }
+    let (unit, places) = (10_f64.powi(power), decimals as usize);
+    let [value, lower, upper] = [value, lower, upper].map(|value| value / unit);
+    format!("{value:.places$} ({lower:.places$} to {upper:.places$})·10{}", superscript(power)).replace('-', "−")
+}
+
+/// A length of time, to three digits: `330.6 s`, `25 min`, `5.01 h`.
+#[must_use]
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        ..10.0 => format!("{} s", trimmed(seconds, 3)),
+        ..600.0 => format!("{} s", trimmed(seconds, 1)),
+        ..7200.0 => format!("{} min", trimmed(seconds / 60.0, 1)),
+        ..172_800.0 => format!("{} h", trimmed(seconds / 3600.0, 2)),
+        _ => format!("{} days", trimmed(seconds / 86_400.0, 2)),
+    }
+}
+
+/// With at most so many decimals, no zeros behind, and no sign before nothing.
+#[must_use]
+pub fn trimmed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".into() } else { text.replace('-', "−") }
+}
+
+/// A whole number in groups of three.
+#[must_use]
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_few_digits_and_no_rows_of_zeros() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.263_4e-4, "1.263·10⁻⁴"),
+            (0.012_345, "0.01235"),
+            (9.99996, "10.00"),
+            (-9.887_886, "−9.888"),
+            (123_456.0, "1.235·10⁵"),
+        ] {
+            assert_eq!(four_digits(value), text);
+        }
+        assert_eq!(with_interval(1.2634e-4, 1.2461e-4, 1.2812e-4), "1.263 (1.246 to 1.281)·10⁻⁴");
+        assert_eq!(with_interval(0.4397, 0.4351, 0.4443), "0.4397 (0.4351 to 0.4443)");
+        assert_eq!(with_interval(5.0, 1.0, 30.0), "5.0 (1.0 to 30.0)");
+        assert_eq!(
+            [(-0.04, 1), (-0.4, 0), (-0.06, 1), (0.0, 2)].map(|(value, decimals)| trimmed(value, decimals)),
+            ["0", "0", "−0.1", "0"]
+        );
+        assert_eq!(
+            [0.05, 59.96, 600.0, 18_000.0, 200_000.0].map(duration),
+            ["0.05 s", "60 s", "10 min", "5 h", "2.31 days"]
+        );
+        assert_eq!([0, 999, 13_223, 1_234_567].map(grouped), ["0", "999", "13\u{202f}223", "1\u{202f}234\u{202f}567"]);
+    }
+}

@@ -1,0 +1,292 @@
+//! What was measured, with what, and how: everything somebody needs to do it again.
+
+use imu_noise::Arrivals;
+use maud::{Markup, html};
+use vn100_analysis::{MissingFrom, RateFrom};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, Quantity, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterValue, StartupGyroBias, VpeControl,
+};
+
+use super::{
+    PageOptions, Program,
+    fact_table::{NOT_RECORDED, Row, or_not_recorded, row, table},
+    method,
+};
+use crate::{
+    document::recording::RecordingDocument,
+    names::echoes,
+    numbers::{duration, grouped, trimmed},
+    record::Record,
+};
+
+/// What a user can write down in a file of conditions, by the names there.
+const CONDITIONS: [(&str, &str); 8] = [
+    ("place", "Place"),
+    ("mounting", "Mounting"),
+    ("axis_up", "Axis up"),
+    ("temperature", "Temperature of the room"),
+    ("supply", "Supply"),
+    ("operator", "Operator"),
+    ("purpose", "Purpose"),
+    ("note", "Note"),
+];
+
+/// The registers that decide what the noise looks like.
+const REGISTERS: [Register; 10] = [
+    Register::BAUD_RATE,
+    Register::ASYNC_TYPE,
+    Register::ASYNC_RATE,
+    Register::MAG_CALIBRATION,
+    Register::ACCEL_CALIBRATION,
+    Register::ROTATION,
+    Register::VPE_CONTROL,
+    Register::STARTUP_GYRO_BIAS,
+    Register::GYRO_CALIBRATION,
+    Register::IMU_FILTER,
+];
+
+pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>) -> Markup {
+    html! {
+        h3 { "Capture" } (table(&capture(record, options.program)))
+        h3 { "Sensor" } (table(&sensor(record)))
+        h3 { "Conditions" } (table(&conditions(record)))
+        h3 { "Time base and losses" } (table(&timing(record)))
+        h3 { "Method" } (table(&method::method(record, options.asked)))
+    }
+}
+
+fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
+    let (facts, snapshot) = (record.facts(), record.snapshot());
+    let file = facts.file.as_ref();
+    let recorded = facts.recording.as_ref().map(RecordingDocument::new);
+    let of = |part: fn(&RecordingDocument) -> Option<String>| recorded.as_ref().and_then(part);
+    vec![
+        row("File", facts.name.clone()),
+        row("Form", facts.kind.unwrap_or("not recognised")),
+        or_not_recorded("Size", file.map(|file| format!("{} bytes", grouped(file.bytes)))),
+        or_not_recorded("SHA-256", file.map(|file| file.sha256.clone())),
+        or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone())),
+        or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone())),
+        or_not_recorded("How it ended", of(|recorded| recorded.end_reason.clone())),
+        or_not_recorded("Recorded by", of(|recorded| recorded.program.clone())),
+        row("Report by", format!("{}, commit {}", program.name, program.commit.unwrap_or(NOT_RECORDED))),
+        or_not_recorded("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
+        or_not_recorded(
+            "Compensated by the sensor",
+            snapshot.layout.as_ref().map(|layout| if layout.compensated { "yes" } else { "no" }.into()),
+        ),
+    ]
+}
+
+fn sensor(record: &Record<'_>) -> Vec<Row> {
+    let registers = &record.snapshot().registers;
+    let text = |register: Register| registers.get(&register.0).map(|text| text.trim().to_owned());
+    let identity = [
+        ("Model", Register::MODEL),
+        ("Hardware revision", Register::HARDWARE_REVISION),
+        ("Serial number", Register::SERIAL_NUMBER),
+        ("Firmware", Register::FIRMWARE),
+    ];
+    let mut rows: Vec<Row> =
+        identity.into_iter().map(|(name, register)| or_not_recorded(name, text(register))).collect();
+    rows.extend(REGISTERS.into_iter().map(|register| {
+        let name = format!("{}, register {}", register.name().unwrap_or("register"), register.0);
+        or_not_recorded(&capitalised(&name), text(register).map(|text| in_words(register, &text)))
+    }));
+    rows
+}
+
+/// The register's contents with their meaning; as printed where they are not what they should be.
+fn in_words(register: Register, text: &str) -> String {
+    let known = match register {
+        Register::BAUD_RATE => value::<BaudRate>(register, text).map(|speed| format!("{} baud", speed.bits_per_s())),
+        Register::ASYNC_TYPE => {
+            value::<AsyncType>(register, text).and_then(|message| message.header().map(str::to_owned))
+        }
+        Register::ASYNC_RATE => value::<AsyncRate>(register, text).map(|rate| format!("{rate} Hz")),
+        Register::MAG_CALIBRATION | Register::ACCEL_CALIBRATION | Register::GYRO_CALIBRATION => {
+            value::<Calibration>(register, text).map(|calibration| calibrated(&calibration))
+        }
+        Register::ROTATION => value::<ReferenceFrameRotation>(register, text).map(|rotation| {
+            if rotation.matrix == IDENTITY {
+                "none (identity)".into()
+            } else {
+                format!("matrix {}", list(rotation.matrix.as_flattened()))
+            }
+        }),
+        Register::VPE_CONTROL => value::<VpeControl>(register, text).map(attitude_filter),
+        Register::STARTUP_GYRO_BIAS => {
+            value::<StartupGyroBias>(register, text).map(|bias| format!("{} rad/s", list(&bias.bias_rad_s)))
+        }
+        Register::IMU_FILTER => value::<ImuFilter>(register, text).map(averaging),
+        _ => None,
+    };
+    known.map_or_else(|| format!("as printed: {text}"), |known| format!("{known} [{text}]"))
+}
+
+fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
+    let fields = Fields::new(text).ok()?;
+    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+}
+
+const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn calibrated(calibration: &Calibration) -> String {
+    if calibration.matrix == IDENTITY && calibration.offset == [0.0; 3] {
+        return "none of the user's (identity, no offset)".into();
+    }
+    format!("matrix {}, offset {}", list(calibration.matrix.as_flattened()), list(&calibration.offset))
+}
+
+fn list(values: &[f32]) -> String {
+    values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+fn attitude_filter(control: VpeControl) -> String {
+    let of = |index: u8, names: &[&str]| {
+        names.get(usize::from(index)).map_or_else(|| format!("{index}"), |name| (*name).into())
+    };
+    format!(
+        "{}, heading {}, filtering {}, tuning {}",
+        of(control.enable, &["off", "on"]),
+        of(control.heading_mode, &["absolute", "relative", "indoor"]),
+        of(control.filtering_mode, &["none", "adaptive"]),
+        of(control.tuning_mode, &["fixed", "adaptive"])
+    )
+}
+
+fn averaging(filter: ImuFilter) -> String {
+    let which = |mode: u8| match mode {
+        0 => "none",
+        1 => "uncompensated",
+        2 => "compensated",
+        _ => "both",
+    };
+    let (window, mode) = (filter.window, filter.mode);
+    format!(
+        "averages {} refreshes of the gyroscope ({}), {} of the accelerometer ({}), {} of the magnetometer ({})",
+        window.gyro,
+        which(mode.gyro),
+        window.accel,
+        which(mode.accel),
+        window.mag,
+        which(mode.mag)
+    )
+}
+
+fn conditions(record: &Record<'_>) -> Vec<Row> {
+    let meta = record.facts().meta.as_ref();
+    let of = |name: &str| meta.and_then(|meta| meta.get(name)).cloned();
+    let mut rows: Vec<Row> = CONDITIONS.iter().map(|(name, shown)| or_not_recorded(shown, of(name))).collect();
+    let temperature = record.of(Quantity::Temperature).first().and_then(|channel| channel.min.zip(channel.max));
+    let temperature = temperature.map(|(min, max)| format!("{min:.1} to {max:.1} °C"));
+    rows.push(or_not_recorded("Temperature of the sensor", temperature));
+    let others = meta.into_iter().flatten().filter(|(name, _)| CONDITIONS.iter().all(|(known, _)| known != name));
+    rows.extend(others.map(|(name, value)| row(name, value.clone())));
+    rows
+}
+
+fn timing(record: &Record<'_>) -> Vec<Row> {
+    let snapshot = record.snapshot();
+    let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
+    let from = match timing.rate_from {
+        RateFrom::Option => "as the user said",
+        RateFrom::Device => "as the sensor says in register 7",
+        RateFrom::Arrival => "by the arrival of its lines",
+        RateFrom::Assumed => "assumed: nothing in the capture tells it",
+    };
+    let by = match timing.missing_from {
+        MissingFrom::Counter => "by the counter in each line",
+        MissingFrom::Arrival => "by arrival times",
+        MissingFrom::BadLines => "by damaged lines only: lines lost whole cannot be seen",
+    };
+    let measured = arrivals.and_then(|arrivals| {
+        Some(format!("{:.4} Hz, {} ppm from nominal", arrivals.measured_hz?, trimmed(arrivals.offset_ppm?, 1)))
+    });
+    let steps = arrivals.and_then(|arrivals| arrivals.arrivals).map(|Arrivals { p50_us, p99_us, max_us, .. }| {
+        format!("{p50_us} µs median, {p99_us} µs 99th percentile, {max_us} µs longest")
+    });
+    let (link, tally) = (&snapshot.link, &snapshot.link.tally);
+    let bad = &tally.bad;
+    vec![
+        row("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
+        row("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
+        or_not_recorded("Measured rate", measured),
+        or_not_recorded("Between arrivals", steps),
+        row("Missing samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
+        row("Segments", timing.segments.to_string()),
+        row(
+            "Left out",
+            match (timing.left_out, record.skipped_s() > 0.0) {
+                (0, _) => "nothing".into(),
+                (count, true) => format!(
+                    "{} samples, of the first {} as asked, or behind the end asked for",
+                    grouped(count),
+                    duration(record.skipped_s())
+                ),
+                (count, false) => {
+                    format!("{} samples behind the end asked for, or behind a change of rate", grouped(count))
+                }
+            },
+        ),
+        row(
+            "Damaged lines",
+            format!(
+                "{} (checksum {}, without checksum {}, grammar {}, range {}, truncated {}, too long {})",
+                bad.total(),
+                bad.checksum,
+                bad.unchecked,
+                bad.grammar,
+                bad.range,
+                bad.truncated,
+                bad.too_long
+            ),
+        ),
+        row(
+            "Good lines",
+            format!(
+                "{} ({} replies, {}{} other messages)",
+                grouped(tally.good_lines()),
+                link.answers(),
+                echoes(link.echoes),
+                link.other_messages()
+            ),
+        ),
+        row(
+            "Bytes",
+            format!(
+                "{} ({} in no line, {} lost before this program)",
+                grouped(link.bytes()),
+                link.skipped_bytes(),
+                link.overrun_bytes
+            ),
+        ),
+        row("Reconnections", link.connects.saturating_sub(1).to_string()),
+    ]
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_are_told_with_their_meaning_and_as_printed() {
+        for (register, text, expected) in [
+            (Register::BAUD_RATE, "115200", "115200 baud [115200]"),
+            (Register::ASYNC_RATE, "40", "40 Hz [40]"),
+            (Register::VPE_CONTROL, "1,0,1,1", "on, heading absolute, filtering adaptive, tuning adaptive [1,0,1,1]"),
+            (Register::ROTATION, "1,0,0,0,1,0,0,0,1", "none (identity) [1,0,0,0,1,0,0,0,1]"),
+            (Register::IMU_FILTER, "nonsense", "as printed: nonsense"),
+        ] {
+            assert_eq!(in_words(register, text), expected);
+        }
+        let filter = in_words(Register::IMU_FILTER, "0,20,20,4,0,0,3,3,3,0");
+        assert!(filter.starts_with("averages 20 refreshes of the gyroscope (both)"), "{filter}");
+    }
+}

@@ -1,0 +1,158 @@
+//! The noise parameters, each sensor's axes side by side, in every unit in use.
+
+use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
+use maud::{Markup, html};
+use vn100_analysis::{ChannelNoise, LongTaus, WalkSeenLater};
+use vn100_protocol::Quantity;
+
+use crate::{
+    figure::pretty_unit,
+    names::in_words,
+    numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
+    record::Record,
+    units::ChannelValues,
+    verdict_words::shown_in,
+};
+
+const TERMS: [(Term, &str, &str); 5] = [
+    (Term::Quantization, "Q", "quantisation"),
+    (Term::White, "N", "white noise"),
+    (Term::BiasInstability, "B", "bias instability"),
+    (Term::RateRandomWalk, "K", "rate random walk"),
+    (Term::RateRamp, "R", "rate ramp"),
+];
+
+type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
+
+pub(super) fn parameters(record: &Record<'_>) -> Markup {
+    let sensors = [
+        (Quantity::AngularRate, "Gyroscope"),
+        (Quantity::Acceleration, "Accelerometer"),
+        (Quantity::MagneticField, "Magnetometer"),
+    ];
+    html! {
+        @for (quantity, name) in sensors {
+            @let channels = record.of(quantity);
+            @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
+            @if let Some((_, first)) = axes.first() {
+                h3 { (name) }
+                (table(&axes, first.sensor, record.snapshot().deviation))
+                @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
+            }
+        }
+    }
+}
+
+fn table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) -> Markup {
+    let given = |term: Term| axes.iter().any(|(_, noise)| noise.parameter(term).is_some());
+    html! {
+        div.scroll {
+            table.parameters {
+                thead {
+                    tr {
+                        th scope="col" { "parameter" } th scope="col" { "unit" }
+                        @for (channel, _) in axes { th scope="col" { (channel.name) } }
+                    }
+                }
+                @for (term, letter, name) in TERMS {
+                    @if given(term) {
+                        tbody {
+                            @let units = conventions(sensor, term);
+                            @let says = axes.iter().any(|(_, noise)| noise.parameter(term).is_some_and(|found| found.value.or(found.upper).is_some()));
+                            @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
+                                tr.more[index > 0] {
+                                    @if index == 0 { th scope="row" { b { (letter) } ", " (name) } } @else { th {} }
+                                    td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
+                                    @for (_, noise) in axes { td { (cell(noise.parameter(term), unit.factor, index == 0)) } }
+                                }
+                            }
+                        }
+                    }
+                }
+                tbody {
+                    (row(axes, "fitted over τ", "s", |noise| noise.fit.quality.map(|fit| format!("{} to {}", trimmed(fit.tau_min_s, 3), trimmed(fit.tau_max_s, 1)))))
+                    (row(axes, "χ² / degrees of freedom", "", |noise| noise.fit.quality.map(|fit| format!("{:.1} / {}", fit.chi2, fit.dof))))
+                    (row(axes, "p of the fit", "", |noise| noise.fit.quality.map(|fit| format!("{:.2}", fit.p))))
+                    @for (a, b, name) in [(Term::White, Term::BiasInstability, "N² and B²"), (Term::White, Term::RateRandomWalk, "N² and K²"), (Term::BiasInstability, Term::RateRandomWalk, "B² and K²")] {
+                        @if axes.iter().any(|(_, noise)| shown(noise, a, b)) {
+                            (row(axes, &format!("correlation of {name}"), "", |noise| noise.fit.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
+                        }
+                    }
+                    @if axes.iter().any(|(_, noise)| noise.walk_seen_later.is_some()) {
+                        @let name = format!("K that {} more would show", duration(WalkSeenLater::MORE_S));
+                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
+                    }
+                }
+                @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
+            }
+        }
+    }
+}
+
+/// Beside the fit, for those who compare with older reports.
+fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
+    type Read = fn(&ChannelNoise) -> Option<f64>;
+    let rules: [(Term, &str, Read); 3] = [
+        (Term::White, "N: slope −½ at 1 s", |noise| noise.classical.white),
+        (Term::BiasInstability, "B: minimum / 0.664", |noise| noise.classical.bias_instability),
+        (Term::RateRandomWalk, "K: slope +½ at 3 s", |noise| noise.classical.rate_random_walk),
+    ];
+    html! {
+        tbody {
+            tr { th colspan=(axes.len() + 2) scope="rowgroup" { "Read by rule off the curve, not fitted: for comparison with older reports only" } }
+            @for (term, name, read) in rules {
+                @let si = &conventions(sensor, term)[0];
+                (row(axes, name, &pretty_unit(si.unit), |noise| read(noise).map(four_digits)))
+                @if term == Term::BiasInstability {
+                    @let (unit, factor) = shown_in(sensor, term);
+                    (row(axes, "", &pretty_unit(unit), |noise| read(noise).map(|value| four_digits(value * factor))))
+                }
+            }
+        }
+    }
+}
+
+/// Both parameters are of the sensor.
+fn shown(noise: &ChannelNoise, a: Term, b: Term) -> bool {
+    let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
+    value(a) && value(b) && noise.fit.correlation(a, b).is_some()
+}
+
+fn row(axes: &[AxisNoise<'_>], name: &str, unit: &str, cell: impl Fn(&ChannelNoise) -> Option<String>) -> Markup {
+    html! {
+        tr {
+            th scope="row" { (name) } td.unit { (unit) }
+            @for (_, noise) in axes { td { (cell(noise).unwrap_or_else(|| NOTHING.into())) } }
+        }
+    }
+}
+
+fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
+    let Some(parameter) = parameter else { return NOTHING.into() };
+    match (parameter.value, parameter.lower, parameter.upper) {
+        (Some(value), Some(lower), Some(upper)) if first => {
+            with_interval(value * factor, lower * factor, upper * factor)
+        }
+        (Some(value), ..) => four_digits(value * factor),
+        (None, _, Some(upper)) => format!("≤ {}", four_digits(upper * factor)),
+        (None, ..) if first => in_words(parameter.status).into(),
+        (None, ..) => NOTHING.into(),
+    }
+}
+
+fn reason(long_taus: LongTaus) -> Option<&'static str> {
+    match long_taus {
+        LongTaus::Sensor => None,
+        LongTaus::Compensated => Some(
+            "B, K and R of the gyroscope are not in this message: the sensor's attitude filter takes the bias out before it is sent. The minimum of \
+             the curve, and the shoulder before it, are the filter's, whatever a rule reads there.",
+        ),
+        LongTaus::LooksCompensated => Some(
+            "B, K and R are not given: at long averaging times the curve falls below its own white noise, so that something takes the bias out.",
+        ),
+        LongTaus::Surroundings => {
+            Some("Only the white noise is the sensor's: at long averaging times the curve shows the field around it.")
+        }
+        LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+    }
+}

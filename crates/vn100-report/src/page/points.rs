@@ -1,0 +1,57 @@
+//! The deviations as numbers.
+
+use maud::{Markup, html};
+
+use super::statistics::ORDER;
+use crate::{
+    figure::pretty_unit,
+    numbers::{NOTHING, digits, four_digits, trimmed},
+    record::Record,
+    units::{ChannelValues, Point},
+};
+
+pub(super) fn points(record: &Record<'_>) -> Markup {
+    html! {
+        details {
+            summary { "The deviations as numbers" }
+            @for (quantity, name) in ORDER {
+                @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
+                @if let Some(first) = channels.first() {
+                    h4 { (name) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
+                    div.scroll {
+                        table {
+                            thead {
+                                tr {
+                                    th scope="col" { "τ (s)" } th scope="col" { "m" } th scope="col" { "terms" }
+                                    @for channel in &channels { th scope="col" { (channel.name) } th scope="col" { "edf" } }
+                                }
+                            }
+                            tbody {
+                                @for (index, point) in first.deviations.iter().enumerate() {
+                                    tr {
+                                        th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
+                                        @for channel in &channels {
+                                            @let point = channel.deviations.get(index);
+                                            td { (point.map_or_else(|| NOTHING.into(), value)) }
+                                            td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn value(point: &Point) -> String {
+    let Some(deviation) = point.deviation else { return NOTHING.into() };
+    match (point.lower, point.upper) {
+        (Some(lower), Some(upper)) => {
+            format!("{} ({} to {})", four_digits(deviation), digits(lower, 3), digits(upper, 3))
+        }
+        _ => four_digits(deviation),
+    }
+}

@@ -1,0 +1,184 @@
+//! Several records side by side.
+
+use maud::{Markup, html};
+use vn100_analysis::{Chance, Comparison, OctaveTest};
+
+use super::PageOptions;
+use super::figures::grid;
+use crate::{
+    figure::pretty_unit,
+    figures::Figures,
+    folding::folding,
+    numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
+    record::{Record, record_letter},
+    units::tests_by_channel,
+};
+
+pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
+    let compared: Vec<vn100_analysis::Record<'_>> = (records.iter())
+        .map(|record| vn100_analysis::Record {
+            name: &record.facts().name,
+            snapshot: record.snapshot(),
+            assessment: record.assessment(),
+        })
+        .collect();
+    let comparison = Comparison::of(&compared, options.confidence);
+    html! {
+        section id="comparison" {
+            h2 { "Comparison" }
+            (list(records))
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.trim_end_matches('.')) "." } }
+            h3 { "Allan deviation" }
+            (grid(&together.allan_axes))
+            (rankings(&comparison))
+            (octaves(&comparison))
+            (disturbances(&comparison))
+            (means(&comparison))
+        }
+    }
+}
+
+fn list(records: &[Record<'_>]) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead { tr { @for name in ["", "capture", "message", "samples", "length", "rate"] { th scope="col" { (name) } } } }
+                tbody {
+                    @for (index, record) in records.iter().enumerate() {
+                        @let timing = &record.snapshot().timing;
+                        tr {
+                            th scope="row" { (record_letter(index)) }
+                            td { (record.facts().name) }
+                            td { (record.snapshot().layout.as_ref().map_or(NOTHING, |layout| &layout.message)) }
+                            td { (grouped(timing.samples)) }
+                            td { (duration(timing.duration_s())) }
+                            td { (trimmed(timing.rate_hz, 4)) " Hz" }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn rankings(comparison: &Comparison) -> Markup {
+    html! {
+        @for ranking in &comparison.rankings {
+            h3 { "White noise of the " (crate::names::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
+            div.scroll {
+                table {
+                    thead { tr { th scope="col" { "record" } th scope="col" { "N of its axes together" } th scope="col" { "axes" } } }
+                    tbody {
+                        @for ranked in &ranking.records {
+                            tr {
+                                th scope="row" { (record_letter(ranked.record)) }
+                                td { (with_interval(ranked.white, ranked.lower, ranked.upper)) }
+                                td { (ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect::<Vec<_>>().join(", ")) }
+                            }
+                        }
+                    }
+                }
+            }
+            @if !ranking.folds_alike { p { (folding(ranking)) "." } }
+            @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
+                p {
+                    @if comparison.is_beyond_chance(lead) { (record_letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }
+                    @else { "None is the quietest beyond chance: " (record_letter(first.record)) " and " (record_letter(second.record)) " differ as chance makes it (" (chance(lead)) ")." }
+                }
+            }
+        }
+    }
+}
+
+fn octaves(comparison: &Comparison) -> Markup {
+    let differ = |tests: &[&OctaveTest]| -> Vec<OctaveTest> {
+        tests.iter().filter(|test| comparison.is_beyond_chance(test.chance)).map(|test| (*test).clone()).collect()
+    };
+    let channels = tests_by_channel(&comparison.octaves);
+    let rows: Vec<(String, usize, Vec<OctaveTest>)> = (channels.iter())
+        .flat_map(|channel| {
+            let pairs = channel.tests.chunk_by(|a, b| a.records == b.records);
+            pairs.map(|pair| (channel.name.to_owned(), pair.len(), differ(pair))).collect::<Vec<_>>()
+        })
+        .filter(|(.., differ)| !differ.is_empty())
+        .collect();
+    html! {
+        h3 { "Deviations that differ beyond chance" }
+        p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction err towards no difference." }
+        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else {
+            div.scroll {
+                table {
+                    thead { tr { @for name in ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"] { th scope="col" { (name) } } } }
+                    tbody {
+                        @for (channel, all, differ) in &rows {
+                            @if let (Some(first), Some(last), Some(surest)) = (differ.first(), differ.last(), differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p))) {
+                                tr {
+                                    th scope="row" { (channel) }
+                                    td { (record_letter(surest.records[1])) " over " (record_letter(surest.records[0])) }
+                                    td { (differ.len()) " of " (all) }
+                                    td { (trimmed(first.tau_s, 3)) }
+                                    td { (trimmed(last.tau_s, 3)) }
+                                    td { (digits(surest.deviations[1] / surest.deviations[0], 3)) }
+                                    td { (chance(surest.chance)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn disturbances(comparison: &Comparison) -> Markup {
+    html! {
+        @if !comparison.disturbances.is_empty() {
+            h3 { "Disturbed records" }
+            @for disturbance in &comparison.disturbances {
+                p.warning { b { (record_letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text.trim_end_matches('.')) "." }
+            }
+        }
+    }
+}
+
+fn means(comparison: &Comparison) -> Markup {
+    html! {
+        @if !comparison.means.is_empty() {
+            h3 { "Means" }
+            p {
+                "Each with its standard error: the deviation at the longest averaging time that is known. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not \
+                 moved between them. p: that noise within the records alone spreads them so far, with Holm's correction."
+            }
+            div.scroll {
+                table {
+                    thead { tr { th scope="col" { "channel" } th scope="col" { "unit" } th scope="col" { "means" } th scope="col" { "spread" } th scope="col" { "p" } } }
+                    tbody {
+                        @for channel in &comparison.means {
+                            tr {
+                                th scope="row" { (channel.channel) @if channel.bias_removed { " (bias taken out)" } }
+                                td.unit { (pretty_unit(&channel.unit)) }
+                                td {
+                                    @for (index, mean) in channel.means.iter().enumerate() {
+                                        @if index > 0 { br; }
+                                        (record_letter(mean.record)) ": " (four_digits(mean.mean))
+                                        @if let Some(error) = &mean.error { " ± " (digits(error.standard_error, 2)) }
+                                    }
+                                }
+                                td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), |spread| with_interval(spread.deviation, spread.interval.lower, spread.interval.upper))) }
+                                td { (channel.chance.map_or_else(|| NOTHING.into(), chance)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn chance(chance: Chance) -> String {
+    match chance.corrected {
+        ..1e-12 => "p < 10⁻¹²".into(),
+        p @ ..0.001 => format!("p = {}", digits(p, 1)),
+        p => format!("p = {}", trimmed(p, 3)),
+    }
+}

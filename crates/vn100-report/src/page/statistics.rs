@@ -1,0 +1,215 @@
+//! Means and standard deviations, one table for each sensor, each with what it says for this
+//! record.
+
+use std::cmp::Ordering;
+
+use imu_noise::STANDARD_GRAVITY_M_S2;
+use maud::{Markup, html};
+use vn100_protocol::Quantity;
+
+use crate::{
+    figure::pretty_unit,
+    findings::shakes,
+    numbers::{NOTHING, digits, four_digits, grouped},
+    page::EARTH_RATE_RAD_S,
+    record::Record,
+    units::{ChannelValues, NormValues},
+};
+
+/// The sensors in the order in which they are reported.
+pub(super) const ORDER: [(Quantity, &str); 6] = [
+    (Quantity::AngularRate, "Gyroscope"),
+    (Quantity::Acceleration, "Accelerometer"),
+    (Quantity::MagneticField, "Magnetometer"),
+    (Quantity::Angle, "Orientation"),
+    (Quantity::Temperature, "Temperature"),
+    (Quantity::Pressure, "Pressure"),
+];
+
+pub(super) fn statistics(record: &Record<'_>) -> Markup {
+    html! {
+        @for (quantity, name) in ORDER {
+            @let channels = record.of(quantity);
+            @if !channels.is_empty() {
+                @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
+                h3 { (name) ", " (pretty_unit(&channels[0].unit)) }
+                (table(&channels, norm))
+                @for sentence in sentences(quantity, &channels, norm) { p { (sentence) } }
+            } @else if quantity == Quantity::Temperature {
+                h3 { (name) }
+                p { "Not recorded: this message carries no temperature, and none was read between its lines. " code { "vn100 attach --temperature" } " reads it, the message VNIMU carries it." }
+            }
+        }
+    }
+}
+
+fn table(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th scope="col" { "channel" }
+                        @for name in ["samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "normal?"] {
+                            th scope="col" { (name) }
+                        }
+                    }
+                }
+                tbody {
+                    @for channel in channels {
+                        tr {
+                            th scope="row" { (channel.name) }
+                            td { (grouped(channel.count)) }
+                            td { (fixed(channel.mean, channel.decimals + 3)) }
+                            td { (fixed(channel.std, channel.decimals + 3)) }
+                            td { (fixed(channel.min, channel.decimals)) }
+                            td { (fixed(channel.max, channel.decimals)) }
+                            td { (fixed(channel.skewness, 3)) }
+                            td { (fixed(channel.excess_kurtosis, 3)) }
+                            td { (normality(channel)) }
+                        }
+                    }
+                    @if let Some(norm) = norm {
+                        tr {
+                            th scope="row" { (norm.name) }
+                            td { (grouped(norm.count)) }
+                            td { (fixed(norm.mean, norm.decimals + 1)) }
+                            td { (fixed(norm.std, norm.decimals + 1)) }
+                            td { (fixed(norm.min, norm.decimals.saturating_sub(2))) }
+                            td { (fixed(norm.max, norm.decimals.saturating_sub(2))) }
+                            td { (NOTHING) } td { (NOTHING) } td { (NOTHING) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn fixed(value: Option<f64>, decimals: usize) -> String {
+    value.map_or(NOTHING.into(), |value| format!("{value:.decimals$}").replace('-', "−"))
+}
+
+fn normality(channel: &ChannelValues) -> String {
+    match channel.signal.as_ref().and_then(|signal| signal.normality) {
+        None => NOTHING.into(),
+        Some(Ok(normality)) if normality.is_consistent() => "consistent".into(),
+        Some(Ok(_)) => "no".into(),
+        Some(Err(_)) => "not judged".into(),
+    }
+}
+
+/// What the table says of this record.
+fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&NormValues>) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let of_mean = norm.and_then(|norm| norm.of_mean);
+    sentences.extend(match quantity {
+        Quantity::AngularRate => of_mean.map(|rate| {
+            format!(
+                "The mean rate is {} rad/s long ({} °/h); the Earth turns at 7.292·10⁻⁵ rad/s (15.04 °/h). The mean of a resting gyroscope is its bias and the \
+                 turning of the Earth together{}.",
+                four_digits(rate),
+                digits(rate.to_degrees() * 3600.0, 3),
+                if rate < EARTH_RATE_RAD_S { ": here it is less than the Earth turns, so that part of it has been taken out, by the bias or by a filter" } else { "" }
+            )
+        }),
+        Quantity::Acceleration => of_mean.map(|length| {
+            format!(
+                "The mean acceleration is {length:.4} m/s² long, {} m/s² from standard gravity ({} %). If the sensor rested that is bias and scale error; \
+                 local gravity itself is between 9.764 and 9.834 m/s².{}",
+                signed(length - STANDARD_GRAVITY_M_S2, 4),
+                signed(100.0 * (length / STANDARD_GRAVITY_M_S2 - 1.0), 2),
+                upright(channels)
+            )
+        }),
+        Quantity::MagneticField => of_mean.map(|length| {
+            let verdict = if (0.22..=0.67).contains(&length) { "within what the Earth's is (0.22 to 0.67 gauss)" } else { "not what the Earth's can be (0.22 to 0.67 gauss): iron or currents are near, or the calibration is off" };
+            format!("The mean field is {length:.4} gauss long, {verdict}.")
+        }),
+        Quantity::Angle => orientation(channels),
+        Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
+            format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias moves with temperature: a range of more than a few degrees shows at long averaging times.")
+        }),
+        Quantity::Pressure => None,
+    });
+    sentences.extend(loudest(channels));
+    sentences.extend(channels.iter().find_map(|channel| {
+        let reason = channel.signal.as_ref()?.normality?.err()?;
+        Some(format!("Whether the values are normally distributed is not judged for {}: {reason}.", channel.name))
+    }));
+    let not_normal: Vec<&str> = (channels.iter())
+        .filter(|channel| {
+            channel
+                .signal
+                .as_ref()
+                .and_then(|signal| signal.normality)
+                .is_some_and(|found| found.is_ok_and(|normality| !normality.is_consistent()))
+        })
+        .map(|channel| channel.name.as_str())
+        .collect();
+    if !not_normal.is_empty() {
+        sentences.push(format!(
+            "Skewness or kurtosis of {} is farther from 0 than in 99 of 100 normal records: vibration, motion or a disturbance, not sensor noise alone.",
+            not_normal.join(", ")
+        ));
+    }
+    sentences
+}
+
+fn signed(value: f64, decimals: usize) -> String {
+    format!("{value:+.decimals$}").replace('-', "−")
+}
+
+/// Which axis gravity lies along.
+fn upright(channels: &[&ChannelValues]) -> String {
+    let means = channels.iter().filter_map(|channel| Some((channel, channel.mean?)));
+    let strongest = means.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    strongest.map_or_else(String::new, |(channel, mean)| {
+        // at rest an accelerometer reads the force that holds it, upwards
+        let axis = channel.name.rsplit('_').next().unwrap_or(&channel.name);
+        let way = if mean > 0.0 { "up" } else { "down" };
+        format!(" Its largest part is on {}: the {axis} axis pointed {way}wards.", channel.name)
+    })
+}
+
+fn orientation(channels: &[&ChannelValues]) -> Option<String> {
+    let std = |name: &str| channels.iter().find(|channel| channel.name == name).and_then(|channel| channel.std);
+    let (yaw, pitch, roll) = (std("yaw")?, std("pitch")?, std("roll")?);
+    let level = pitch.max(roll);
+    let compared = match yaw.partial_cmp(&(2.0 * level)) {
+        Some(Ordering::Greater) if level > 0.0 => format!(
+            "Yaw varied {} times as much as the worse of pitch and roll: it rests on the magnetic field, they on gravity.",
+            digits(yaw / level, 2)
+        ),
+        _ => "Yaw varied no more than twice as much as pitch and roll.".into(),
+    };
+    Some(format!(
+        "The attitude is what the sensor's own filter makes of all its sensors: its deviations (yaw {}°, pitch {}°, roll {}°) are of that filter's output, no sensor noise. {compared}",
+        digits(yaw, 3),
+        digits(pitch, 3),
+        digits(roll, 3)
+    ))
+}
+
+/// Which axis is noisier than the others.
+fn loudest(channels: &[&ChannelValues]) -> Option<String> {
+    const MUCH: f64 = 1.3;
+    let known: Vec<(&ChannelValues, f64)> =
+        channels.iter().filter_map(|channel| Some((*channel, channel.std.filter(|std| *std > 0.0)?))).collect();
+    let most = known.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let least = known.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let is_sensor = matches!(most.0.quantity, Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField);
+    if !is_sensor || known.len() < 2 || most.1 < MUCH * least.1 {
+        return None;
+    }
+    let lines = most.0.signal.as_ref().map_or_else(Vec::new, |signal| shakes(&signal.disturbed.lines));
+    let cause = lines.first().map_or_else(String::new, |(hz, share)| {
+        format!(" A vibration at {hz:.1} Hz makes {:.0} % of its short-term variance.", 100.0 * share)
+    });
+    Some(format!(
+        "One sample of {} varies {} times as much as one of {}.{cause}",
+        most.0.name,
+        digits(most.1 / least.1, 2),
+        least.0.name
+    ))
+}

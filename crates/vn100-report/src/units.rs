@@ -1,0 +1,364 @@
+//! From exact counts to values in each channel's own unit, for display and documents.
+
+use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
+use vn100_analysis::{
+    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, OctaveTest, Snapshot,
+};
+use vn100_protocol::{Channel, Quantity};
+
+/// One channel's results in its own unit. `None` is what the samples do not tell.
+#[derive(Debug, Clone)]
+pub struct ChannelValues {
+    /// Such as `gyro_x`.
+    pub name: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Of all values below, unless they say otherwise.
+    pub unit: String,
+    /// That resolve one count in the unit.
+    pub decimals: usize,
+    /// Samples.
+    pub count: u64,
+    /// Of all samples.
+    pub mean: Option<f64>,
+    /// Of all samples, n - 1 in the denominator.
+    pub std: Option<f64>,
+    /// Third standardised moment.
+    pub skewness: Option<f64>,
+    /// Fourth standardised moment less 3.
+    pub excess_kurtosis: Option<f64>,
+    /// The smallest sample.
+    pub min: Option<f64>,
+    /// The largest sample.
+    pub max: Option<f64>,
+    /// The last digit that the source prints.
+    pub resolution: f64,
+    /// How often which values came.
+    pub bars: Option<BarValues>,
+    /// One for each octave.
+    pub deviations: Vec<Point>,
+    /// Through time and frequency; `None` where it was not assessed.
+    pub signal: Option<SignalValues>,
+    /// Of the regression line, in the unit per second.
+    pub slope_s: Option<f64>,
+    /// Noise parameters, in SI units; `None` for what is no axis of a sensor.
+    pub noise: Option<ChannelNoise>,
+}
+
+/// A histogram as it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BarValues {
+    /// Lower end of the first bar.
+    pub first: f64,
+    /// Of every bar.
+    pub width: f64,
+    /// Samples in each bar.
+    pub counts: Vec<u64>,
+}
+
+/// Most bars of a histogram.
+const MOST_BARS: usize = 64;
+
+/// How the channel went through time and frequency.
+#[derive(Debug, Clone)]
+pub struct SignalValues {
+    /// One-sided, in the unit squared per hertz.
+    pub density: Option<Density>,
+    /// One behind the other.
+    pub blocks: Vec<BlockValues>,
+    /// Lines, disturbances and changes of level.
+    pub disturbed: Disturbed,
+    /// Whether the values are normally distributed; `None` while that was not assessed.
+    pub normality: Option<Result<Normality, NotJudged>>,
+}
+
+/// One of the consecutive blocks of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockValues {
+    /// In data time, behind what was skipped.
+    pub start_s: f64,
+    /// In data time.
+    pub duration_s: f64,
+    /// Samples.
+    pub count: u64,
+    /// Of its samples.
+    pub mean: f64,
+    /// `None` for one sample.
+    pub std: Option<f64>,
+    /// The smallest sample.
+    pub min: f64,
+    /// The largest sample.
+    pub max: f64,
+}
+
+/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the
+/// document.
+pub const LEAST_EDF: f64 = 2.0;
+
+/// The deviation at one octave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Averaging factor: samples in a cluster.
+    pub m: u64,
+    /// Averaging time.
+    pub tau_s: f64,
+    /// Allan or Hadamard deviation.
+    pub deviation: Option<f64>,
+    /// Differences that were squared and summed.
+    pub terms: u64,
+    /// Equivalent degrees of freedom.
+    pub edf: Option<f64>,
+    /// Exponent of the spectrum at this averaging time.
+    pub alpha: Option<i8>,
+    /// Lower end of the confidence interval.
+    pub lower: Option<f64>,
+    /// Upper end of the confidence interval.
+    pub upper: Option<f64>,
+}
+
+impl Point {
+    /// Whether it is known well enough for its interval to be shown.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.edf.is_some_and(|edf| edf >= LEAST_EDF)
+    }
+}
+
+/// All channels of a snapshot, in its order, and those asked for between the lines behind them.
+#[must_use]
+pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<ChannelValues> {
+    let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    let streamed = (channels.iter().zip(&snapshot.channels).zip(&assessment.channels))
+        .map(|((channel, results), assessed)| values(channel, results, Some(assessed), snapshot));
+    let polled = snapshot.polled.iter().map(|polled| values(&polled.channel, &polled.results, None, snapshot));
+    streamed.chain(polled).collect()
+}
+
+/// The length of a sensor's vector, sample by sample.
+#[derive(Debug, Clone)]
+pub struct NormValues {
+    /// Such as `gyro_norm`.
+    pub name: &'static str,
+    /// What the vector measures.
+    pub quantity: Quantity,
+    /// Of all values below.
+    pub unit: String,
+    /// That resolve one count in the unit.
+    pub decimals: usize,
+    /// Of the mean vector.
+    pub of_mean: Option<f64>,
+    /// Samples.
+    pub count: u64,
+    /// Of the lengths.
+    pub mean: Option<f64>,
+    /// Of the lengths.
+    pub std: Option<f64>,
+    /// The shortest.
+    pub min: Option<f64>,
+    /// The longest.
+    pub max: Option<f64>,
+}
+
+/// The lengths of all vectors, in the order of the channels.
+#[must_use]
+pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
+    let norm = |norm: &Norm| {
+        let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
+        let moments = &norm.moments;
+        NormValues {
+            name: match norm.quantity {
+                Quantity::MagneticField => "mag_norm",
+                Quantity::Acceleration => "accel_norm",
+                Quantity::AngularRate => "gyro_norm",
+                Quantity::Angle | Quantity::Temperature | Quantity::Pressure => "norm",
+            },
+            quantity: norm.quantity,
+            unit: norm.unit.clone(),
+            decimals: converted_decimals(norm.decimals, norm.scale),
+            of_mean: snapshot.mean_vector(norm.quantity).map(|[x, y, z]| x.hypot(y).hypot(z)),
+            count: moments.count(),
+            mean: moments.mean_counts().map(value),
+            std: moments.std_counts().map(value),
+            min: moments.min_counts().map(|counts| value(counts.into())),
+            max: moments.max_counts().map(|counts| value(counts.into())),
+        }
+    };
+    snapshot.norms.iter().map(norm).collect()
+}
+
+/// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times
+/// more.
+fn converted_decimals(decimals: u8, scale: f64) -> usize {
+    // of a power of ten, no more for what its logarithm was rounded by
+    (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize
+}
+
+/// A value with so many decimals. Where these are wider than `width`, with fewer as long as three
+/// digits stay, or with a power of ten.
+#[must_use]
+pub fn fitted(value: f64, decimals: usize, width: usize) -> String {
+    let keeps_digits = |places: usize| value == 0.0 || value.abs() * 10_f64.powi(places as i32) >= 100.0;
+    let fixed = (0..=decimals).rev().filter(|places| *places == decimals || keeps_digits(*places));
+    let fixed = fixed.map(|places| format!("{value:.places$}"));
+    let powers = (0..=5).rev().map(|places| format!("{value:.places$e}"));
+    fixed.chain(powers).find(|text| text.len() <= width).unwrap_or_else(|| format!("{value:.0e}"))
+}
+
+fn values(
+    channel: &Channel,
+    results: &ChannelSnapshot,
+    assessed: Option<&ChannelAssessment>,
+    snapshot: &Snapshot,
+) -> ChannelValues {
+    let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+    let moments = &results.moments;
+    let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
+    ChannelValues {
+        name: channel.name.to_string(),
+        quantity: channel.quantity,
+        unit: channel.unit.to_string(),
+        decimals: converted_decimals(channel.decimals, channel.scale),
+        count: moments.count(),
+        mean: moments.mean_counts().map(|counts| value(counts - results.branch_counts as f64)),
+        std: moments.std_counts().map(value),
+        skewness: moments.skewness(),
+        excess_kurtosis: moments.excess_kurtosis(),
+        min: sample(moments.min_counts()),
+        max: sample(moments.max_counts()),
+        resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
+        bars: results.histogram.bars(MOST_BARS).map(|bars| BarValues {
+            // a printed number stands for the half digit on either side
+            first: value((bars.first_counts - results.branch_counts) as f64 - 0.5),
+            width: value(bars.width_counts as f64),
+            counts: bars.frequencies,
+        }),
+        deviations: points(results, assessed, snapshot, value),
+        slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
+        signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {
+            let interval_s = snapshot.shape().interval_s;
+            let mut density = signal.spectrum().density(Sides::One, interval_s, channel.decimals);
+            for point in density.iter_mut().flat_map(|density| &mut density.points) {
+                point.density_unit2_hz *= channel.scale * channel.scale;
+            }
+            let offset = results.branch_counts as f64;
+            let block = |block: &Block| BlockValues {
+                start_s: block.first_sample as f64 * interval_s,
+                duration_s: block.length as f64 * interval_s,
+                count: block.count(),
+                mean: value(block.mean_counts() - offset),
+                std: block.std_counts().map(value),
+                min: value(f64::from(block.min_counts()) - offset),
+                max: value(f64::from(block.max_counts()) - offset),
+            };
+            SignalValues {
+                density,
+                blocks: signal.blocks().iter().map(block).collect(),
+                disturbed: assessed.disturbed.clone(),
+                normality: assessed.normality,
+            }
+        }),
+        noise: assessed.and_then(|assessed| assessed.noise.clone()),
+    }
+}
+
+fn points(
+    results: &ChannelSnapshot,
+    assessed: Option<&ChannelAssessment>,
+    snapshot: &Snapshot,
+    value: impl Fn(f64) -> f64,
+) -> Vec<Point> {
+    (results.octaves.iter().enumerate())
+        .map(|(index, octave)| {
+            let deviation = octave.deviation_counts().map(&value);
+            let assessed = assessed.and_then(|assessed| assessed.octaves.get(index));
+            let relative = assessed.and_then(|assessed| assessed.relative);
+            let bound = |of: fn(&imu_noise::Interval) -> f64| Some(deviation? * of(&relative?));
+            Point {
+                m: octave.m,
+                tau_s: octave.m as f64 / snapshot.timing.rate_hz,
+                deviation,
+                terms: octave.terms,
+                edf: relative.map(|relative| relative.edf),
+                alpha: assessed.and_then(|assessed| assessed.alpha),
+                lower: bound(|relative| relative.lower),
+                upper: bound(|relative| relative.upper),
+            }
+        })
+        .collect()
+}
+
+/// The tests of one channel, by the order in which its octaves first come.
+#[derive(Debug, Clone)]
+pub struct TestsOfChannel<'a> {
+    /// Of the channel.
+    pub name: &'a str,
+    /// Of the channel.
+    pub unit: &'a str,
+    /// In the order of the comparison.
+    pub tests: Vec<&'a OctaveTest>,
+}
+
+/// The tests of all channels, those of one together.
+#[must_use]
+pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<TestsOfChannel<'_>> {
+    let mut channels: Vec<TestsOfChannel<'_>> = Vec::new();
+    for test in tests {
+        let same = |channel: &&mut TestsOfChannel<'_>| (channel.name, channel.unit) == (&*test.channel, &*test.unit);
+        match channels.iter_mut().find(same) {
+            Some(channel) => channel.tests.push(test),
+            None => channels.push(TestsOfChannel { name: &test.channel, unit: &test.unit, tests: vec![test] }),
+        }
+    }
+    channels
+}
+
+/// What the axes of one sensor are called together.
+#[must_use]
+pub fn sensor_group(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Angle => "attitude",
+        Quantity::MagneticField => "mag",
+        Quantity::Acceleration => "accel",
+        Quantity::AngularRate => "gyro",
+        Quantity::Temperature => "temperature",
+        Quantity::Pressure => "pressure",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_count_shows_in_the_unit_it_was_converted_to() {
+        let degree = 1_f64.to_radians();
+        for (decimals, scale, shown) in [
+            (4, 1.0, 4),
+            (0, 1.0, 0),
+            (3, degree, 5),
+            (1, degree / 3600.0, 7),
+            (3, 9.806_65, 3),
+            (2, 0.01, 4),
+            (1, 1e4, 0),
+        ] {
+            assert_eq!(converted_decimals(decimals, scale), shown, "{decimals} {scale}");
+        }
+    }
+
+    #[test]
+    fn a_number_never_is_wider_than_its_column_nor_without_digits() {
+        for (value, decimals, width, text) in [
+            (-9.8066, 4, 9, "-9.8066"),
+            (0.0, 4, 9, "0.0000"),
+            (0.0, 12, 9, "0.0000000"),
+            (4.848e-5, 6, 9, "0.000048"),
+            (4.8481e-5, 9, 9, "0.0000485"),
+            (-4.8481e-6, 12, 14, "-0.00000484810"),
+            (-4.8481e-6, 12, 9, "-4.848e-6"),
+            (9.9996, 4, 5, "10.00"),
+            (-1.5e12, 3, 9, "-1.500e12"),
+        ] {
+            assert_eq!(fitted(value, decimals, width), text);
+        }
+    }
+}

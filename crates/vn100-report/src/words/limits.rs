@@ -1,0 +1,175 @@
+//! What stands between the record and the sensor.
+
+use imu_noise::{Sensor, Term, Verdict, conventions};
+use vn100_analysis::{LongTaus, Onboard, WarningKind};
+
+use super::listed;
+use crate::{
+    figure::pretty_unit,
+    findings::{AxisFindings, Findings, SensorFindings},
+    numbers::{digits, duration, trimmed},
+};
+
+pub(super) fn against_data_sheet(findings: &Findings) -> Vec<String> {
+    let Some(sheet) = &findings.datasheet else {
+        return vec![
+            "No data sheet was compared: the record is not known to be of a VN-100, and --datasheet names no other."
+                .into(),
+        ];
+    };
+    if findings.motion.is_some() {
+        return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];
+    }
+    let mut sentences = verdicts(findings, sheet);
+    let explained: Vec<String> =
+        findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)).collect();
+    sentences.extend(explained);
+    if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTaus::Compensated) {
+        sentences.push(
+            "In-run bias stability of the gyroscope cannot be compared: the message carries rates from which the sensor has taken its own estimate of the bias. A minimum read off \
+             that curve is often ten times lower than the data sheet, and means nothing."
+                .into(),
+        );
+    }
+    sentences.push(
+        "Data sheets quote the in-run bias as the minimum of the Allan deviation; the B given here is that of the fitted flat part over 0.664. They quote N two-sided, as it is given here.".into(),
+    );
+    sentences
+}
+
+/// Which axes keep which figures, and the worst axis of each sensor in numbers.
+fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
+    let words = [
+        (Verdict::Pass, "pass"),
+        (Verdict::Fail, "fail: beyond the figure, whatever the stream does to it"),
+        (Verdict::Consistent, "consistent; the averaging window is not known, so that nothing passes or fails by it"),
+        (Verdict::Undecided, "undecided: the interval holds both, there is none, or the averaging window would decide"),
+        (Verdict::NotComparable, "not comparable: this message does not carry it"),
+    ];
+    let letters = [(Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")];
+    let told = words.into_iter().flat_map(|(verdict, what)| {
+        letters.into_iter().filter_map(move |(term, letter)| {
+            let judged =
+                |axis: &&AxisFindings| axis.verdicts.iter().any(|(of, found, _)| (*of, *found) == (term, verdict));
+            let axes: Vec<String> = findings.axes().filter(judged).map(|axis| axis.name.clone()).collect();
+            (!axes.is_empty()).then(|| format!("{letter} of {}: {what}", listed(&axes)))
+        })
+    });
+    let told: Vec<String> = told.collect();
+    let mut sentences = Vec::new();
+    if !told.is_empty() {
+        sentences.push(format!("Beside the figures of {sheet}, in the table below: {}.", told.join("; ")));
+    }
+    sentences.extend(findings.sensors.iter().filter_map(|sensor| {
+        let worst = sensor.worst(|axis| axis.white)?;
+        let (.., text) = worst.axis.verdicts.iter().find(|(term, ..)| *term == Term::White)?;
+        Some(format!("{} of the {}: {}.", worst.named(), sensor.name, pretty_unit(text)))
+    }));
+    sentences
+}
+
+fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
+    let onboard = sensor.onboard?;
+    let factor = onboard.white_factor();
+    if (factor - 1.0).abs() < 0.02 && !onboard.window.overlaps() {
+        return None;
+    }
+    let known = if onboard.window_known {
+        "as register 85 says"
+    } else {
+        "if register 85 is as sold, which this record does not tell"
+    };
+    let averages = match onboard.window.length {
+        0 | 1 => "averages nothing".to_owned(),
+        length => format!("averages {length} of them"),
+    };
+    let effect = if onboard.window.overlaps() {
+        "neighbouring samples share refreshes, so that short averaging times read low".to_owned()
+    } else {
+        format!(
+            "noise above half the output rate folds down, and the density reads {} ± {} times the sensor's own",
+            digits(factor, 3),
+            digits(factor * Onboard::UNCERTAINTY, 2)
+        )
+    };
+    let (unit, in_unit) = sheet_unit(sensor.sensor);
+    let own: Vec<String> = (sensor.axes.iter())
+        .filter_map(|axis| Some(format!("{} {}", axis.name, digits(axis.white_value()? * in_unit / factor, 2))))
+        .collect();
+    let own = if own.is_empty() || onboard.window.overlaps() {
+        String::new()
+    } else {
+        format!(
+            " Divided by that, the sensor's own densities would be about {} {} (± 10 %): those compare with a data sheet. A filter that uses this stream needs the densities as measured.",
+            listed(&own),
+            pretty_unit(unit)
+        )
+    };
+    Some(format!(
+        "The {} is refreshed {} times a second inside; the sensor {averages} ({known}) and sends {} a second: {effect}.{own}",
+        sensor.name,
+        trimmed(onboard.refresh_hz, 1),
+        trimmed(rate_hz, 3),
+    ))
+}
+
+/// The unit of white noise in data sheets, and its value for a density of 1 in SI units.
+fn sheet_unit(sensor: Sensor) -> (&'static str, f64) {
+    let printed = match sensor {
+        Sensor::Gyroscope => "deg/s/sqrt(Hz)",
+        Sensor::Accelerometer => "mg/sqrt(Hz)",
+        Sensor::Magnetometer => "gauss/sqrt(Hz)",
+    };
+    let factor =
+        conventions(sensor, Term::White).iter().find(|unit| unit.unit == printed).map_or(1.0, |unit| unit.factor);
+    (printed, factor)
+}
+
+pub(super) fn limits(findings: &Findings) -> Vec<String> {
+    let mut limits = Vec::new();
+    let known_to = findings.axes().filter_map(|axis| axis.known_to_s).reduce(f64::max);
+    limits.push(match known_to {
+        Some(tau_s) => format!(
+            "Its length: {} of data. The longest averaging time whose deviation is known to better than a factor of ten is {}; slower noise than that stays unseen.",
+            duration(findings.duration_s),
+            duration(tau_s)
+        ),
+        None => format!("Its length: {} too few for any deviation with an interval.", samples_are(findings.samples)),
+    });
+    if findings.compensated {
+        limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
+    }
+    if findings.sensors.iter().any(|sensor| sensor.onboard.is_some_and(|onboard| onboard.white_factor() > 1.02)) {
+        limits.push("Its rate and averaging window: white noise is folded into the band, see above.".into());
+    }
+    if findings.warns(WarningKind::VibrationLine) {
+        limits.push("Its mounting: vibration covers the shortest averaging times.".into());
+    }
+    if findings.motion.is_some() {
+        limits.push("Its motion: it covers the noise at all averaging times.".into());
+    } else if findings.warns(WarningKind::NotStationary) || findings.warns(WarningKind::WarmUp) {
+        limits.push("Its surroundings: disturbances, or a sensor that was not yet warm, cover the longest.".into());
+    }
+    if !findings.has_stamps {
+        limits.push("Its form: without arrival times neither the true rate nor lines lost whole can be seen.".into());
+    }
+    limits
+}
+
+fn samples_are(count: u64) -> String {
+    if count == 1 { "1 sample is".into() } else { format!("{count} samples are") }
+}
+
+pub(super) fn not_tested(findings: &Findings) -> Vec<String> {
+    let mut texts = vec![
+        "Turn-on to turn-on bias, scale factor, misalignment, sensitivity to temperature, supply and acceleration: one record at rest shows none of them.".into(),
+        "Whether the sensor rested in truth: the record shows disturbances of more than its noise, not slow ones that look like noise.".into(),
+    ];
+    if !findings.has_registers {
+        texts.push("The sensor's settings: its registers are not in the record, so that averaging window, calibration and filter modes are unknown.".into());
+    }
+    if !findings.has_conditions {
+        texts.push("The conditions: place, mounting, temperature and supply were not written down.".into());
+    }
+    texts
+}

@@ -1,0 +1,139 @@
+//! How noisy each axis is.
+
+use imu_noise::{Parameter, Sensor, Status, Term, conventions};
+use vn100_analysis::{LongTaus, Motion};
+
+use super::listed;
+use crate::{
+    figure::pretty_unit,
+    findings::{AxisFindings, Findings, SensorFindings},
+    numbers::{digits, four_digits, trimmed, with_interval},
+};
+
+pub(super) fn noise(findings: &Findings) -> Vec<String> {
+    let mut sentences: Vec<String> =
+        findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.rate_hz)).collect();
+    if findings.motion.is_some() {
+        sentences.insert(0, Motion::MEANING.into());
+    }
+    if sentences.is_empty() {
+        sentences.push("There are no axes of a sensor in this record, or no samples.".into());
+    }
+    sentences
+}
+
+fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
+    let mut sentences: Vec<String> = sensor.axes.iter().map(|axis| white(sensor.sensor, axis, rate_hz)).collect();
+    if sensor.long_taus == LongTaus::Sensor {
+        let slow = [
+            (
+                Term::BiasInstability,
+                "bias instability B",
+                (|axis| axis.bias_instability) as fn(&AxisFindings) -> Option<Parameter>,
+            ),
+            (Term::RateRandomWalk, "rate random walk K", |axis| axis.random_walk),
+        ];
+        for (term, name, of) in slow {
+            sentences.extend(slow_noise(sensor, term, name, of));
+        }
+    }
+    sentences.extend(match sensor.long_taus {
+        LongTaus::Compensated => Some(format!(
+            "Bias instability and rate random walk of the {} cannot be given from this message, however long the record: its bias is taken out inside the sensor.",
+            sensor.name
+        )),
+        LongTaus::LooksCompensated => Some(format!(
+            "Bias instability and rate random walk of the {} are not given: the curve falls below its own white noise, so that something takes the bias out.",
+            sensor.name
+        )),
+        LongTaus::Sensor | LongTaus::Surroundings | LongTaus::Motion => None,
+    });
+    sentences
+}
+
+/// N in SI units and in the one that data sheets print.
+fn white(sensor: Sensor, axis: &AxisFindings, rate_hz: f64) -> String {
+    let units = conventions(sensor, Term::White);
+    let printed = match sensor {
+        Sensor::Gyroscope => "deg/sqrt(h)",
+        Sensor::Accelerometer => "ug/sqrt(Hz)",
+        Sensor::Magnetometer => "nT/sqrt(Hz)",
+    };
+    let other = units.iter().find(|unit| unit.unit == printed).filter(|unit| unit.factor != 1.0);
+    match axis.white {
+        Some(Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. }) => {
+            let other = other.map_or_else(String::new, |unit| {
+                format!(", {} {}", digits(value * unit.factor, 3), pretty_unit(unit.unit))
+            });
+            let one = axis.std.map_or_else(String::new, |std| {
+                let unit = pretty_unit(&axis.unit);
+                // what white noise of that density alone would give a sample: more, where it was fitted to long times only
+                let alone = value * rate_hz.sqrt();
+                let share = match digits(alone, 3) {
+                    alone_in_digits if alone < 1.01 * std => format!(", of which white noise is {alone_in_digits}"),
+                    _ => String::new(),
+                };
+                format!("; one sample at {} Hz varies by {} {unit}{share}", trimmed(rate_hz, 3), digits(std, 3))
+            });
+            format!(
+                "{}: white noise N = {} {}{other}{one}.",
+                axis.name,
+                with_interval(value, lower, upper),
+                pretty_unit(units[0].unit)
+            )
+        }
+        Some(Parameter { upper: Some(upper), .. }) => {
+            format!("{}: white noise N is at most {} {}.", axis.name, four_digits(upper), pretty_unit(units[0].unit))
+        }
+        Some(Parameter { status: Status::ModelRejected, .. }) => {
+            format!(
+                "{}: no range of averaging times follows a noise model, so that no N is given{}; see what disturbs it below.",
+                axis.name,
+                by_rule(axis, units[0].unit)
+            )
+        }
+        _ if !axis.lines.is_empty() => format!(
+            "{}: white noise is not observable: what shakes the sensor covers the averaging times that would show it{}.",
+            axis.name,
+            by_rule(axis, units[0].unit)
+        ),
+        _ => {
+            format!("{}: white noise is not observable: the record is too short, or the values do not vary.", axis.name)
+        }
+    }
+}
+
+/// What older reports would have called N.
+fn by_rule(axis: &AxisFindings, unit: &str) -> String {
+    axis.white_by_rule.map_or_else(String::new, |read| {
+        format!("; at 1 s the curve reads {} {}, the disturbance included", four_digits(read), pretty_unit(unit))
+    })
+}
+
+fn slow_noise(
+    sensor: &SensorFindings,
+    term: Term,
+    name: &str,
+    of: fn(&AxisFindings) -> Option<Parameter>,
+) -> Option<String> {
+    let unit = conventions(sensor.sensor, term).first()?;
+    let told: Vec<String> = (sensor.axes.iter())
+        .filter_map(|axis| {
+            let parameter = of(axis)?;
+            Some(match (parameter.value, parameter.lower, parameter.upper) {
+                (Some(value), Some(lower), Some(upper)) => {
+                    format!("{} {}", axis.name, with_interval(value, lower, upper))
+                }
+                (None, _, Some(upper)) => format!("{} at most {}", axis.name, four_digits(upper)),
+                _ => format!("{} not observable", axis.name),
+            })
+        })
+        .collect();
+    if told.is_empty() {
+        return None;
+    }
+    let any_bounded = sensor.axes.iter().filter_map(of).any(|parameter| parameter.status == Status::Bounded);
+    let meaning =
+        if any_bounded { " \"At most\" means that this record does not show it: it may be absent." } else { "" };
+    Some(format!("The {name} of the {}, in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&told)))
+}

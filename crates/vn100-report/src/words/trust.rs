@@ -1,0 +1,172 @@
+//! How far the numbers can be trusted.
+
+use imu_noise::{Parameter, Status};
+use vn100_analysis::{RateFrom, WarningKind};
+
+use super::listed;
+use crate::{
+    figure::pretty_unit,
+    findings::{AxisFindings, Findings},
+    numbers::{digits, grouped, trimmed},
+};
+
+pub(super) fn trust(findings: &Findings) -> Vec<String> {
+    let mut sentences = vec![moved(findings), time_base(findings), losses(findings)];
+    // what follows is of the noise
+    if findings.motion.is_none() {
+        sentences.extend([fits(findings), vibration(findings), one_piece(findings), alone(findings)]);
+    }
+    sentences.into_iter().flatten().collect()
+}
+
+/// First of all: noise is measured at rest.
+fn moved(findings: &Findings) -> Option<String> {
+    let motion = findings.motion.as_ref()?;
+    Some(format!("No: {}. All figures describe the motion, none of them the noise.", pretty_unit(&motion.to_string())))
+}
+
+fn time_base(findings: &Findings) -> Option<String> {
+    Some(if findings.rate_from == RateFrom::Assumed {
+        format!(
+            "The sample rate of {} Hz is assumed: nothing in the capture tells it. If the truth is 1 % more, N is 0.5 % less, and every averaging time 1 % shorter.",
+            trimmed(findings.rate_hz, 3)
+        )
+    } else if findings.warns(WarningKind::RateOffNominal) {
+        "The measured rate is not the one taken: see the warnings. Averaging times are wrong by the same share, N by half of it.".into()
+    } else {
+        let from = match findings.rate_from {
+            RateFrom::Option => "as the user said",
+            RateFrom::Device => "as the sensor says",
+            RateFrom::Arrival | RateFrom::Assumed => "by the arrival of the lines",
+        };
+        let off = findings.offset_ppm.map_or_else(String::new, |ppm| {
+            format!("; measured {} ppm off, which no averaging time or density shows", trimmed(ppm, 0))
+        });
+        format!("The sample rate is {} Hz, {from}{off}.", trimmed(findings.rate_hz, 3))
+    })
+}
+
+fn losses(findings: &Findings) -> Option<String> {
+    let Findings { samples, missing, gaps, .. } = findings;
+    if *samples < 2 {
+        return None;
+    }
+    let told = match missing {
+        0 if findings.outages.times > 0 => format!(
+            "The link was {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
+            findings.outages,
+            grouped(*samples)
+        ),
+        0 if findings.has_stamps => {
+            format!("No sample is missing among {}, as far as arrival times tell.", grouped(*samples))
+        }
+        0 => format!(
+            "No line is damaged or missing among {} samples; lines lost whole could not be seen, for want of arrival times.",
+            grouped(*samples)
+        ),
+        _ => format!(
+            "{} of {} samples are missing, in {}. No average was taken across a gap; few gaps do no harm, many shorten the record.",
+            grouped(*missing),
+            grouped(samples + missing),
+            if *gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
+        ),
+    };
+    Some(if *missing > 0 && findings.outages.times > 0 {
+        format!("{told} The link was {}: what was sent then is not among them.", findings.outages)
+    } else {
+        told
+    })
+}
+
+fn fits(findings: &Findings) -> Option<String> {
+    let judged = |axis: &&AxisFindings| axis.white.is_some();
+    let (good, bad): (Vec<&AxisFindings>, Vec<&AxisFindings>) =
+        findings.axes().filter(judged).partition(|axis| axis.quality.is_some());
+    let names = |axes: &[&AxisFindings]| listed(&axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>());
+    let least = good.iter().filter_map(|axis| Some(axis.quality?.p)).reduce(f64::min);
+    let rejected: Vec<&AxisFindings> =
+        bad.into_iter().filter(|axis| axis.white.is_some_and(|white| is_without_model(&white))).collect();
+    let good = least.map(|least| {
+        format!("The noise model explains the curves of {} over the range of averaging times it was fitted to (smallest p {}; below 0.01 it would have been refused).", names(&good), digits(least, 2))
+    });
+    let rejected = (!rejected.is_empty()).then(|| {
+        format!(
+            "It explains no range of {}: nothing is estimated there, and at most a bound of N is given.",
+            names(&rejected)
+        )
+    });
+    match (good, rejected) {
+        (None, None) => None,
+        (good, rejected) => Some([good, rejected].into_iter().flatten().collect::<Vec<_>>().join(" ")),
+    }
+}
+
+/// White noise may be bounded without a model.
+fn is_without_model(white: &Parameter) -> bool {
+    matches!(white.status, Status::ModelRejected | Status::Bounded)
+}
+
+fn vibration(findings: &Findings) -> Option<String> {
+    let shaken: Vec<String> = (findings.axes())
+        .filter_map(|axis| {
+            let (hz, share) = axis.lines.first()?;
+            let percent = if *share < 0.005 { "below 1".into() } else { format!("{:.0}", 100.0 * share) };
+            Some(format!("{} {hz:.1} Hz ({percent} %)", axis.name))
+        })
+        .collect();
+    let trimmed_fits: Vec<String> = (findings.axes())
+        .filter_map(|axis| {
+            let (first, quality) = (axis.first_tau_s?, axis.quality?);
+            (quality.tau_min_s > 1.5 * first)
+                .then(|| format!("{} below {} s", axis.name, trimmed(quality.tau_min_s, 3)))
+        })
+        .collect();
+    if shaken.is_empty() && trimmed_fits.is_empty() {
+        return None;
+    }
+    let mut text = match shaken.is_empty() {
+        true => "No line stands out of a spectrum.".to_owned(),
+        false => format!(
+            "Something shook the sensor; the strongest line of each axis, and its share in the short-term variance: {}.",
+            listed(&shaken)
+        ),
+    };
+    if !trimmed_fits.is_empty() {
+        text += &format!(
+            " The shortest averaging times were left out of the fit: {}. N is what the rest says, and does not contain the vibration.",
+            listed(&trimmed_fits)
+        );
+    }
+    Some(text)
+}
+
+fn one_piece(findings: &Findings) -> Option<String> {
+    let of = |happened: fn(&AxisFindings) -> bool| -> Vec<String> {
+        findings.axes().filter(|axis| happened(axis)).map(|axis| axis.name.clone()).collect()
+    };
+    let disturbed = of(|axis| axis.disturbances > 0);
+    let stepped = of(|axis| axis.steps);
+    let warming = of(|axis| axis.warm_up_s.is_some());
+    if disturbed.is_empty() && stepped.is_empty() && warming.is_empty() {
+        // two samples have no pieces
+        let long_enough = findings.axes().any(|axis| axis.known_to_s.is_some());
+        let judged = long_enough && !findings.warns(WarningKind::NotStationary);
+        return judged.then(|| "No disturbance, step or warm-up was found: the record is of one piece.".into());
+    }
+    let parts =
+        [("disturbed for moments", disturbed), ("with a change of level", stepped), ("still warming up", warming)];
+    let told: Vec<String> = (parts.into_iter())
+        .filter(|(_, names)| !names.is_empty())
+        .map(|(what, names)| format!("{what}: {}", listed(&names)))
+        .collect();
+    Some(format!(
+        "The record is not of one piece ({}); the warnings say when. Deviations at averaging times longer than a disturbance contain it.",
+        told.join("; ")
+    ))
+}
+
+fn alone(findings: &Findings) -> Option<String> {
+    findings.axes().any(|axis| axis.known_to_s.is_some()).then(|| {
+        "Each interval holds alone: neighbouring points of a curve share samples, and all of them together hold less often. They cover the randomness of this record, not what another sensor, place, day or temperature would give.".into()
+    })
+}
