@@ -1,5 +1,5 @@
-//! From samples to exact sums: everything that grows with the record, one channel at a time, in bounded
-//! memory.
+//! From samples to exact sums: everything that grows with the record, one channel at a time, in
+//! bounded memory.
 
 pub(crate) mod aligned;
 pub(crate) mod blocks;

@@ -4,24 +4,32 @@
 //! arrivals of lines tell. Beside them moments, histogram, spectrum, and angles made continuous.
 //!
 //! ```
-//! use imu_noise::{ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms, counts_to_unit};
+//! use imu_noise::{
+//!     ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms,
+//!     counts_to_unit,
+//! };
 //!
-//! // a gyroscope at 40 Hz, in rad/s with six decimals: numbers between 0 and 999 stand for its white noise
+//! // a gyroscope at 40 Hz, in rad/s with six decimals; its white noise: uniform, 0 to 999 counts
 //! let next = |state: &u32| Some(state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
-//! let samples: Vec<i32> = std::iter::successors(Some(1), next).map(|state| (state >> 16) as i32 % 1000).take(16_384).collect();
+//! let states = std::iter::successors(Some(1), next);
+//! let samples: Vec<i32> = states.map(|state| (state >> 16) as i32 % 1000).take(16_384).collect();
 //!
 //! let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
 //! let mut gyro = ChannelAccumulator::new(estimator, deviation);
 //! gyro.push(&samples); // and gyro.gap(Some(2)) where two were lost
 //! let sums = gyro.octaves().sums();
-//! let (octaves, variances): (Vec<_>, Vec<f64>) =
-//!     sums.filter_map(|sum| Some((sum.octave(), counts_to_unit(sum.variance_counts2()?, 12)))).unzip();
+//! let variances = sums.filter_map(|sum| {
+//!     Some((sum.octave(), counts_to_unit(sum.variance_counts2()?, 12)))
+//! });
+//! let (octaves, variances): (Vec<_>, Vec<f64>) = variances.unzip();
 //! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
 //! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, None, 0.95);
 //!
 //! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
 //! let white = fit.parameter(Term::White).ok_or("not in the model")?;
-//! let (Some(n), Some(lower), Some(upper)) = (white.value, white.lower, white.upper) else { return Err("no estimate") };
+//! let (Some(n), Some(lower), Some(upper)) = (white.value, white.lower, white.upper) else {
+//!     return Err("no estimate");
+//! };
 //! println!("{n:.3e} rad/s/sqrt(Hz), between {lower:.3e} and {upper:.3e} with 95 %");
 //! assert!(lower < 4.564e-5 && 4.564e-5 < upper && upper - lower < 0.05 * n);
 //! # Ok::<(), &str>(())

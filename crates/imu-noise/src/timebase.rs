@@ -10,7 +10,7 @@
 //! lag behind
 //! the due time            stall                        2 lost
 //!   3 |                   o                             o
-//!   2 |                    o                           o o oo o   <- the least lag stands: Gap { missing: 2 }
+//!   2 |                    o                           o o oo o   <- stays: Gap { missing: 2 }
 //!   1 |      o     o        o        o         o
 //!   0 | oo oo oo oo oo oo o  oo oo ooo ooo oo oo                  <- lower edge
 //!     +----------------------------------------------------- line

@@ -69,7 +69,8 @@ impl LagOneSums {
         }
     }
 
-    /// Blocks of `m` samples, by the number of differences taken; `None` for lengths that are not kept.
+    /// Blocks of `m` samples, by the number of differences taken; `None` for lengths that are not
+    /// kept.
     pub(crate) fn series(&self, m: u64) -> Option<&[Series; MAX_DIFFERENCES + 1]> {
         let level = self.levels.get((m / self.block).checked_ilog2()? as usize).filter(|_| m.is_power_of_two())?;
         Some(&level.series)

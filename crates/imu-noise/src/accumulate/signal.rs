@@ -20,7 +20,8 @@ const FARTHEST: u64 = 1 << 62;
 /// let mut accelerometer = ChannelSignal::new(&SpectrumPlan::new());
 /// let interval_s = 0.025;
 /// // A fan at 5 Hz, 0.1 m/s² large, in m/s² with three decimals, and some noise.
-/// let fan = |i: u32| (100.0 * (std::f64::consts::TAU * 5.0 * interval_s * f64::from(i)).sin()).round() as i32;
+/// let phase = |i: u32| std::f64::consts::TAU * 5.0 * interval_s * f64::from(i);
+/// let fan = |i: u32| (100.0 * phase(i).sin()).round() as i32;
 /// let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 16) as i32 % 41 - 20;
 /// accelerometer.push(&(0..4000).map(|i| fan(i) + noise(i * i) - 9813).collect::<Vec<_>>());
 ///
@@ -28,7 +29,8 @@ const FARTHEST: u64 = 1 << 62;
 /// assert_eq!(lines.len(), 1);
 /// assert!((lines[0].frequency_hz - 5.0).abs() < 1e-2 && (lines[0].amplitude - 0.1).abs() < 5e-3);
 /// assert_eq!(lines[0].aliases_hz(interval_s, 80.0).count(), 4); // 5, 35, 45, 75 Hz
-/// assert_eq!(accelerometer.spectrum().density(Sides::One, interval_s, 3).unwrap().points.len(), 256);
+/// let density = accelerometer.spectrum().density(Sides::One, interval_s, 3).unwrap();
+/// assert_eq!(density.points.len(), 256);
 /// ```
 #[derive(Clone, Debug)]
 pub struct ChannelSignal {

@@ -23,7 +23,8 @@ use super::{Parameter, Status};
 /// ```
 /// use imu_noise::{Parameter, Status, curve_minimum};
 ///
-/// let exactly = |x| Parameter { status: Status::Estimated, value: Some(x), lower: Some(x), upper: Some(x) };
+/// let (status, end) = (Status::Estimated, Some);
+/// let exactly = |x| Parameter { status, value: end(x), lower: end(x), upper: end(x) };
 /// let flicker_alone = curve_minimum(&exactly(0.0), &exactly(1.0), &exactly(0.0));
 /// assert_eq!(flicker_alone.upper.map(|minimum| (minimum * 1e4).round()), Some(6643.0));
 /// ```

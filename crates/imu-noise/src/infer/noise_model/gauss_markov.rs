@@ -121,10 +121,9 @@ impl NoiseModel {
     }
 }
 
-/// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x
-/// - x²/2), x =
-/// |t|/T, whose second derivative is that covariance less a constant; the polynomial drops out of differences and
-/// keeps the digits.
+/// Generalised covariance of the phase of a process with covariance e^(-|t|/T):
+/// -T² (e^(-x) - 1 + x - x²/2) with x = |t|/T. Its second derivative is that covariance less a
+/// constant; the polynomial cancels in differences and keeps the digits.
 fn phase_covariance(lag: f64, time: f64) -> f64 {
     let x = lag.abs() / time;
     let remainder = if x < 0.5 {

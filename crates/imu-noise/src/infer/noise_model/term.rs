@@ -37,7 +37,8 @@ impl Term {
     /// ```
     /// use imu_noise::{Deviation, Estimator, RecordShape, Term};
     ///
-    /// let shape = RecordShape { samples: 0, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan };
+    /// let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
+    /// let shape = RecordShape { samples: 0, interval_s: 0.025, estimator, deviation };
     /// // 0.003 deg/s/sqrt(Hz), read at 1 s
     /// let variance = Term::White.variance(0.003, 40, &shape);
     /// assert!((variance.sqrt() - 0.003).abs() < 1e-12);
