@@ -1,5 +1,6 @@
-//! Rules of the source tree itself: layers and the names of tests in documents.
+//! Rules of the source tree itself: layers, the compiler, and the names of tests in documents.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod compiler;
 mod layering;
 mod reliability;
