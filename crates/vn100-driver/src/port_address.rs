@@ -37,7 +37,8 @@ impl PortAddress {
     /// pulled out.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
-        let known = stable.into_iter().chain([self.given.clone()]).filter(|name| !self.is_anothers(name, ports));
+        let known =
+            stable.into_iter().chain([self.given.clone()]).filter(|name| !self.belongs_to_another_port(name, ports));
         let same_adapter = ports.iter().filter(|port| self.is_same_adapter(port)).map(|port| port.name.clone());
         let mut names: Vec<String> = Vec::new();
         for name in known.chain(same_adapter) {
@@ -50,7 +51,7 @@ impl PortAddress {
 
     /// Whether the name that the user gave leads to another adapter now.
     pub(crate) fn is_taken(&self, ports: &[PortEntry]) -> bool {
-        self.is_anothers(&self.given, ports)
+        self.belongs_to_another_port(&self.given, ports)
     }
 
     /// By the serial number of the adapter: without one, two of a kind cannot be told apart.
@@ -59,7 +60,7 @@ impl PortAddress {
     }
 
     /// Of a port that is not on USB nothing is known that could differ.
-    fn is_anothers(&self, name: &str, ports: &[PortEntry]) -> bool {
+    fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
         self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
 }

@@ -35,7 +35,7 @@ pub(crate) const SIGNS: [&str; 3] = ["●", "▲", "◆"];
 const ORANGE: (u8, u8, u8) = (230, 159, 0);
 const SKY_BLUE: (u8, u8, u8) = (86, 180, 233);
 const BLUISH_GREEN: (u8, u8, u8) = (0, 158, 115);
-const VERMILLION: (u8, u8, u8) = (213, 94, 0);
+const VERMILION: (u8, u8, u8) = (213, 94, 0);
 const YELLOW: (u8, u8, u8) = (240, 228, 66);
 const REDDISH_PURPLE: (u8, u8, u8) = (204, 121, 167);
 
@@ -92,7 +92,7 @@ impl Theme {
     pub(crate) fn bad(self) -> Style {
         match self.colours {
             Colours::None => Style::new().add_modifier(Modifier::REVERSED),
-            _ => self.colour(VERMILLION, Color::LightRed).add_modifier(Modifier::BOLD),
+            _ => self.colour(VERMILION, Color::LightRed).add_modifier(Modifier::BOLD),
         }
     }
 

@@ -33,7 +33,7 @@ fn style_of(buffer: &Buffer, text: &str) -> (Color, Modifier) {
 }
 
 #[test]
-fn good_is_green_and_broken_vermillion() {
+fn good_is_green_and_broken_vermilion() {
     let state = one();
     let show = |source: Source| drawn(&state, &[source], theme(Colours::True), SIZE).0;
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
