@@ -219,7 +219,7 @@ fn a_line_without_end_is_bounded_and_costs_itself() {
     let endless = [b"$VNYMR,", &b"+000.000,".repeat(500_000)[..]].concat();
     let (mut samples, mut bad) = (0, 0);
     let mut count = |item: Item<'_>| match item {
-        Item::Ymr(_) => samples += 1,
+        Item::Sample(_) => samples += 1,
         _ => bad += 1,
     };
     for piece in [LINE, &endless, LINE].concat().chunks(997) {

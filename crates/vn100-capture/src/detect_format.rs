@@ -150,7 +150,7 @@ impl Head {
 /// VectorNav message.
 fn is_evidence(item: &Item<'_>) -> bool {
     match item {
-        Item::Ymr(_) | Item::Imu(_) | Item::Packet(_) => true,
+        Item::Sample(_) | Item::Packet(_) => true,
         Item::Reply(sentence) | Item::Other(sentence) => {
             sentence.check != Check::None || sentence.body.starts_with(b"VN")
         }

@@ -10,7 +10,7 @@ use nom::{
     IResult, Parser, bytes::complete::tag, character::complete::char, number::complete::double, sequence::preceded,
 };
 use rustix::time::{ClockId, clock_gettime};
-use vn100_protocol::{Check, Decoder, Item, Options, Ymr, xor8};
+use vn100_protocol::{Decoder, Item, Options, xor8};
 
 const LINES: usize = 4_000;
 const ROUNDS: usize = 41;
@@ -71,10 +71,13 @@ impl Noise {
 }
 
 fn usual_line(noise: &mut Noise) -> String {
-    let limits = [180_000, 90_000, 180_000, 6_000, 6_000, 6_000, 20_000, 20_000, 20_000, 3_000, 3_000, 3_000];
-    let mut line = String::new();
-    Ymr::from_counts(limits.map(|limit| noise.within(limit))).unwrap().encode(Check::Xor8, &mut line).unwrap();
-    line
+    let forms = [(180_000, 8, 3), (6_000, 8, 4), (20_000, 7, 3), (3_000, 10, 6)];
+    let mut body = "VNYMR".to_owned();
+    for (limit, width, decimals) in forms.into_iter().flat_map(|form| [form; 3]) {
+        let value = f64::from(noise.within(limit)) / 10_f64.powi(decimals as i32);
+        write!(body, ",{value:+0width$.decimals$}").unwrap();
+    }
+    format!("${body}*{:02X}\r\n", xor8(body.as_bytes()))
 }
 
 /// The same values, with one digit more before the point of each acceleration.
@@ -101,8 +104,8 @@ fn decode(bytes: &[u8]) -> f64 {
     let mut sum = 0;
     let mut lines = 0;
     decoder.push(bytes, |item| {
-        if let Item::Ymr(ymr) = item {
-            sum += ymr.counts().iter().map(|&count| i64::from(count)).sum::<i64>();
+        if let Item::Sample(sample) = item {
+            sum += sample.counts().iter().map(|&count| i64::from(count)).sum::<i64>();
             lines += 1;
         }
     });

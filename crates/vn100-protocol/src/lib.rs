@@ -2,17 +2,14 @@
 //! clock or `std`.
 //!
 //! ```
-//! use vn100_protocol::{Check, Decoder, Item, Options};
+//! use vn100_protocol::{Decoder, Item, Options};
 //!
 //! let bytes = b"$VNIMU,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+09.948,+00.002066,-00.008442,-00.044656,+20.7,+084.322*66\r\n";
 //! let mut decoder = Decoder::new(Options::default());
 //! decoder.push(bytes, |item| match item {
-//!     Item::Imu(imu) => {
-//!         assert_eq!(imu.counts()[5], 9948); // the exact number, in units of its last printed digit
-//!         assert_eq!(imu.accel_m_s2(), [-0.015, 0.019, 9.948]); // the same in the unit of its channel
-//!         let mut line = String::new();
-//!         imu.encode(Check::Xor8, &mut line).unwrap();
-//!         assert_eq!(line.as_bytes(), bytes);
+//!     Item::Sample(sample) => {
+//!         assert_eq!((&*sample.layout().message, sample.counts()[5]), ("VNIMU", 9948)); // in units of its last printed digit
+//!         assert_eq!(sample.values().nth(5), Some(9.948)); // the same in the unit of its channel
 //!     }
 //!     Item::Bad(line) => panic!("at byte {}: {}", line.offset, line.kind),
 //!     _ => {}
@@ -22,14 +19,14 @@
 //!
 //! # From bytes to messages
 //!
-//! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. [`Ymr`]
-//! and [`Imu`] are what the two measuring sentences say; a [`Layout`] describes them as data.
-//! [`Decoder`] does all of it, counts every byte in a [`Tally`], and reads the usual `$VNYMR` line
-//! on a fast path with the same result. A line that is not let in is an item with its evidence, a
-//! [`BadLine`], and never an error of the stream.
+//! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. The
+//! [`MESSAGES`] that are measured are rows of a table, a [`Layout`] each, and a [`Sample`] is what
+//! one sentence of them says. [`Decoder`] does all of it, counts every byte in a [`Tally`], and
+//! reads the usual `$VNYMR` sentence on a fast path with the same result. A refused sentence is an
+//! item with its evidence, a [`BadLine`], and never an error of the stream.
 //!
-//! A number is never a float on its way: it is the integer that its digits make ([`Decimal`]), so
-//! that sums of samples can be exact.
+//! A number is never a float on its way: it is the integer that its digits make, because sums of
+//! samples are then exact.
 //!
 //! # Asking the sensor
 //!
@@ -61,6 +58,7 @@
 //! | quantity | unit | decimals | limit |
 //! |---|---|---:|---:|
 //! | yaw, pitch, roll | deg | 3 | 180 |
+//! | quaternion, scalar last | 1 | 6 | 2 |
 //! | magnetic field | gauss | 4 | 10 |
 //! | acceleration | m/s² | 3 | 200 |
 //! | angular rate | rad/s | 6 | 40 |
@@ -113,17 +111,19 @@ pub use framing::{
 };
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{
-    GrammarError, Imu, MessageError, RangeError, Suffix, Ymr,
-    decimal::{Decimal, DecimalError},
+    GrammarError, MessageError, RangeError,
+    decimal::DecimalError,
     decoder::{Decoder, Item},
-    layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity, VNIMU, VNYMR},
+    layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity},
     print_format::PrintFormat,
+    sample::Sample,
+    suffix::Suffix,
+    table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},
 };
 pub use register::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, CalibratedSensor, Calibration, DeltaSettings,
-    Firmware, HardwareRevision, HsiControl, HsiResult, ImuFilter, Model, PerSensor, ProtocolControl,
-    ReferenceFrameRotation, ReferenceVectors, Register, RegisterContents, RegisterValue, SerialNumber, Setting,
-    StartupGyroBias, SyncControl, ValueError, VpeControl,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, ImuFilter, PerSensor,
+    ProtocolControl, ReferenceFrameRotation, Register, RegisterContents, RegisterValue, Setting, StartupGyroBias,
+    SyncControl, ValueError, VpeControl,
     fields::{Fields, FieldsError},
 };
 pub use request::{

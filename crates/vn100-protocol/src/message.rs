@@ -1,37 +1,24 @@
-//! What the measuring messages have in common: numbers, an optional suffix, and the way back to
-//! bytes.
+//! The messages that are measured: a table of what they hold, and how their sentences are read.
 
 pub(crate) mod decimal;
 pub(crate) mod decoder;
 mod digits;
-mod imu;
 pub(crate) mod layout;
 mod numbers;
 pub(crate) mod print_format;
-mod suffix;
+pub(crate) mod sample;
+pub(crate) mod suffix;
+pub(crate) mod table;
 mod template;
-mod ymr;
 
-use nom::{IResult, Parser, bytes::complete::tag};
 use thiserror::Error;
 
-pub use self::{imu::Imu, suffix::Suffix, ymr::Ymr};
-use crate::{
-    framing::sentence::Sentence,
-    message::decimal::{Decimal, DecimalError},
-    message::layout::{Channel, Layout},
-};
+use crate::message::{decimal::DecimalError, layout::Channel};
 
 /// Why a sentence with a measuring message's header is not that message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum GrammarError {
-    /// The header is another message's.
-    #[error("the header is not {expected}")]
-    Header {
-        /// The header of the message.
-        expected: &'static str,
-    },
     /// Not as many fields as the message has.
     #[error("the line has {found} fields and should have {expected}")]
     FieldCount {
@@ -85,64 +72,4 @@ pub enum MessageError {
     /// A value cannot be.
     #[error(transparent)]
     Range(#[from] RangeError),
-}
-
-/// The fields of a message as printed.
-struct Fields<const N: usize> {
-    numbers: [Decimal; N],
-    suffix: Suffix,
-}
-
-/// Counts in the decimals of the layout, with a bit for each zero that had a minus sign.
-struct Counts<const N: usize> {
-    counts: [i32; N],
-    negative_zeros: u16,
-}
-
-/// Splits a sentence into the numbers of `layout` and a suffix.
-fn parse_fields<const N: usize>(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
-    let header: IResult<_, _> = tag(layout.message.as_bytes()).parse(sentence.body);
-    let Ok((fields, _)) = header else {
-        return Err(GrammarError::Header { expected: &layout.message });
-    };
-    split_fields(fields, layout)
-}
-
-/// Splits `fields`, each with a comma before it, into the numbers of `layout` and a suffix.
-fn split_fields<const N: usize>(fields: &[u8], layout: &'static Layout) -> Result<Fields<N>, GrammarError> {
-    let mut rest = fields;
-    let field_count =
-        || GrammarError::FieldCount { expected: N, found: fields.iter().filter(|&&byte| byte == b',').count() };
-    let mut numbers = [Decimal::from_count(0, false, 0); N];
-    for (number, channel) in numbers.iter_mut().zip(&*layout.channels) {
-        let [b',', behind @ ..] = rest else {
-            return Err(field_count());
-        };
-        let end = behind.iter().position(|&byte| byte == b',').unwrap_or(behind.len());
-        *number =
-            Decimal::parse(&behind[..end]).map_err(|error| GrammarError::Number { channel: &channel.name, error })?;
-        rest = &behind[end..];
-    }
-    let suffix = match rest {
-        [] | [b',', b'T' | b'S', ..] => Suffix::parse(rest).ok_or(GrammarError::Suffix)?,
-        _ => return Err(field_count()),
-    };
-    Ok(Fields { numbers, suffix })
-}
-
-/// Brings printed numbers to the decimals of `layout`, which are no fewer, and judges their range.
-fn scale<const N: usize>(numbers: &[Decimal; N], layout: &'static Layout) -> Result<Counts<N>, RangeError> {
-    let mut scaled = Counts { counts: [0; N], negative_zeros: 0 };
-    for (index, (number, channel)) in numbers.iter().zip(&*layout.channels).enumerate() {
-        let mut count = i64::from(number.count());
-        for _ in number.decimals()..channel.decimals {
-            count *= 10;
-        }
-        if count.unsigned_abs() > u64::from(channel.limit_counts.unsigned_abs()) {
-            return Err(RangeError { channel, count });
-        }
-        scaled.counts[index] = count as i32; // within the limit, which is one of 32 bits
-        scaled.negative_zeros |= u16::from(number.is_negative_zero()) << index;
-    }
-    Ok(scaled)
 }

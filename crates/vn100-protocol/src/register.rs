@@ -6,7 +6,6 @@ mod binary_output;
 mod calibration;
 mod field_reader;
 pub(crate) mod fields;
-mod identity;
 mod processing;
 mod protocol_control;
 mod sync_control;
@@ -20,15 +19,12 @@ pub use self::{
     async_type::{AsyncRate, AsyncType},
     baud_rate::BaudRate,
     binary_output::{BinaryOutput, BinaryOutputNumber},
-    calibration::{
-        CalibratedSensor, Calibration, HsiControl, HsiResult, ReferenceFrameRotation, ReferenceVectors, StartupGyroBias,
-    },
-    identity::{Firmware, HardwareRevision, Model, SerialNumber},
-    processing::{DeltaSettings, ImuFilter, PerSensor, VpeControl},
+    calibration::{Calibration, ReferenceFrameRotation, StartupGyroBias},
+    processing::{ImuFilter, PerSensor, VpeControl},
     protocol_control::ProtocolControl,
     sync_control::SyncControl,
 };
-use crate::{framing::checksum::Check, message::MessageError, register::fields::Fields};
+use crate::{framing::checksum::Check, register::fields::Fields};
 
 /// The number of a register; displays with two digits at least, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -108,14 +104,6 @@ pub enum ValueError {
         text: String,
         /// What it should be.
         expected: &'static str,
-    },
-    /// The fields are not those of a measurement.
-    #[error("register {register}: {error}")]
-    Measurement {
-        /// Which register.
-        register: Register,
-        /// What is wrong with them.
-        error: MessageError,
     },
 }
 

@@ -6,8 +6,8 @@ mod support;
 use proptest::prelude::*;
 use support::{line, parse_reply, reply, sentence};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, Command, DeltaSettings, DeviceError,
-    Fields, ImuFilter, PerSensor, ProtocolControl, Register, Reply, ReplyError, Setting, SyncControl,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, Command, DeviceError, Fields, ImuFilter,
+    PerSensor, ProtocolControl, Register, Reply, ReplyError, Setting, SyncControl,
 };
 
 fn read(register: u8) -> Command {
@@ -123,8 +123,6 @@ fn writes_are_the_published_lines() {
     check(&binary(1, 20, 0x01, &[0x0609]), "$VNWRG,75,1,20,01,0609*49");
     check(&binary(1, 4, 0x06, &[0x0001, 0x001C]), "$VNWRG,75,1,4,06,0001,001C*28");
     check(&binary(1, 4, 0x06, &[0x0001, 0x001E]), "$VNWRG,75,1,4,06,0001,001E*2E");
-    let delta = DeltaSettings { gyro_compensation: 1, accel_compensation: 1, ..DeltaSettings::default() };
-    check(&delta, "$VNWRG,82,0,1,1,0,0*60");
     let filter = ImuFilter::default();
     let filter = ImuFilter { window: PerSensor { accel: 20, gyro: 20, ..filter.window }, ..filter };
     check(&filter, "$VNWRG,85,0,20,20,4,0,0,3,3,3,0*7C");

@@ -1,13 +1,13 @@
-//! Lines that sensors and their maker have printed, and the way back to them.
+//! Lines that sensors and their maker have printed, and lines printed here by the maker's manual.
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod support;
 
 use proptest::prelude::*;
-use support::{counts, old_ymr_body, sentence, ymr_body};
+use support::{body, counts, frames, sentence};
 use vn100_protocol::{
-    BadKind, Check, DecimalError, Decoder, Frame, GrammarError, Imu, Item, Options, PrintFormat, VNYMR, Ymr, crc16,
-    xor8,
+    BadKind, Check, DecimalError, Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, Sample, Suffix,
+    VNIMU, VNMAR, VNQMR, VNYMR, crc16, xor8,
 };
 
 /// Bodies as recorded, by firmware 2 and 3 of several sensors, with the digits that came with them.
@@ -80,19 +80,10 @@ fn only_item(line: &str, check: impl FnOnce(Item<'_>)) {
     assert_eq!(decoder.tally().bytes(), line.len() as u64);
 }
 
-fn ymr(line: &str) -> Ymr {
+fn sample(line: &str) -> Sample {
     let mut found = None;
     only_item(line, |item| match item {
-        Item::Ymr(ymr) => found = Some(ymr),
-        other => panic!("{other:?}"),
-    });
-    found.expect("a sample")
-}
-
-fn imu(line: &str) -> Imu {
-    let mut found = None;
-    only_item(line, |item| match item {
-        Item::Imu(imu) => found = Some(imu),
+        Item::Sample(sample) => found = Some(sample),
         other => panic!("{other:?}"),
     });
     found.expect("a sample")
@@ -118,54 +109,62 @@ fn with_suffix(suffix: &str) -> String {
     YMR[0].0.to_owned() + suffix
 }
 
-#[test]
-fn recorded_lines_have_their_values() {
-    for (body, digits) in YMR {
-        let ymr = ymr(&format!("${body}*{digits}\r\n"));
-        let printed: Vec<f64> = body.split(',').skip(1).map(|field| field.parse().unwrap()).collect();
-        let values: Vec<f64> =
-            VNYMR.channels.iter().zip(ymr.counts()).map(|(channel, &count)| channel.value(count)).collect();
-        assert_eq!(values, printed);
-        let [[mx, my, mz], [ax, ay, az], [gx, gy, gz]] = [ymr.mag_gauss(), ymr.accel_m_s2(), ymr.gyro_rad_s()];
-        assert_eq!(values, [ymr.yaw_deg(), ymr.pitch_deg(), ymr.roll_deg(), mx, my, mz, ax, ay, az, gx, gy, gz]);
-    }
+/// The sentence is one of `layout`, with the values that stand in it.
+fn assert_read(layout: &Layout, line: &str) -> Sample {
+    let sample = sample(line);
+    assert_eq!(sample.layout(), layout);
+    let body = line.split('*').next().unwrap();
+    let printed = body.split(',').skip(1).filter(|field| field.starts_with(['+', '-']));
+    let printed: Vec<f64> = printed.map(|field| field.parse().unwrap()).collect();
+    assert_eq!(sample.values().collect::<Vec<_>>(), printed);
+    assert_eq!(sample.counts().len(), layout.channels.len());
+    sample
 }
 
 #[test]
-fn recorded_lines_come_back_byte_for_byte() {
+fn recorded_lines_have_their_values() {
     for (body, digits) in YMR {
-        let line = format!("${body}*{digits}\r\n");
-        let sample = ymr(&line);
-        let mut out = String::new();
-        sample.encode(sample.check(), &mut out).unwrap();
-        assert_eq!(out, line);
+        let sample = assert_read(&VNYMR, &format!("${body}*{digits}\r\n"));
+        assert_eq!(sample.check(), if digits.len() == 4 { Check::Crc16 } else { Check::Xor8 });
     }
 }
 
 #[test]
 fn old_lines_count_in_the_same_units() {
-    let old = ymr(&format!("${}*61\r\n", YMR[13].0));
+    let old = sample(&format!("${}*61\r\n", YMR[13].0));
     assert_eq!(old.print_format(), PrintFormat::Old);
-    assert_eq!(*old.counts(), [-170_940, 7_340, 700, -17_866, 1_747, 22_113, -85, 5, -9_847, 300, -1_200, -100]);
-    let decimals: Vec<_> =
-        VNYMR.channels.iter().enumerate().map(|(index, channel)| PrintFormat::Old.decimals(index, channel)).collect();
+    assert_eq!(old.counts(), [-170_940, 7_340, 700, -17_866, 1_747, 22_113, -85, 5, -9_847, 300, -1_200, -100]);
+    let decimals: Vec<_> = VNYMR.channels.iter().map(|channel| PrintFormat::Old.decimals(channel)).collect();
     assert_eq!(decimals, [2, 2, 2, 4, 4, 4, 3, 3, 3, 4, 4, 4]);
 }
 
 #[test]
 fn the_uncompensated_message_is_read() {
-    let line = format!("${IMU}*66\r\n");
-    let sample = imu(&line);
-    assert_eq!(*sample.counts(), [-350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322]);
-    assert_eq!(sample.mag_gauss(), [-0.035, 0.4222, -0.6643]);
-    assert_eq!(sample.accel_m_s2(), [-0.015, 0.019, 9.948]);
-    assert_eq!(sample.gyro_rad_s(), [0.002066, -0.008442, -0.044656]);
-    assert_eq!((sample.temperature_c(), sample.pressure_kpa()), (20.7, 84.322));
-    let mut out = String::new();
-    sample.encode(Check::Xor8, &mut out).unwrap();
-    assert_eq!(out, line);
+    let uncompensated = assert_read(&VNIMU, &format!("${IMU}*66\r\n"));
+    let counts = [-350, 4_222, -6_643, -15, 19, 9_948, 2_066, -8_442, -44_656, 207, 84_322];
+    assert_eq!(uncompensated.counts(), counts);
     // the pressure with five whole digits, as one edition of the manual has it, is the same pressure
-    assert_eq!(imu(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(), sample.counts());
+    assert_eq!(sample(&sentence(&IMU.replace("+084.322", "+00084.322"))).counts(), counts);
+}
+
+#[test]
+fn messages_with_a_quaternion_or_without_attitude_are_read() {
+    // a recorded line of firmware 2, and one of old firmware
+    let quaternion = assert_read(
+        &VNQMR,
+        "$VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,-00.000272,\
+         +00.000824,+00.000073,T0000000543*3D\r\n",
+    );
+    assert_eq!(quaternion.suffix(), Suffix { count: Some(543), status: None });
+    let old = assert_read(
+        &VNQMR,
+        "$VNQMR,+0.021375,-0.049923,+0.797361,-0.601055,-0.2354,+0.8029,+1.8875,+00.795,-00.412,-09.709,-00.0201,\
+         -00.0055,-00.0149*76\r\n",
+    );
+    assert_eq!((old.print_format(), old.counts()[10]), (PrintFormat::Old, -20_100));
+    // the length that the manual's formats give
+    let line = sentence("VNMAR,-01.0640,-00.2531,+03.0614,+00.005,+00.344,-09.758,-00.001222,-00.000450,-00.001218");
+    assert_eq!((line.len(), assert_read(&VNMAR, &line).print_format()), (95, PrintFormat::Current));
 }
 
 #[test]
@@ -194,11 +193,6 @@ fn other_lines_of_the_maker_are_replies_or_other() {
         ("$VNYPR,-129.867,-000.355,-000.296*61", false),
         ("$VNYPR,+010.071,+000.278,-002.026,T1162704,S0000*50", false),
         ("$VNYBA,+059.745,+003.857,-004.949,+00.001,-00.008,+00.150,+00.000478,-00.000896,-00.001366*5B", false),
-        (
-            "$VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,-00.000272,\
-             +00.000824,+00.000073,T0000000543*3D",
-            false,
-        ),
     ] {
         only_item(&format!("{line}\r\n"), |item| match item {
             Item::Reply(sentence) => assert!(reply && sentence.raw == line.as_bytes(), "{line}"),
@@ -212,24 +206,16 @@ fn other_lines_of_the_maker_are_replies_or_other() {
 }
 
 #[test]
-fn suffixes_come_back() {
+fn suffixes_are_read() {
     for (suffix, count, status) in [
         (",T1162704", Some(1_162_704), None),
         (",S0000", None, Some(0)),
         (",T0000000543,S09AF", Some(543), Some(0x9AF)),
         (",S09AF,T0000000543", Some(543), Some(0x9AF)),
     ] {
-        for check in [Check::Xor8, Check::Crc16] {
-            let body = with_suffix(suffix);
-            let line = match check {
-                Check::Crc16 => format!("${body}*{:04X}\r\n", crc16(body.as_bytes())),
-                _ => sentence(&body),
-            };
-            let sample = ymr(&line);
-            assert_eq!((sample.suffix().count(), sample.suffix().status()), (count, status));
-            let mut out = String::new();
-            sample.encode(check, &mut out).unwrap();
-            assert_eq!(out, line);
+        let body = with_suffix(suffix);
+        for line in [sentence(&body), format!("${body}*{:04X}\r\n", crc16(body.as_bytes()))] {
+            assert_eq!(sample(&line).suffix(), Suffix { count, status });
         }
     }
 }
@@ -270,12 +256,22 @@ fn what_the_checksum_lets_through_the_grammar_does_not() {
 }
 
 #[test]
-fn a_message_is_not_read_as_another() {
-    let line = format!("${IMU}*66\r\n");
-    let frames = support::frames(line.as_bytes(), Options::default());
-    let [Frame::Sentence(sentence)] = frames[..] else { panic!("{frames:?}") };
-    assert_eq!(Ymr::parse(&sentence), Err(GrammarError::Header { expected: "VNYMR" }.into()));
-    assert!(Imu::parse(&sentence).is_ok());
+fn the_decimals_of_one_number_choose_the_format_for_all() {
+    let mar = "VNMAR,-01.0640,-00.2531,+03.0614,+00.005,+00.344,-09.758,-00.001222,-00.000450,-00.001218";
+    let mixed = mar.replace("-00.000450", "-00.0004");
+    assert_eq!(grammar(&mixed), GrammarError::Decimals { channel: "gyro_y", expected: 6, found: 4 });
+    // no old firmware is on record that prints a temperature
+    let old_imu = IMU.replace("+00.002066,-00.008442,-00.044656", "+00.0020,-00.0084,-00.0446");
+    assert_eq!(grammar(&old_imu), GrammarError::Decimals { channel: "gyro_x", expected: 6, found: 4 });
+}
+
+#[test]
+fn a_sentence_of_another_message_is_no_sample() {
+    for line in ["$VNYPR,-129.867,-000.355,-000.296*61\r\n", "$VNRRG,01,VN-100S-CR*35\r\n"] {
+        let frames = frames(line.as_bytes(), Options::default());
+        let [Frame::Sentence(sentence)] = frames[..] else { panic!("{frames:?}") };
+        assert_eq!(Sample::parse(&sentence), None);
+    }
 }
 
 #[test]
@@ -301,34 +297,27 @@ fn values_that_cannot_be_are_named() {
     }
 }
 
-#[test]
-fn counts_out_of_range_are_not_written() {
-    assert_eq!(Ymr::from_counts([180_001; 12]).unwrap_err().channel.name, "yaw");
-    assert_eq!(Ymr::from_counts([i32::MIN; 12]).unwrap_err().count, i64::from(i32::MIN));
-}
-
 proptest! {
     #[test]
-    fn what_is_printed_comes_back(counts in counts(), zeros in 0_u16..1 << 12, old: bool, suffix in "(,T[0-9]{1,19})?(,S[0-9A-F]{4})?") {
-        // the widest old count has to stay in range, too
-        let counts = if old { counts.map(|count| count / 100) } else { counts };
-        let body = if old { old_ymr_body(counts) } else { ymr_body(counts) };
-        let fields = body.split(',').enumerate().map(|(index, field)| {
-            let is_zero = field.bytes().all(|byte| b"+0.".contains(&byte));
-            if index > 0 && is_zero && zeros >> (index - 1) & 1 == 1 { field.replace('+', "-") } else { field.to_owned() }
-        });
-        let line = sentence(&(fields.collect::<Vec<_>>().join(",") + &suffix));
-        let sample = ymr(&line);
-        prop_assert_eq!(sample.print_format(), if old { PrintFormat::Old } else { PrintFormat::Current });
-        let mut out = String::new();
-        sample.encode(Check::Xor8, &mut out).unwrap();
-        prop_assert_eq!(out, line);
+    fn what_is_printed_is_read(
+        (header, forms, counts) in support::sample(), count: Option<u64>, status: Option<u16>, status_first: bool,
+    ) {
+        let mut suffix = [count.map(|count| format!(",T{count}")), status.map(|status| format!(",S{status:04X}"))];
+        if status_first {
+            suffix.reverse();
+        }
+        let sample = sample(&sentence(&(body(header, forms, &counts) + &suffix.into_iter().flatten().collect::<String>())));
+        prop_assert_eq!(&*sample.layout().message, header);
+        prop_assert_eq!(sample.counts(), counts);
+        prop_assert_eq!(sample.print_format(), PrintFormat::Current);
+        prop_assert_eq!(sample.suffix(), Suffix { count, status });
     }
 
     #[test]
-    fn counts_are_written_as_the_standard_library_prints_them(counts in counts()) {
-        let mut out = String::new();
-        Ymr::from_counts(counts).unwrap().encode(Check::Xor8, &mut out).unwrap();
-        prop_assert_eq!(out, sentence(&ymr_body(counts)));
+    fn what_old_firmware_prints_is_read(counts in counts(support::OLD_YMR)) {
+        let sample = sample(&sentence(&body("VNYMR", support::OLD_YMR, &counts)));
+        let missing = [10, 10, 10, 1, 1, 1, 1, 1, 1, 100, 100, 100];
+        prop_assert_eq!(sample.counts(), counts.iter().zip(missing).map(|(count, by)| count * by).collect::<Vec<_>>());
+        prop_assert_eq!(sample.print_format(), PrintFormat::Old);
     }
 }

@@ -3,26 +3,26 @@
 mod support;
 
 use proptest::{collection::vec, prelude::*, sample::select};
-use support::{counts, decode_in_pieces, describe, frames, sentence, ymr_body};
-use vn100_protocol::{BadKind, BadLine, Frame, Item, MessageError, Options, Ymr, xor8};
+use support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
+use vn100_protocol::{BadKind, BadLine, Frame, Item, MessageError, Options, Sample, xor8};
 
 /// What a stream of `VNYMR` lines is without the fast path.
 fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
     let items = frames(bytes, Options::default()).into_iter().map(|frame| match frame {
         Frame::Packet(packet) => Item::Packet(packet),
         Frame::Bad(bad) => Item::Bad(bad),
-        Frame::Sentence(sentence) if sentence.header() == b"VNYMR" => match Ymr::parse(&sentence) {
-            Ok(ymr) => Item::Ymr(ymr),
-            Err(error) => {
+        Frame::Sentence(sentence) => match Sample::parse(&sentence) {
+            Some(Ok(sample)) => Item::Sample(sample),
+            Some(Err(error)) => {
                 let kind = match error {
                     MessageError::Grammar(error) => BadKind::Grammar(error),
                     MessageError::Range(error) => BadKind::Range(error),
                 };
                 Item::Bad(BadLine { kind, raw: sentence.raw, offset: sentence.offset })
             }
+            None if sentence.is_reply() => Item::Reply(sentence),
+            None => Item::Other(sentence),
         },
-        Frame::Sentence(sentence) if sentence.is_reply() => Item::Reply(sentence),
-        Frame::Sentence(sentence) => Item::Other(sentence),
     });
     items.map(describe).collect()
 }
@@ -66,27 +66,27 @@ fn every_change_of_one_byte_is_judged_alike() {
 
 #[test]
 fn limits_are_the_same() {
-    for (index, limit) in support::LIMITS.into_iter().enumerate() {
+    for (index, &support::Form(.., limit)) in YMR.iter().enumerate() {
         for count in [limit - 1, limit, limit + 1, -limit + 1, -limit, -limit - 1] {
             let mut row = [0; 12];
             row[index] = count;
-            let line = sentence(&ymr_body(row));
+            let line = sentence(&ymr_body(&row));
             assert_paths_agree(line.as_bytes());
             let (items, _) = decode_in_pieces(line.as_bytes(), &[], Options::default());
-            assert_eq!(items[0].starts_with("Ymr"), count.abs() <= limit, "{line}");
+            assert_eq!(items[0].starts_with("Sample"), count.abs() <= limit, "{line}");
         }
     }
 }
 
 proptest! {
     #[test]
-    fn good_lines_are_read_alike_and_right(rows in vec(counts(), 1..8)) {
-        let bytes: String = rows.iter().map(|row| sentence(&ymr_body(*row))).collect();
+    fn good_lines_are_read_alike_and_right(rows in vec(counts(YMR), 1..8)) {
+        let bytes: String = rows.iter().map(|row| sentence(&ymr_body(row))).collect();
         assert_paths_agree(bytes.as_bytes());
         let mut decoder = vn100_protocol::Decoder::new(Options::default());
         let mut read = Vec::new();
         decoder.push(bytes.as_bytes(), |item| match item {
-            Item::Ymr(ymr) => read.push(*ymr.counts()),
+            Item::Sample(sample) => read.push(sample.counts().to_vec()),
             other => panic!("{other:?}"),
         });
         prop_assert_eq!(read, rows);
@@ -94,19 +94,19 @@ proptest! {
 
     #[test]
     fn changes_of_many_bytes_are_judged_alike(
-        row in counts(),
+        row in counts(YMR),
         changes in vec((1_usize..120, prop_oneof![any::<u8>(), select(&b"+-,.0123456789*$"[..])]), 1..6),
         correct: bool,
-        neighbour in counts(),
+        neighbour in counts(YMR),
     ) {
-        let mut line = sentence(&ymr_body(row)).into_bytes();
+        let mut line = sentence(&ymr_body(&row)).into_bytes();
         for (at, byte) in changes {
             line[at] = byte;
         }
         if correct {
             correct_checksum(&mut line);
         }
-        line.extend(sentence(&ymr_body(neighbour)).bytes());
+        line.extend(sentence(&ymr_body(&neighbour)).bytes());
         assert_paths_agree(&line);
     }
 }

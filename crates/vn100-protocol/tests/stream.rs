@@ -4,7 +4,7 @@
 mod support;
 
 use proptest::{collection::vec, prelude::*, sample::Index};
-use support::{concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
+use support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 use vn100_protocol::{BadKind, CheckDigits, Decoder, Frame, Item, Options, crc16, xor8};
 
 /// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its
@@ -57,8 +57,8 @@ fn damaged_text() -> impl Strategy<Value = Vec<u8>> {
         (any::<Index>(), any::<Index>()).prop_map(|(from, to)| Edit::Splice(from, to)),
         any::<Index>().prop_map(Edit::Truncate),
     ];
-    (vec(counts(), 1..6), vec(edit, 0..8)).prop_map(|(rows, edits)| {
-        let mut bytes: Vec<u8> = rows.into_iter().flat_map(|row| sentence(&ymr_body(row)).into_bytes()).collect();
+    (vec(counts(YMR), 1..6), vec(edit, 0..8)).prop_map(|(rows, edits)| {
+        let mut bytes: Vec<u8> = rows.into_iter().flat_map(|row| sentence(&ymr_body(&row)).into_bytes()).collect();
         for edit in edits {
             let length = bytes.len();
             if length == 0 {

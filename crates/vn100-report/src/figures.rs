@@ -46,7 +46,9 @@ impl Figures {
             all.spectra.extend(spectrum(id, name, &axes)?);
             all.segments.extend(segments(id, name, &axes, skipped_s)?);
         }
-        all.segments.extend(segments("attitude", "Orientation", &record.of(Quantity::Angle), skipped_s)?);
+        for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
+            all.segments.extend(segments(id, "Orientation", &record.of(quantity), skipped_s)?);
+        }
         for channel in record.streamed() {
             all.times.extend(envelope(channel, skipped_s)?);
             all.histograms.extend(histogram(channel)?);

@@ -7,7 +7,7 @@ use vn100_protocol::{Quantity, Tally};
 #[must_use]
 pub fn sensor(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Angle => "orientation",
+        Quantity::Angle | Quantity::Quaternion => "orientation",
         Quantity::MagneticField => "magnetic field",
         Quantity::Acceleration => "acceleration",
         Quantity::AngularRate => "angular rate",

@@ -170,7 +170,7 @@ pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
                 Quantity::MagneticField => "mag_norm",
                 Quantity::Acceleration => "accel_norm",
                 Quantity::AngularRate => "gyro_norm",
-                Quantity::Angle | Quantity::Temperature | Quantity::Pressure => "norm",
+                Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => "norm",
             },
             quantity: norm.quantity,
             unit: norm.unit.clone(),
@@ -316,7 +316,7 @@ pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<TestsOfChannel<'_>> {
 #[must_use]
 pub fn sensor_group(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Angle => "attitude",
+        Quantity::Angle | Quantity::Quaternion => "attitude",
         Quantity::MagneticField => "mag",
         Quantity::Acceleration => "accel",
         Quantity::AngularRate => "gyro",

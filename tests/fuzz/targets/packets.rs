@@ -15,7 +15,7 @@ pub(crate) fn check(content: &[u8]) {
     let mut first_line = false;
     let mut found = None;
     let mut take = |item: Item<'_>| match item {
-        Item::Ymr(_) => first_line |= found.is_none(),
+        Item::Sample(_) => first_line |= found.is_none(),
         Item::Packet(packet) => {
             assert_eq!((packet.raw[0], crc16(&packet.raw[1..])), (0xFA, 0));
             assert!(packet.raw.len() <= MAX_PACKET && packet.offset >= LINE.len() as u64);

@@ -233,8 +233,8 @@ impl Analysis {
             recent: self.recent.clone(),
         };
         let shape = snapshot.shape();
-        snapshot.channels = (self.channels.iter().zip(layout_channels).enumerate())
-            .map(|(index, (state, channel))| state.snapshot(self.coarsest.decimals(index, channel), &shape))
+        snapshot.channels = (self.channels.iter().zip(layout_channels))
+            .map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), &shape))
             .collect();
         let findings =
             Findings { repeated_lines: self.repeats.repeated(), print_changes: self.print_changes, restarted };

@@ -3,7 +3,7 @@
 
 use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
-use vn100_protocol::{Channel, Check, Fields, Imu, Quantity, Register, RegisterContents, VNIMU};
+use vn100_protocol::{Channel, Check, Fields, Quantity, Register, RegisterContents, Sample, VNIMU};
 
 use crate::snapshot::{ChannelSnapshot, PolledChannel};
 
@@ -21,10 +21,10 @@ impl Polled {
 
     /// Takes a reply, if it is of that register and well formed.
     pub(crate) fn take(&mut self, reply: &Reply) {
-        let Some(imu) = measurement(reply) else {
+        let Some(sample) = measurement(reply) else {
             return;
         };
-        for ((moments, histogram), &count) in self.channels.iter_mut().zip(imu.counts()) {
+        for ((moments, histogram), &count) in self.channels.iter_mut().zip(sample.counts()) {
             moments.push(&[count]);
             histogram.push(&[count]);
         }
@@ -51,10 +51,10 @@ impl Polled {
     }
 }
 
-fn measurement(reply: &Reply) -> Option<Imu> {
+fn measurement(reply: &Reply) -> Option<Sample> {
     let register = Register(reply.register);
     let fields = Fields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
-    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+    Sample::from_contents(&RegisterContents { register, fields, check: Check::Xor8 }, &VNIMU).ok()
 }
 
 /// The stream may have a channel of the plain name, with other values.

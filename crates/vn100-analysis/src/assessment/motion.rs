@@ -78,7 +78,11 @@ fn limit(channel: &Channel) -> Option<f64> {
     match channel.quantity {
         Quantity::AngularRate => Some(GYRO_LIMIT_RAD_S),
         Quantity::Acceleration => Some(ACCEL_LIMIT_M_S2),
-        Quantity::Angle | Quantity::MagneticField | Quantity::Temperature | Quantity::Pressure => None,
+        Quantity::Angle
+        | Quantity::Quaternion
+        | Quantity::MagneticField
+        | Quantity::Temperature
+        | Quantity::Pressure => None,
     }
 }
 

@@ -83,7 +83,7 @@ impl ChannelNoise {
             Quantity::AngularRate => Sensor::Gyroscope,
             Quantity::Acceleration => Sensor::Accelerometer,
             Quantity::MagneticField => Sensor::Magnetometer,
-            Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return None,
+            Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return None,
         };
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);

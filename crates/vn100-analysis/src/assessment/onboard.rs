@@ -60,7 +60,7 @@ impl Onboard {
             Quantity::MagneticField => (Self::MAG_REFRESH_HZ, window.mag, mode.mag),
             Quantity::Acceleration => (IMU_REFRESH_HZ, window.accel, mode.accel),
             Quantity::AngularRate => (IMU_REFRESH_HZ, window.gyro, mode.gyro),
-            Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return None,
+            Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return None,
         };
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
         let averaged = mode & if layout.compensated { 2 } else { 1 } != 0;

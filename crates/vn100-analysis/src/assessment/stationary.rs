@@ -38,9 +38,9 @@ impl Disturbed {
         };
         let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
         lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
-        // an angle follows what turns the sensor: nothing in it warms up
+        // an attitude follows what turns the sensor: nothing in it warms up
         let mut level_change = (signal.level_change(interval_s, channel.decimals))
-            .filter(|change| channel.quantity != Quantity::Angle || matches!(change.shape, LevelShape::Step { .. }));
+            .filter(|change| !channel.quantity.is_attitude() || matches!(change.shape, LevelShape::Step { .. }));
         if let Some(LevelChange {
             shape: LevelShape::WarmUp { amplitude, .. } | LevelShape::Step { amplitude, .. },
             ..

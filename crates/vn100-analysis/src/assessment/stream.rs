@@ -69,7 +69,7 @@ const fn sensor_name(quantity: Quantity) -> &'static str {
         Quantity::MagneticField => "magnetometer",
         Quantity::Acceleration => "accelerometer",
         Quantity::AngularRate => "gyroscope",
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => "sensor",
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => "sensor",
     }
 }
 

@@ -109,7 +109,7 @@ pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans
 fn is_of_a_sensor(channel: &Channel) -> bool {
     match channel.quantity {
         Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate => true,
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => false,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => false,
     }
 }
 

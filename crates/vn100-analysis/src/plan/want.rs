@@ -118,7 +118,7 @@ fn sensor(figure: &Figure) -> Option<Sensor> {
         Quantity::AngularRate => Some(Sensor::Gyroscope),
         Quantity::Acceleration => Some(Sensor::Accelerometer),
         Quantity::MagneticField => Some(Sensor::Magnetometer),
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => None,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
     }
 }
 

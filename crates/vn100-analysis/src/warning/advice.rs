@@ -334,6 +334,8 @@ fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool 
     let least_s = match channel.quantity {
         // no room changes in seconds, nor does the weather; their own noise may be finer than the digits printed
         Quantity::Temperature | Quantity::Pressure => 300.0,
+        // an element near ±1 changes with the square of the angle
+        Quantity::Quaternion => return false,
         Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField | Quantity::Angle => 0.0,
     };
     let (histogram, count) = (&results.histogram, results.moments.count());
@@ -349,7 +351,7 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
         Quantity::MagneticField => 2.5,
         Quantity::Acceleration => 16.0 * 9.80665,
         Quantity::AngularRate => 2000.0_f64.to_radians(),
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => return false,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return false,
     };
     let extremes = [results.moments.min_counts(), results.moments.max_counts()];
     extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)

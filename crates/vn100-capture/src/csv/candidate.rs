@@ -1,11 +1,11 @@
 //! A line that may be the header of a CSV file, and the plan that follows if it is.
 
 use memchr::memmem;
-use vn100_protocol::{Channel, Layout, Quantity, VNIMU, VNYMR};
+use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
 
 use super::{
     CsvError,
-    channel::{KNOWN, known},
+    channel::known,
     column_map::{ColumnMap, ColumnName, MappedChannel},
     fields::{Fields, is_comment_or_blank},
     header::{Header, Places},
@@ -123,8 +123,7 @@ impl<'a> Candidate<'a> {
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let layout = Layout {
             message: "CSV".into(),
-            // angles come out of an attitude filter
-            compensated: channels.iter().any(|channel| channel.quantity == Quantity::Angle),
+            compensated: channels.iter().any(|channel| channel.quantity.is_attitude()),
             channels: channels.into(),
         };
         let priors = mapped.iter().map(|mapped| Prior {
@@ -154,17 +153,20 @@ impl<'a> Candidate<'a> {
     }
 
     /// The layout of channels found by name. Uncompensated only when the file says so in its header
-    /// or a comment above, with `VNIMU` or `uncomp`: the names of the columns are the same for
-    /// both, and to take compensated rates for uncompensated ones would claim a bias instability
-    /// that is not the sensor's.
+    /// or a comment above, with `uncomp` or the name of an uncompensated message: the names of the
+    /// columns are the same for both, and to take compensated rates for uncompensated ones would
+    /// claim a bias instability that is not the sensor's. A message of nothing but what any
+    /// inertial sensor measures must be named, too.
     fn named_layout(&self, channels: Vec<Channel>) -> Layout {
-        let says_uncompensated = self.lines[..=self.index].iter().any(|line| {
-            let line = line.to_ascii_lowercase();
-            [&b"vnimu"[..], b"uncomp"].iter().any(|word| memmem::find(&line, word).is_some())
+        let head = self.lines[..=self.index].join(&b'\n').to_ascii_lowercase();
+        let says = |word: &str| memmem::find(&head, word.to_ascii_lowercase().as_bytes()).is_some();
+        let says_uncompensated =
+            says("uncomp") || MESSAGES.iter().any(|message| !message.compensated && says(&message.message));
+        let message = MESSAGES.into_iter().find(|message| {
+            *message.channels == *channels
+                && message.compensated != says_uncompensated
+                && (message.channels.iter().any(|channel| !is_of_any_sensor(channel)) || says(&message.message))
         });
-        let message = [&VNYMR, &VNIMU]
-            .into_iter()
-            .find(|message| *message.channels == *channels && message.compensated != says_uncompensated);
         match message {
             Some(message) => message.clone(),
             None => Layout { message: "CSV".into(), compensated: !says_uncompensated, channels: channels.into() },
@@ -248,8 +250,8 @@ impl<'a> Candidate<'a> {
     }
 
     /// What the first rows print in the column of each channel, and in that of the stamps.
-    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<([Survey; KNOWN], StampSurvey), CsvError> {
-        let mut surveys = [Survey::default(); KNOWN];
+    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<(Vec<Survey>, StampSurvey), CsvError> {
+        let mut surveys = vec![Survey::default(); places.channels.len()];
         let mut stamps = StampSurvey::default();
         let mut unreadable_stamp = None;
         for row in rows(self.lines, lines_above) {
@@ -277,6 +279,11 @@ impl<'a> Candidate<'a> {
             _ => Ok((surveys, stamps)),
         }
     }
+}
+
+/// Whether inertial sensors of any make measure it.
+fn is_of_any_sensor(channel: &Channel) -> bool {
+    matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)
 }
 
 /// The first rows below `lines_above`.

@@ -1,11 +1,20 @@
 //! The channels a CSV file can hold, the names and units they go by.
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, sync::LazyLock};
 
-use vn100_protocol::{Channel, Quantity, VNIMU, VNYMR};
+use vn100_protocol::{Channel, MESSAGES, Quantity};
 
-/// The number of channels known.
-pub(super) const KNOWN: usize = 14;
+/// The channels of all messages of the sensor, in the order in which a layout holds them.
+static KNOWN: LazyLock<Vec<&Channel>> = LazyLock::new(|| {
+    let mut known: Vec<&Channel> = Vec::new();
+    for channel in MESSAGES.iter().flat_map(|layout| &*layout.channels) {
+        if known.iter().all(|other| other.name != channel.name) {
+            known.push(channel);
+        }
+    }
+    known.sort_by_key(|channel| channel.quantity);
+    known
+});
 
 /// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).
 const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
@@ -22,18 +31,19 @@ pub(super) struct Unit {
     pub(super) zero_hundredths: i64,
 }
 
-/// The channel at place `index` of the order in which a layout holds them: the twelve of `$VNYMR`,
-/// then temperature and pressure.
+/// The names of all channels.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    KNOWN.iter().map(|channel| &*channel.name)
+}
+
+/// The channel at place `index` of the order in which a layout holds them.
 pub(super) fn known(index: usize) -> &'static Channel {
-    match VNYMR.channels.get(index) {
-        Some(channel) => channel,
-        None => &VNIMU.channels[VNIMU.channels.len() + index - KNOWN],
-    }
+    KNOWN[index]
 }
 
 /// The place of the channel with this very name.
 pub(super) fn by_name(name: &str) -> Option<usize> {
-    (0..KNOWN).find(|&index| known(index).name == name)
+    names().position(|known| known == name)
 }
 
 /// The place of the channel that scripts give this column name, in lower case.
@@ -57,7 +67,7 @@ pub(super) fn units(quantity: Quantity) -> impl Iterator<Item = &'static Unit> {
     UNITS.iter().filter(move |unit| unit.quantity == quantity)
 }
 
-static UNITS: [Unit; 18] = [
+static UNITS: [Unit; 19] = [
     unit("rad/s", Quantity::AngularRate, 1.0),
     unit("deg/s", Quantity::AngularRate, PI / 180.0),
     unit("deg/h", Quantity::AngularRate, PI / 648_000.0),
@@ -71,6 +81,7 @@ static UNITS: [Unit; 18] = [
     unit("nT", Quantity::MagneticField, 1e-5),
     unit("deg", Quantity::Angle, 1.0),
     unit("rad", Quantity::Angle, 180.0 / PI),
+    unit("1", Quantity::Quaternion, 1.0),
     unit("degC", Quantity::Temperature, 1.0),
     Unit { zero_hundredths: 27_315, ..unit("K", Quantity::Temperature, 1.0) },
     unit("kPa", Quantity::Pressure, 1.0),
@@ -88,11 +99,18 @@ mod tests {
 
     #[test]
     fn every_channel_has_its_own_unit_first() {
-        for index in 0..KNOWN {
-            let channel = known(index);
+        for (index, channel) in KNOWN.iter().enumerate() {
             let own = units(channel.quantity).next().unwrap();
             assert_eq!((own.name, own.scale), (&*channel.unit, 1.0));
             assert_eq!(by_name(&channel.name), Some(index));
+        }
+    }
+
+    #[test]
+    fn a_layout_of_any_message_keeps_its_order() {
+        for layout in MESSAGES {
+            let places = layout.channels.iter().map(|channel| by_name(&channel.name));
+            assert!(places.clone().all(|place| place.is_some()) && places.is_sorted(), "{}", layout.message);
         }
     }
 

@@ -4,7 +4,7 @@
 use std::{fmt, str::FromStr};
 
 use super::{
-    channel::{self, KNOWN, Unit, known},
+    channel::{self, Unit, known},
     stamp::StampUnit,
 };
 
@@ -192,7 +192,7 @@ struct ChannelNames;
 
 impl fmt::Display for ChannelNames {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        (0..KNOWN).try_for_each(|index| write!(f, "{} ", known(index).name))?;
+        channel::names().try_for_each(|name| write!(f, "{name} "))?;
         f.write_str(STAMP)
     }
 }

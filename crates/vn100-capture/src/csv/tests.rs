@@ -75,8 +75,8 @@ fn samples(bytes: &[u8], options: Options) -> Vec<i32> {
     let mut counts = Vec::new();
     let mut decoder = Decoder::new(options);
     let mut take = |item: Item<'_>| {
-        if let Item::Ymr(ymr) = item {
-            counts.extend_from_slice(ymr.counts());
+        if let Item::Sample(sample) = item {
+            counts.extend_from_slice(sample.counts());
         }
     };
     decoder.push(bytes, &mut take);

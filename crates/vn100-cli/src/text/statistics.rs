@@ -51,7 +51,7 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
             "mean rate {of_mean:.2e} rad/s; the Earth turns at {EARTH_RATE_RAD_S:.2e} rad/s: the mean of a resting gyroscope is not its bias \
              alone"
         )),
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => None,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
     }
 }
 

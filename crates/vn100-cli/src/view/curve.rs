@@ -47,7 +47,7 @@ pub(crate) fn sensor(quantity: Quantity) -> Option<Sensor> {
         Quantity::AngularRate => Some(Sensor::Gyroscope),
         Quantity::Acceleration => Some(Sensor::Accelerometer),
         Quantity::MagneticField => Some(Sensor::Magnetometer),
-        Quantity::Angle | Quantity::Temperature | Quantity::Pressure => None,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
     }
 }
 

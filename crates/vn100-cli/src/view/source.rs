@@ -64,11 +64,12 @@ pub(crate) struct Group {
 }
 
 /// Those that one looks for first come first.
-const ORDER: [Quantity; 6] = [
+const ORDER: [Quantity; 7] = [
     Quantity::AngularRate,
     Quantity::Acceleration,
     Quantity::MagneticField,
     Quantity::Angle,
+    Quantity::Quaternion,
     Quantity::Temperature,
     Quantity::Pressure,
 ];
@@ -166,6 +167,7 @@ pub(crate) fn short_name(quantity: Quantity) -> &'static str {
         Quantity::Acceleration => "accel",
         Quantity::MagneticField => "mag",
         Quantity::Angle => "angle",
+        Quantity::Quaternion => "quat",
         Quantity::Temperature => "temp",
         Quantity::Pressure => "baro",
     }

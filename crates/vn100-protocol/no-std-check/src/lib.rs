@@ -43,7 +43,7 @@ pub unsafe extern "C" fn vn100_count_samples(bytes: *const u8, length: usize) ->
     let bytes = unsafe { slice::from_raw_parts(bytes, length) };
     let mut decoder = Decoder::new(Options::default());
     let mut samples = 0;
-    let mut count = |item: Item<'_>| samples += u64::from(matches!(item, Item::Ymr(_) | Item::Imu(_)));
+    let mut count = |item: Item<'_>| samples += u64::from(matches!(item, Item::Sample(_)));
     decoder.push(bytes, &mut count);
     decoder.finish(&mut count);
     samples

@@ -16,7 +16,7 @@ pub struct Tally {
     pub skipped_bytes: u64,
     /// Bytes held back until more of them arrive: the beginning of a sentence or packet.
     pub buffered_bytes: u64,
-    /// Measurements, `$VNYMR` and `$VNIMU`.
+    /// Samples: sentences of the [`MESSAGES`](crate::MESSAGES).
     pub samples: u64,
     /// Answers to commands.
     pub replies: u64,

@@ -1,22 +1,14 @@
 //! A printed number as an exact count of its last digit.
 
-use core::fmt;
-
 use thiserror::Error;
 
 /// A number as the sensor prints it, `sign digits . digits`, without the way through a float.
-///
-/// ```
-/// use vn100_protocol::Decimal;
-/// let rate = Decimal::parse(b"-00.000301")?;
-/// assert_eq!((rate.count(), rate.decimals()), (-301, 6));
-/// # Ok::<_, vn100_protocol::DecimalError>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Decimal {
-    count: i32,
-    negative_zero: bool,
-    decimals: u8,
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Decimal {
+    /// The number in units of its last digit, within ±[`i32::MAX`].
+    pub(super) count: i32,
+    /// The number of digits behind the point.
+    pub(super) decimals: u8,
 }
 
 /// Why a field is not a number.
@@ -58,7 +50,7 @@ impl Decimal {
     ///
     /// # Errors
     /// A [`DecimalError`] that names the first thing wrong with the field, reading from the left.
-    pub fn parse(field: &[u8]) -> Result<Self, DecimalError> {
+    pub(super) fn parse(field: &[u8]) -> Result<Self, DecimalError> {
         let (&sign, digits) = field.split_first().ok_or(DecimalError::Empty)?;
         if !matches!(sign, b'+' | b'-') {
             return Err(DecimalError::NoSign { found: sign });
@@ -83,52 +75,7 @@ impl Decimal {
         let (Some(magnitude), Ok(decimals)) = (magnitude, u8::try_from(decimals.len())) else {
             return Err(DecimalError::Overflow);
         };
-        let negative = sign == b'-';
-        Ok(Self::from_count(if negative { -magnitude } else { magnitude }, negative, decimals))
-    }
-
-    /// The number `count` / 10^`decimals`; `negative_zero` is for a `count` of 0 alone.
-    #[must_use]
-    pub fn from_count(count: i32, negative_zero: bool, decimals: u8) -> Self {
-        Self { count, negative_zero: negative_zero && count == 0, decimals }
-    }
-
-    /// The number in units of its last digit, exactly. What [`parse`](Self::parse) gives lies
-    /// within ±[`i32::MAX`].
-    #[inline]
-    #[must_use]
-    pub fn count(&self) -> i32 {
-        self.count
-    }
-
-    /// Whether this is zero with a minus sign, which the sensor does print.
-    #[inline]
-    #[must_use]
-    pub fn is_negative_zero(&self) -> bool {
-        self.negative_zero
-    }
-
-    /// The number of digits behind the point.
-    #[inline]
-    #[must_use]
-    pub fn decimals(&self) -> u8 {
-        self.decimals
-    }
-
-    /// Writes the number with its own decimals and at least `whole_digits` digits before the point,
-    /// filled with zeros; a larger number takes more.
-    ///
-    /// # Errors
-    /// What `out` reports.
-    pub fn write(&self, out: &mut impl fmt::Write, whole_digits: usize) -> fmt::Result {
-        let sign = if self.count < 0 || self.negative_zero { '-' } else { '+' };
-        let magnitude = self.count.unsigned_abs();
-        // beyond ten decimals there is no whole part left, since a count has ten digits at most
-        let (whole, fraction) = match 10_u32.checked_pow(self.decimals.into()) {
-            Some(unit) => (magnitude / unit, magnitude % unit),
-            None => (0, magnitude),
-        };
-        write!(out, "{sign}{whole:0whole_digits$}.{fraction:0decimals$}", decimals = usize::from(self.decimals))
+        Ok(Self { count: if sign == b'-' { -magnitude } else { magnitude }, decimals })
     }
 }
 
@@ -144,7 +91,7 @@ mod tests {
     use super::*;
 
     fn parsed(field: &str) -> Result<(i32, u8), DecimalError> {
-        Decimal::parse(field.as_bytes()).map(|number| (number.count(), number.decimals()))
+        Decimal::parse(field.as_bytes()).map(|number| (number.count, number.decimals))
     }
 
     #[test]
@@ -185,44 +132,12 @@ mod tests {
         }
     }
 
-    #[test]
-    fn negative_zero_is_known() {
-        let zero = Decimal::parse(b"-00.000").unwrap();
-        assert_eq!((zero.count(), zero.is_negative_zero()), (0, true));
-        assert!(!Decimal::parse(b"+00.000").unwrap().is_negative_zero());
-        assert_eq!(Decimal::from_count(0, true, 3), zero);
-    }
-
-    #[test]
-    fn widths_are_minimum_widths() {
-        for (count, decimals, whole_digits, text) in [
-            (-5, 3, 2, "-00.005"),
-            (123_931, 3, 2, "+123.931"),
-            (7, 12, 1, "+0.000000000007"),
-            (i32::MIN, 9, 1, "-2.147483648"),
-            (i32::MAX, 10, 1, "+0.2147483647"),
-        ] {
-            let mut out = String::new();
-            Decimal::from_count(count, false, decimals).write(&mut out, whole_digits).unwrap();
-            assert_eq!(out, text);
-        }
-    }
-
     proptest! {
         #[test]
-        fn what_is_written_is_read(count in -i32::MAX..=i32::MAX, negative_zero: bool, decimals in 1_u8..14, whole in 1_usize..5) {
-            let number = Decimal::from_count(count, negative_zero, decimals);
-            let mut text = String::new();
-            number.write(&mut text, whole).unwrap();
-            prop_assert_eq!(Decimal::parse(text.as_bytes()), Ok(number));
-        }
-
-        #[test]
-        fn the_standard_library_agrees(count in -i32::MAX..=i32::MAX, decimals in 1_u8..10) {
-            let mut text = String::new();
-            Decimal::from_count(count, false, decimals).write(&mut text, 1).unwrap();
-            let divided = f64::from(count) / 10_f64.powi(decimals.into());
-            prop_assert_eq!(text.parse::<f64>().unwrap().to_bits(), divided.to_bits());
+        fn the_standard_library_agrees(count in -i32::MAX..=i32::MAX, decimals in 1_u8..10, width in 0_usize..16) {
+            let value = f64::from(count) / 10_f64.powi(decimals.into());
+            let text = format!("{value:+0width$.0$}", usize::from(decimals));
+            prop_assert_eq!(parsed(&text), Ok((count, decimals)));
         }
 
         #[test]

@@ -8,7 +8,7 @@ use crate::{
     framing::sentence::Sentence,
     framing::tally::Tally,
     message::template,
-    message::{Imu, MessageError, Ymr},
+    message::{MessageError, sample::Sample},
 };
 
 /// Decodes a byte stream.
@@ -25,12 +25,12 @@ use crate::{
 /// for piece in b"noise$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,\
 ///                +00.000040,-00.000301,-00.000391*63\r\n".chunks(7) {
 ///     decoder.push(piece, |item| {
-///         if let Item::Ymr(ymr) = item {
-///             rates.push(ymr.gyro_rad_s());
+///         if let Item::Sample(sample) = item {
+///             rates.extend(sample.values().skip(9));
 ///         }
 ///     });
 /// }
-/// assert_eq!(rates, [[0.00004, -0.000301, -0.000391]]);
+/// assert_eq!(rates, [0.00004, -0.000301, -0.000391]);
 /// assert_eq!(decoder.tally().skipped_bytes, 5);
 /// ```
 #[derive(Debug, Clone)]
@@ -48,10 +48,8 @@ const CARRY: usize = 2 * MAX_PACKET;
 /// One thing in a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Item<'a> {
-    /// A `$VNYMR` measurement.
-    Ymr(Ymr),
-    /// A `$VNIMU` measurement.
-    Imu(Imu),
+    /// A sentence of one of the [`MESSAGES`](crate::MESSAGES).
+    Sample(Sample),
     /// An answer to a command.
     Reply(Sentence<'a>),
     /// Any other good sentence, of a VN-100 or not.
@@ -163,11 +161,11 @@ impl Stepper {
     fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
         let at = self.framer.take_line_end(input);
         if let Some(line) = input[at..].first_chunk()
-            && let Some(ymr) = template::ymr(line)
+            && let Some(sample) = template::ymr(line)
         {
             self.framer.accept(template::LENGTH);
             self.framer.tally.samples += 1;
-            return (at + template::LENGTH, Some(Item::Ymr(ymr)));
+            return (at + template::LENGTH, Some(Item::Sample(sample)));
         }
         let (consumed, item) = self.any(&input[at..], end_of_input);
         (at + consumed, item)
@@ -186,17 +184,11 @@ impl Stepper {
 
     #[inline]
     fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
-        let (item, count) = match sentence.header() {
-            b"VNYMR" => match Ymr::parse(&sentence) {
-                Ok(ymr) => (Item::Ymr(ymr), &mut self.framer.tally.samples),
-                Err(error) => return self.refuse(sentence, error),
-            },
-            b"VNIMU" => match Imu::parse(&sentence) {
-                Ok(imu) => (Item::Imu(imu), &mut self.framer.tally.samples),
-                Err(error) => return self.refuse(sentence, error),
-            },
-            _ if sentence.is_reply() => (Item::Reply(sentence), &mut self.framer.tally.replies),
-            _ => (Item::Other(sentence), &mut self.framer.tally.other),
+        let (item, count) = match Sample::parse(&sentence) {
+            Some(Ok(sample)) => (Item::Sample(sample), &mut self.framer.tally.samples),
+            Some(Err(error)) => return self.refuse(sentence, error),
+            None if sentence.is_reply() => (Item::Reply(sentence), &mut self.framer.tally.replies),
+            None => (Item::Other(sentence), &mut self.framer.tally.other),
         };
         *count += 1;
         self.framer.tally.unchecked_lines += u64::from(sentence.check == Check::None);

@@ -33,11 +33,14 @@ pub struct Channel {
 }
 
 /// What a channel measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Quantity {
     /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler angles in
     /// the order 3-2-1.
     Angle,
+    /// An element of the quaternion of that attitude, the scalar last; q and -q are the same
+    /// attitude.
+    Quaternion,
     /// The magnetic flux density along an axis of the body.
     MagneticField,
     /// The specific force along an axis of the body: at rest and level, z reads about -9.8 m/s².
@@ -48,6 +51,35 @@ pub enum Quantity {
     Temperature,
     /// The air pressure.
     Pressure,
+}
+
+impl Layout {
+    /// The header of a row of the table, where a constant needs it.
+    pub(super) const fn constant_header(&self) -> &str {
+        match &self.message {
+            Cow::Borrowed(header) => header,
+            Cow::Owned(_) => panic!("a row of the table owns nothing"),
+        }
+    }
+
+    /// The channels of a row of the table, where a constant needs them.
+    ///
+    /// # Panics
+    /// At compile time, for a layout that owns its channels, as none of the table does.
+    pub(super) const fn constant_channels(&self) -> &[Channel] {
+        match &self.channels {
+            Cow::Borrowed(channels) => channels,
+            Cow::Owned(_) => panic!("a row of the table owns nothing"),
+        }
+    }
+}
+
+impl Quantity {
+    /// Whether it is an attitude, which only a filter gives.
+    #[must_use]
+    pub fn is_attitude(self) -> bool {
+        matches!(self, Self::Angle | Self::Quaternion)
+    }
 }
 
 impl Channel {
@@ -62,95 +94,3 @@ impl Channel {
 
 /// The rates in hertz at which the sensor sends a message, as register 7 takes them.
 pub const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
-
-/// `$VNYMR`: attitude, and the compensated magnetic field, acceleration and angular rate.
-pub static VNYMR: Layout =
-    Layout { message: Cow::Borrowed("VNYMR"), compensated: true, channels: Cow::Borrowed(&YMR_CHANNELS) };
-
-/// `$VNIMU`: the uncompensated magnetic field, acceleration and angular rate, with temperature and
-/// pressure.
-pub static VNIMU: Layout =
-    Layout { message: Cow::Borrowed("VNIMU"), compensated: false, channels: Cow::Borrowed(&IMU_CHANNELS) };
-
-pub(crate) static YMR_CHANNELS: [Channel; 12] = [
-    angle("yaw"),
-    angle("pitch"),
-    angle("roll"),
-    magnetic_field("mag_x"),
-    magnetic_field("mag_y"),
-    magnetic_field("mag_z"),
-    acceleration("accel_x"),
-    acceleration("accel_y"),
-    acceleration("accel_z"),
-    angular_rate("gyro_x"),
-    angular_rate("gyro_y"),
-    angular_rate("gyro_z"),
-];
-
-pub(crate) static IMU_CHANNELS: [Channel; 11] = [
-    magnetic_field("mag_x"),
-    magnetic_field("mag_y"),
-    magnetic_field("mag_z"),
-    acceleration("accel_x"),
-    acceleration("accel_y"),
-    acceleration("accel_z"),
-    angular_rate("gyro_x"),
-    angular_rate("gyro_y"),
-    angular_rate("gyro_z"),
-    channel("temperature", Quantity::Temperature, "degC", 1, 200),
-    channel("pressure", Quantity::Pressure, "kPa", 3, 200),
-];
-
-const fn angle(name: &'static str) -> Channel {
-    channel(name, Quantity::Angle, "deg", 3, 180)
-}
-
-const fn magnetic_field(name: &'static str) -> Channel {
-    channel(name, Quantity::MagneticField, "gauss", 4, 10)
-}
-
-const fn acceleration(name: &'static str) -> Channel {
-    channel(name, Quantity::Acceleration, "m/s^2", 3, 200)
-}
-
-const fn angular_rate(name: &'static str) -> Channel {
-    channel(name, Quantity::AngularRate, "rad/s", 6, 40)
-}
-
-/// The limits are wider than any range the sensor is sold with: they are there to catch damage that
-/// the checksum let through.
-const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
-    let limit_counts = limit * 10_i32.pow(decimals as u32);
-    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, scale: 1.0, limit_counts }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_the_nearest_floats() {
-        for (channel, count, text) in
-            [(0, -85_469, "-85.469"), (3, 4_403, "0.4403"), (9, -301, "-0.000301"), (9, 39_999_999, "39.999999")]
-        {
-            assert_eq!(VNYMR.channels[channel].value(count), text.parse().unwrap());
-        }
-    }
-
-    #[test]
-    fn names_are_unique() {
-        for layout in [&VNYMR, &VNIMU] {
-            let mut names: Vec<_> = layout.channels.iter().map(|channel| &channel.name).collect();
-            names.sort();
-            names.dedup();
-            assert_eq!(names.len(), layout.channels.len());
-        }
-    }
-
-    #[test]
-    fn limits_are_in_counts() {
-        let limits: Vec<_> = VNYMR.channels.iter().map(|channel| channel.limit_counts).collect();
-        assert_eq!(limits[2..=9], [180_000, 100_000, 100_000, 100_000, 200_000, 200_000, 200_000, 40_000_000]);
-        assert_eq!((VNIMU.channels[9].limit_counts, VNIMU.channels[10].limit_counts), (2_000, 200_000));
-    }
-}

@@ -5,42 +5,93 @@
 //! [`Decimal`](crate::Decimal) reads the line again and judges it. What is read here is read there
 //! alike.
 
-use crate::{message::digits::eight_digits, message::layout::Channel};
+use crate::{
+    framing::sentence::Sentence,
+    message::digits::eight_digits,
+    message::layout::{Channel, Layout},
+    message::print_format::PrintFormat,
+    message::sample::{MAX_CHANNELS, Sample},
+    message::suffix::Suffix,
+};
+
+/// A row of the table, at compile time.
+pub(super) trait Row {
+    const LAYOUT: &'static Layout;
+}
+
+/// Reads a sentence whose header is that of the row.
+#[inline]
+pub(super) fn read<R: Row>(sentence: &Sentence<'_>) -> Option<Sample> {
+    read_as::<R, false>(sentence).or_else(|| read_as::<R, true>(sentence))
+}
+
+#[inline(always)]
+fn read_as<R: Row, const OLD: bool>(sentence: &Sentence<'_>) -> Option<Sample> {
+    let mut numbers =
+        Numbers { counts: [0; MAX_CHANNELS], body: sentence.body, at: const { R::LAYOUT.constant_header().len() } };
+    // spelled out, and inlined with constants: a loop over all numbers costs twice as much
+    macro_rules! each {
+        ($($index:literal)*) => {
+            $(if let Some(form) = const { form(R::LAYOUT.constant_channels(), $index, format(OLD)) } {
+                numbers.one($index, form)?;
+            })*
+        };
+    }
+    const { assert!(R::LAYOUT.constant_channels().len() <= MAX_CHANNELS) };
+    if const { !format(OLD).covers(R::LAYOUT.constant_channels()) } {
+        return None;
+    }
+    each!(0 1 2 3 4 5 6 7 8 9 10 11 12);
+    let Numbers { counts, body, at } = numbers;
+    Some(Sample {
+        layout: R::LAYOUT,
+        counts,
+        print_format: format(OLD),
+        check: sentence.check,
+        suffix: Suffix::parse(&body[at..])?,
+    })
+}
+
+const fn format(old: bool) -> PrintFormat {
+    if old { PrintFormat::Old } else { PrintFormat::Current }
+}
+
+/// How one number is printed, and counted.
+#[derive(Clone, Copy)]
+struct Form {
+    /// Decimals of the channel.
+    decimals: u8,
+    /// Those printed, which are no more.
+    printed: u8,
+    limit_counts: i32,
+}
+
+/// The form of number `index`; `None` behind the last one.
+const fn form(channels: &[Channel], index: usize, format: PrintFormat) -> Option<Form> {
+    if index >= channels.len() {
+        return None;
+    }
+    let channel = &channels[index];
+    let Channel { decimals, limit_counts, .. } = *channel;
+    Some(Form { decimals, printed: format.decimals(channel), limit_counts })
+}
 
 /// The numbers at the head of a body.
-pub(super) struct Numbers<'a, const N: usize> {
+struct Numbers<'a> {
     /// In units of the last decimal of each channel.
-    pub(super) counts: [i32; N],
-    /// A bit for each zero that has a minus sign.
-    pub(super) negative_zeros: u16,
+    counts: [i32; MAX_CHANNELS],
     body: &'a [u8],
     at: usize,
 }
 
-impl<'a, const N: usize> Numbers<'a, N> {
-    /// None yet, behind the header.
-    #[inline]
-    pub(super) fn behind(header: &str, body: &'a [u8]) -> Option<Self> {
-        let at = header.len();
-        body.starts_with(header.as_bytes()).then_some(Self { counts: [0; N], negative_zeros: 0, body, at })
-    }
-
-    /// Reads three numbers of one form.
-    // spelled out, and inlined with constants: a loop over all numbers costs twice as much
-    #[inline(always)]
-    pub(super) fn three(&mut self, first: usize, channels: &[Channel; N], decimals: u8) -> Option<()> {
-        self.one(first, &channels[first], decimals)?;
-        self.one(first + 1, &channels[first + 1], decimals)?;
-        self.one(first + 2, &channels[first + 2], decimals)
-    }
-
+impl Numbers<'_> {
     /// Reads a comma and number `index`: a sign, one to three digits (eight with the decimals at
-    /// most), a point, `decimals` digits, which are no more than the channel has.
+    /// most), a point, and the decimals printed.
     #[inline(always)]
-    pub(super) fn one(&mut self, index: usize, channel: &Channel, decimals: u8) -> Option<()> {
+    fn one(&mut self, index: usize, form: Form) -> Option<()> {
         const ZEROS: u64 = u64::from_le_bytes(*b"00000000");
-        let printed = usize::from(decimals);
-        let missing = usize::from(channel.decimals) - printed;
+        let printed = usize::from(form.printed);
+        let missing = usize::from(form.decimals) - printed;
         let [b',', sign, digits @ ..] = self.body.get(self.at..)? else {
             return None;
         };
@@ -52,7 +103,7 @@ impl<'a, const N: usize> Numbers<'a, N> {
         let whole = match digits.first_chunk()? {
             [_, b'.', _, _] => 1,
             [_, _, b'.', _] => 2,
-            [_, _, _, b'.'] if 3 + channel.decimals <= 8 => 3,
+            [_, _, _, b'.'] if 3 + form.decimals <= 8 => 3,
             _ => return None,
         };
         let point = self.at + 2 + whole;
@@ -65,19 +116,12 @@ impl<'a, const N: usize> Numbers<'a, N> {
             return None;
         }
         let magnitude = eight_digits(digits >> (8 * missing)).cast_signed();
-        if magnitude > channel.limit_counts {
+        if magnitude > form.limit_counts {
             return None;
         }
-        let negative = *sign == b'-';
-        self.counts[index] = if negative { -magnitude } else { magnitude };
-        self.negative_zeros |= u16::from(negative && magnitude == 0) << index;
+        self.counts[index] = if *sign == b'-' { -magnitude } else { magnitude };
         self.at = end;
         Some(())
-    }
-
-    /// What stands behind the numbers read.
-    pub(super) fn rest(&self) -> &'a [u8] {
-        &self.body[self.at..]
     }
 }
 

@@ -1,8 +1,8 @@
-//! The two ways in which firmware prints `$VNYMR`.
+//! The two ways in which firmware prints numbers.
 
-use crate::message::layout::Channel;
+use crate::message::layout::{Channel, Quantity};
 
-/// How many digits the numbers of a line have.
+/// How many digits the numbers of a sentence have.
 ///
 /// | | angles | magnetic field | acceleration | angular rate |
 /// |---|---|---|---|---|
@@ -10,55 +10,36 @@ use crate::message::layout::Channel;
 /// | `Old` (firmware 1 and earlier) | `+ddd.dd` | `+d.dddd` | `+dd.ddd` | `+dd.dddd` |
 ///
 /// The whole digits are a minimum: a larger value takes more. Counts are always in the decimals of
-/// the layout: those of an old line are multiplied by 10 or 100, which is exact.
+/// the layout: those of an old sentence are multiplied by 10 or 100, which is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PrintFormat {
-    /// Firmware 2 and 3; also everything in `$VNIMU`.
+    /// Firmware 2 and 3; also every sentence with a temperature or a pressure.
     Current,
     /// Old firmware.
     Old,
 }
 
-/// The digits of one printed number.
-pub(crate) struct FieldForm {
-    pub(crate) whole_digits: usize,
-    pub(crate) decimals: u8,
-}
-
 impl PrintFormat {
-    /// The decimals printed for `channel`, number `index` of its layout.
+    /// The decimals printed for `channel`.
     #[must_use]
-    pub fn decimals(self, index: usize, channel: &Channel) -> u8 {
-        match self {
-            Self::Current => channel.decimals,
-            Self::Old => OLD_YMR.get(index).map_or(channel.decimals, |form| form.decimals),
+    pub const fn decimals(self, channel: &Channel) -> u8 {
+        match (self, channel.quantity) {
+            (Self::Old, Quantity::Angle) => 2,
+            (Self::Old, Quantity::AngularRate) => 4,
+            _ => channel.decimals,
         }
     }
 
-    pub(crate) fn ymr_forms(self) -> &'static [FieldForm; 12] {
-        match self {
-            Self::Current => &CURRENT_YMR,
-            Self::Old => &OLD_YMR,
+    /// Whether a message of these channels is printed so: how old firmware printed temperature and
+    /// pressure is not on record.
+    pub(super) const fn covers(self, channels: &[Channel]) -> bool {
+        let mut index = 0;
+        while index < channels.len() {
+            if matches!((self, channels[index].quantity), (Self::Old, Quantity::Temperature | Quantity::Pressure)) {
+                return false;
+            }
+            index += 1;
         }
+        true
     }
-}
-
-const CURRENT_YMR: [FieldForm; 12] = {
-    const A: FieldForm = form(3, 3);
-    const M: FieldForm = form(2, 4);
-    const F: FieldForm = form(2, 3);
-    const R: FieldForm = form(2, 6);
-    [A, A, A, M, M, M, F, F, F, R, R, R]
-};
-
-const OLD_YMR: [FieldForm; 12] = {
-    const A: FieldForm = form(3, 2);
-    const M: FieldForm = form(1, 4);
-    const F: FieldForm = form(2, 3);
-    const R: FieldForm = form(2, 4);
-    [A, A, A, M, M, M, F, F, F, R, R, R]
-};
-
-const fn form(whole_digits: usize, decimals: u8) -> FieldForm {
-    FieldForm { whole_digits, decimals }
 }

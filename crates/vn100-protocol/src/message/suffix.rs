@@ -1,7 +1,5 @@
 //! The fields that register 30 appends to a measuring message.
 
-use core::fmt;
-
 use nom::{
     IResult, Parser,
     branch::alt,
@@ -18,70 +16,32 @@ use nom::{
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Suffix {
-    count: u64,
-    /// The digits that the count is printed with; 0 when there is none.
-    count_digits: u8,
-    status: Option<u16>,
-    status_first: bool,
+    /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to
+    /// say.
+    pub count: Option<u64>,
+    /// The attitude filter's status word behind `S`.
+    pub status: Option<u16>,
 }
 
 impl Suffix {
-    /// The number behind `T`: what it counts, or which time in which unit, is for register 30 to
-    /// say.
-    #[must_use]
-    pub fn count(&self) -> Option<u64> {
-        (self.count_digits > 0).then_some(self.count)
-    }
-
-    /// The attitude filter's status word behind `S`.
-    #[must_use]
-    pub fn status(&self) -> Option<u16> {
-        self.status
-    }
-
     /// Reads all of `input`, which begins with a comma.
     pub(super) fn parse(mut input: &[u8]) -> Option<Self> {
         let mut suffix = Self::default();
         while !input.is_empty() {
             let (rest, part) = part(input).ok()?;
             match part {
-                Part::Count(count, digits) if suffix.count_digits == 0 => {
-                    (suffix.count, suffix.count_digits) = (count, digits)
-                }
-                Part::Status(status) if suffix.status.is_none() => {
-                    suffix.status = Some(status);
-                    suffix.status_first = suffix.count_digits == 0;
-                }
+                Part::Count(count) if suffix.count.is_none() => suffix.count = Some(count),
+                Part::Status(status) if suffix.status.is_none() => suffix.status = Some(status),
                 _ => return None,
             }
             input = rest;
         }
-        // without a count there is no order to remember
-        suffix.status_first &= suffix.count_digits > 0;
         Some(suffix)
-    }
-
-    pub(super) fn write(&self, out: &mut impl fmt::Write) -> fmt::Result {
-        if self.status_first {
-            self.write_status(out)?;
-        }
-        if self.count_digits > 0 {
-            write!(out, ",T{:0digits$}", self.count, digits = usize::from(self.count_digits))?;
-        }
-        if !self.status_first {
-            self.write_status(out)?;
-        }
-        Ok(())
-    }
-
-    fn write_status(&self, out: &mut impl fmt::Write) -> fmt::Result {
-        self.status.map_or(Ok(()), |status| write!(out, ",S{status:04X}"))
     }
 }
 
 enum Part {
-    /// A number, and how many digits it has.
-    Count(u64, u8),
+    Count(u64),
     Status(u16),
 }
 
@@ -94,8 +54,7 @@ fn part(input: &[u8]) -> IResult<&[u8], Part> {
 
 /// `None` for a number beyond 64 bits, which twenty digits can be.
 fn count(digits: &[u8]) -> Option<Part> {
-    let value = core::str::from_utf8(digits).ok()?.parse().ok()?;
-    Some(Part::Count(value, digits.len() as u8))
+    core::str::from_utf8(digits).ok()?.parse().ok().map(Part::Count)
 }
 
 fn status(digits: &[u8]) -> Option<Part> {
@@ -107,15 +66,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn either_order_and_padding_come_back() {
-        for text in [",T0", ",T0000000543", ",T18446744073709551615", ",S0000", ",T1162704,S0000", ",S09AF,T0007"] {
-            let suffix = Suffix::parse(text.as_bytes()).unwrap();
-            let mut out = String::new();
-            suffix.write(&mut out).unwrap();
-            assert_eq!(out, text);
+    fn either_order_and_padding_are_read() {
+        for (text, count, status) in [
+            ("", None, None),
+            (",T0", Some(0), None),
+            (",T0000000543", Some(543), None),
+            (",T18446744073709551615", Some(u64::MAX), None),
+            (",S0000", None, Some(0)),
+            (",T1162704,S00FF", Some(1_162_704), Some(0xFF)),
+            (",S09AF,T0007", Some(7), Some(0x9AF)),
+        ] {
+            assert_eq!(Suffix::parse(text.as_bytes()), Some(Suffix { count, status }), "{text}");
         }
-        let both = Suffix::parse(b",T1162704,S00FF").unwrap();
-        assert_eq!((both.count(), both.status()), (Some(1_162_704), Some(0xFF)));
     }
 
     #[test]

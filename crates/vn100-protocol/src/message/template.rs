@@ -3,7 +3,14 @@
 //! Whatever differs in one byte is left to the general path, which says the same of every line that
 //! this one takes.
 
-use crate::{message::Ymr, message::digits::eight_digits, message::layout::YMR_CHANNELS};
+use crate::{
+    framing::checksum::Check,
+    message::digits::eight_digits,
+    message::print_format::PrintFormat,
+    message::sample::{MAX_CHANNELS, Sample},
+    message::suffix::Suffix,
+    message::table::VNYMR,
+};
 
 /// The length of the usual line up to its last check digit.
 pub(crate) const LENGTH: usize = 120;
@@ -27,7 +34,7 @@ const ODD_SIGN: [u8; LENGTH] = span(0, 1);
 
 /// Reads `line` if it is a usual one, in range, with a right checksum and CR or LF behind it.
 #[inline]
-pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Ymr> {
+pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Sample> {
     let [.., b'*', high, low, b'\r' | b'\n'] = *line else {
         return None;
     };
@@ -55,18 +62,21 @@ pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Ymr> {
         rate(10),
         rate(11),
     ];
-    let mut counts = [0; 12];
-    let mut negative_zeros = 0;
+    let mut counts = [0; MAX_CHANNELS];
     let mut beyond = false;
     for index in 0..12 {
         let magnitude = magnitudes[index];
-        let negative = line[FIELDS[index]] == b'-';
         beyond |= magnitude > LIMITS[index];
-        negative_zeros |= u16::from(negative && magnitude == 0) << index;
         let magnitude = magnitude.cast_signed();
-        counts[index] = if negative { -magnitude } else { magnitude };
+        counts[index] = if line[FIELDS[index]] == b'-' { -magnitude } else { magnitude };
     }
-    (!beyond).then(|| Ymr::usual(counts, negative_zeros))
+    (!beyond).then(|| Sample {
+        layout: &VNYMR,
+        counts,
+        print_format: PrintFormat::Current,
+        check: Check::Xor8,
+        suffix: Suffix::default(),
+    })
 }
 
 /// The XOR-8 of the body if all bytes before the check digits are of the usual line.
@@ -130,7 +140,7 @@ const LIMITS: [u32; 12] = {
     let mut limits = [0; 12];
     let mut index = 0;
     while index < 12 {
-        limits[index] = YMR_CHANNELS[index].limit_counts.cast_unsigned();
+        limits[index] = VNYMR.constant_channels()[index].limit_counts.cast_unsigned();
         index += 1;
     }
     limits

@@ -1,4 +1,4 @@
-//! Registers 35, 82 and 85: what happens to the samples before they are sent.
+//! Registers 35 and 85: what happens to the samples before they are sent.
 
 use core::fmt;
 
@@ -30,67 +30,6 @@ impl RegisterValue for VpeControl {
         };
         fields.end()?;
         Ok(control)
-    }
-}
-
-impl Setting for VpeControl {
-    fn register(&self) -> Register {
-        Register::VPE_CONTROL
-    }
-}
-
-impl fmt::Display for VpeControl {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_list(f, [self.enable, self.heading_mode, self.filtering_mode, self.tuning_mode])
-    }
-}
-
-/// Register 82: how changes of angle and velocity are integrated; all zero as sold.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct DeltaSettings {
-    /// 0 along the axes of the body, 1 along north, east, down.
-    pub frame: u8,
-    /// Whether the estimated bias of the angular rate is taken off: 0 no, 1 yes.
-    pub gyro_compensation: u8,
-    /// What is taken off the acceleration: 0 nothing, 1 gravity; the maker's library adds 2 bias, 3
-    /// both.
-    pub accel_compensation: u8,
-    /// Whether the rotation of the Earth is taken off: 0 no, 1 yes.
-    pub earth_rate_correction: u8,
-    /// Reserved, 0.
-    pub reserved: u16,
-}
-
-impl RegisterValue for DeltaSettings {
-    const REGISTERS: &'static [Register] = &[Register::DELTA_SETTINGS];
-
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let settings = Self {
-            frame: fields.integer("integration frame")?,
-            gyro_compensation: fields.integer("gyro compensation")?,
-            accel_compensation: fields.integer("acceleration compensation")?,
-            earth_rate_correction: fields.integer("earth rate correction")?,
-            reserved: fields.integer("reserved")?,
-        };
-        fields.end()?;
-        Ok(settings)
-    }
-}
-
-impl Setting for DeltaSettings {
-    fn register(&self) -> Register {
-        Register::DELTA_SETTINGS
-    }
-}
-
-impl fmt::Display for DeltaSettings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { frame, gyro_compensation, accel_compensation, earth_rate_correction, reserved } = *self;
-        write_list(
-            f,
-            [frame.into(), gyro_compensation.into(), accel_compensation.into(), earth_rate_correction.into(), reserved],
-        )
     }
 }
 

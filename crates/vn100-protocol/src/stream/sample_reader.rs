@@ -7,7 +7,7 @@ use super::{
     Arrival, Batch, Diagnostic, Input, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RegisterReply,
     RowCounter, StreamCounts,
 };
-use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sentence, Suffix, Tally, VNIMU, VNYMR};
+use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sample, Sentence, Tally};
 
 /// How a stream is read.
 #[derive(Debug, Clone, Copy, Default)]
@@ -110,8 +110,8 @@ impl SampleReader {
             self.waiting.extend_from_slice(bytes);
             self.decode_line_by_line(false);
         } else {
-            // the shortest line of a measurement, of old firmware, has 109 bytes
-            self.stream.open.counts.reserve(bytes.len() / 100 * VNYMR.channels.len());
+            // a count takes nine bytes of its sentence or more
+            self.stream.open.counts.reserve(bytes.len() / 9);
             self.decoder.push(bytes, |item| self.stream.put(item));
         }
     }
@@ -181,8 +181,7 @@ impl Stream {
             self.diagnose(|| Diagnostic::refused(bad));
         }
         match item {
-            Item::Ymr(ymr) => self.put_sample(&VNYMR, ymr.counts(), ymr.print_format(), ymr.suffix()),
-            Item::Imu(imu) => self.put_sample(&VNIMU, imu.counts(), PrintFormat::Current, imu.suffix()),
+            Item::Sample(sample) => self.put_sample(&sample),
             Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
             Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
@@ -216,7 +215,8 @@ impl Stream {
     }
 
     #[inline]
-    fn put_sample(&mut self, layout: &'static Layout, counts: &[i32], printed: PrintFormat, suffix: Suffix) {
+    fn put_sample(&mut self, sample: &Sample) {
+        let (layout, printed) = (sample.layout(), sample.print_format());
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
             self.link.foreign_samples += 1;
@@ -232,10 +232,10 @@ impl Stream {
         {
             self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
         }
-        if let Some(count) = suffix.count() {
+        if let Some(count) = sample.suffix().count {
             self.open.counters.push(RowCounter { row: self.row(), count });
         }
-        self.open.counts.extend_from_slice(counts);
+        self.open.counts.extend_from_slice(sample.counts());
     }
 
     fn note_other(&mut self, header: &[u8]) {

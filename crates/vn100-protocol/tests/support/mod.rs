@@ -14,51 +14,61 @@ use vn100_protocol::{
     Check, Command, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, ReplyError, Tally, crc16, xor8,
 };
 
-/// The largest count of each channel that is in range.
-pub(crate) const LIMITS: [i32; 12] = [
-    180_000, 180_000, 180_000, 100_000, 100_000, 100_000, 200_000, 200_000, 200_000, 40_000_000, 40_000_000, 40_000_000,
+/// How the maker's manual has one number printed: the least width and the decimals of C's printf,
+/// and the largest magnitude taken, in units of the last decimal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Form(pub(crate) usize, pub(crate) usize, pub(crate) i32);
+
+const ANGLE: Form = Form(8, 3, 180_000);
+const QUATERNION: Form = Form(9, 6, 2_000_000);
+const MAG: Form = Form(8, 4, 100_000);
+const ACCEL: Form = Form(7, 3, 200_000);
+const RATE: Form = Form(10, 6, 40_000_000);
+
+/// The messages by the manual, and how old firmware prints the first, counted in its own decimals.
+pub(crate) const YMR: &[Form] = &[ANGLE, ANGLE, ANGLE, MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE];
+pub(crate) const IMU: &[Form] =
+    &[MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE, Form(5, 1, 2_000), Form(10, 3, 200_000)];
+pub(crate) const MAR: &[Form] = &[MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE];
+pub(crate) const QMR: &[Form] =
+    &[QUATERNION, QUATERNION, QUATERNION, QUATERNION, MAG, MAG, MAG, ACCEL, ACCEL, ACCEL, RATE, RATE, RATE];
+const OLD_ANGLE: Form = Form(7, 2, 18_000);
+const OLD_MAG: Form = Form(7, 4, 100_000);
+const OLD_RATE: Form = Form(8, 4, 400_000);
+#[rustfmt::skip]
+pub(crate) const OLD_YMR: &[Form] = &[
+    OLD_ANGLE, OLD_ANGLE, OLD_ANGLE, OLD_MAG, OLD_MAG, OLD_MAG, ACCEL, ACCEL, ACCEL, OLD_RATE, OLD_RATE, OLD_RATE,
 ];
+
+/// Every message that is measured.
+pub(crate) const MESSAGES: [(&str, &[Form]); 4] = [("VNYMR", YMR), ("VNIMU", IMU), ("VNMAR", MAR), ("VNQMR", QMR)];
 
 /// A sentence from `body`, XOR-8, CR LF.
 pub(crate) fn sentence(body: &str) -> String {
     format!("${body}*{:02X}\r\n", xor8(body.as_bytes()))
 }
 
-/// The body of a `VNYMR` as C's printf of floats writes it.
-pub(crate) fn ymr_body(counts: [i32; 12]) -> String {
-    let value = |index: usize, scale: f64| f64::from(counts[index]) / scale;
-    let angle = |i| format!("{:+08.3}", value(i, 1e3));
-    let mag = |i| format!("{:+08.4}", value(i, 1e4));
-    let accel = |i| format!("{:+07.3}", value(i, 1e3));
-    let gyro = |i| format!("{:+010.6}", value(i, 1e6));
-    let fields = [0, 1, 2]
-        .map(angle)
-        .into_iter()
-        .chain([3, 4, 5].map(mag))
-        .chain([6, 7, 8].map(accel))
-        .chain([9, 10, 11].map(gyro));
-    fields.fold("VNYMR".into(), |body, field| body + "," + &field)
+/// The body of a message as C's printf of floats writes it.
+pub(crate) fn body(header: &str, forms: &[Form], counts: &[i32]) -> String {
+    forms.iter().zip(counts).fold(header.to_owned(), |body, (&Form(width, decimals, _), &count)| {
+        let value = f64::from(count) / 10_f64.powi(decimals as i32);
+        format!("{body},{value:+0width$.decimals$}")
+    })
 }
 
-/// The same in the widths of old firmware, which prints fewer decimals; `counts` are in those.
-pub(crate) fn old_ymr_body(counts: [i32; 12]) -> String {
-    let value = |index: usize, scale: f64| f64::from(counts[index]) / scale;
-    let angle = |i| format!("{:+07.2}", value(i, 1e2));
-    let mag = |i| format!("{:+07.4}", value(i, 1e4));
-    let accel = |i| format!("{:+07.3}", value(i, 1e3));
-    let gyro = |i| format!("{:+08.4}", value(i, 1e4));
-    let fields = [0, 1, 2]
-        .map(angle)
-        .into_iter()
-        .chain([3, 4, 5].map(mag))
-        .chain([6, 7, 8].map(accel))
-        .chain([9, 10, 11].map(gyro));
-    fields.fold("VNYMR".into(), |body, field| body + "," + &field)
+pub(crate) fn ymr_body(counts: &[i32]) -> String {
+    body("VNYMR", YMR, counts)
 }
 
 /// Counts within the range of their channels.
-pub(crate) fn counts() -> impl Strategy<Value = [i32; 12]> {
-    LIMITS.map(|limit| prop_oneof![4 => -limit..=limit, 1 => -limit / 1000..=limit / 1000, 1 => Just(0), 1 => Just(limit), 1 => Just(-limit)])
+pub(crate) fn counts(forms: &'static [Form]) -> impl Strategy<Value = Vec<i32>> {
+    let count = |limit: i32| prop_oneof![4 => -limit..=limit, 1 => -limit / 1000..=limit / 1000, 1 => Just(0), 1 => Just(limit), 1 => Just(-limit)];
+    forms.iter().map(|form| count(form.2)).collect::<Vec<_>>()
+}
+
+/// A message and its counts.
+pub(crate) fn sample() -> impl Strategy<Value = (&'static str, &'static [Form], Vec<i32>)> {
+    select(&MESSAGES[..]).prop_flat_map(|(header, forms)| counts(forms).prop_map(move |counts| (header, forms, counts)))
 }
 
 /// A packet with the fields of `mask` 01 (common group) and a right CRC.
@@ -83,9 +93,9 @@ pub(crate) fn piece() -> impl Strategy<Value = Piece> {
     let noise = || vec(prop_oneof![3 => select(&b"$*\r\n0AF,X \xFA\x01\x09\x00VN"[..]), 1 => any::<u8>()], 0..40);
     let line = || {
         prop_oneof![
-            counts().prop_map(|counts| sentence(&ymr_body(counts))),
-            (-5_000_i32..5_000).prop_map(|n| sentence(&format!("VNRRG,{n}"))),
-            Just("$VNRRG,75,3,400,01,0321*3B31\r\n".to_owned()),
+            4 => sample().prop_map(|(header, forms, counts)| sentence(&body(header, forms, &counts))),
+            1 => (-5_000_i32..5_000).prop_map(|n| sentence(&format!("VNRRG,{n}"))),
+            1 => Just("$VNRRG,75,3,400,01,0321*3B31\r\n".to_owned()),
         ]
         .prop_map(String::into_bytes)
     };

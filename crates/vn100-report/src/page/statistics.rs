@@ -17,11 +17,12 @@ use crate::{
 };
 
 /// The sensors in the order in which they are reported.
-pub(super) const ORDER: [(Quantity, &str); 6] = [
+pub(super) const ORDER: [(Quantity, &str); 7] = [
     (Quantity::AngularRate, "Gyroscope"),
     (Quantity::Acceleration, "Accelerometer"),
     (Quantity::MagneticField, "Magnetometer"),
     (Quantity::Angle, "Orientation"),
+    (Quantity::Quaternion, "Orientation quaternion"),
     (Quantity::Temperature, "Temperature"),
     (Quantity::Pressure, "Pressure"),
 ];
@@ -130,7 +131,7 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
             format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias moves with temperature: a range of more than a few degrees shows at long averaging times.")
         }),
-        Quantity::Pressure => None,
+        Quantity::Quaternion | Quantity::Pressure => None,
     });
     sentences.extend(loudest(channels));
     sentences.extend(channels.iter().find_map(|channel| {

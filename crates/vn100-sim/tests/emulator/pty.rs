@@ -88,7 +88,7 @@ impl Host {
 
 fn good_lines(bytes: &[u8]) -> usize {
     let mut lines = 0;
-    Decoder::new(Options::default()).push(bytes, |item| lines += usize::from(matches!(item, Item::Ymr(_))));
+    Decoder::new(Options::default()).push(bytes, |item| lines += usize::from(matches!(item, Item::Sample(_))));
     lines
 }
 

@@ -48,7 +48,7 @@ fn lines(bytes: &[u8]) -> (u32, u32) {
     let (mut good, mut bad) = (0, 0);
     let mut decoder = Decoder::new(Options::default());
     decoder.push(bytes, |item| match item {
-        Item::Ymr(_) => good += 1,
+        Item::Sample(_) => good += 1,
         Item::Bad(_) => bad += 1,
         _ => {}
     });

@@ -12,9 +12,8 @@ use super::bench::{BOOT_MS, Bench};
 fn rows(output: &[u8]) -> Vec<[f64; 12]> {
     let mut rows = Vec::new();
     Decoder::new(Options::default()).push(output, |item| {
-        if let Item::Ymr(ymr) = item {
-            let ([mx, my, mz], [ax, ay, az], [gx, gy, gz]) = (ymr.mag_gauss(), ymr.accel_m_s2(), ymr.gyro_rad_s());
-            rows.push([ymr.yaw_deg(), ymr.pitch_deg(), ymr.roll_deg(), mx, my, mz, ax, ay, az, gx, gy, gz]);
+        if let Item::Sample(sample) = item {
+            rows.push(sample.values().collect::<Vec<_>>().try_into().unwrap());
         }
     });
     rows

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use vn100_protocol::{Decoder, Item, Options, Packet};
+use vn100_protocol::{Decoder, Item, Options, Packet, VNIMU, VNMAR, VNQMR, VNYMR};
 use vn100_sim::{DeviceConfig, Profile, noise::ChannelNoise};
 
 use super::bench::Bench;
@@ -74,22 +74,21 @@ fn negative_zero_and_wide_values_are_printed_as_the_sensor_does() {
 }
 
 #[test]
-fn the_decoder_takes_every_line_of_both_measuring_messages() {
-    for (message, ymr, imu) in [(14, 500, 0), (19, 0, 500)] {
+fn the_decoder_takes_every_line_of_the_measuring_messages() {
+    for (message, layout) in [(14, &VNYMR), (19, &VNIMU), (13, &VNMAR), (8, &VNQMR)] {
         let mut bench = Bench::quiet();
         bench.set(&format!("06,{message}"));
         bench.set("07,50");
         bench.send("$VNASY,1*4E\r\n");
         let output = bench.wait(Duration::from_millis(10_015));
-        let (mut ymrs, mut imus) = (0, 0);
+        let mut samples = 0;
         let mut decoder = Decoder::new(Options::default());
         decoder.push(&output, |item| match item {
-            Item::Ymr(_) => ymrs += 1,
-            Item::Imu(_) => imus += 1,
+            Item::Sample(sample) if sample.layout() == layout => samples += 1,
             Item::Bad(line) => panic!("{}", line.kind),
             _ => {}
         });
-        assert_eq!((ymrs, imus), (ymr, imu));
+        assert_eq!(samples, 500, "{}", layout.message);
     }
 }
 
@@ -198,14 +197,15 @@ fn a_packet_comes_before_the_line_of_its_tick_with_the_same_values() {
             assert!(packet_values.is_none());
             packet_values = Some((0..9).map(|index| float(raw, 4 + 4 * index)).collect());
         }
-        Item::Ymr(ymr) => {
+        Item::Sample(sample) => {
             let values = packet_values.take().unwrap();
             let printed = |values: &[f32], decimals: usize| {
                 values.iter().map(|value| format!("{value:.decimals$}").parse().unwrap()).collect::<Vec<f64>>()
             };
-            assert_eq!(printed(&values[..3], 3), [ymr.yaw_deg(), ymr.pitch_deg(), ymr.roll_deg()]);
-            assert_eq!(printed(&values[3..6], 6), ymr.gyro_rad_s());
-            assert_eq!(printed(&values[6..9], 3), ymr.accel_m_s2());
+            let sampled: Vec<f64> = sample.values().collect();
+            assert_eq!(printed(&values[..3], 3), sampled[..3]);
+            assert_eq!(printed(&values[3..6], 6), sampled[9..]);
+            assert_eq!(printed(&values[6..9], 3), sampled[6..9]);
             pairs += 1;
         }
         _ => {}

@@ -1,0 +1,230 @@
+//! The messages that are measured, a row each: all that the decoder, the readers of files and the
+//! analysis know of a message stands here.
+
+use alloc::borrow::Cow;
+
+use crate::{
+    framing::sentence::Sentence,
+    message::{
+        MessageError,
+        layout::{Channel, Layout, Quantity},
+        numbers::{self, Row},
+        sample::Sample,
+    },
+};
+
+/// A static for each row, the list of them all, and the way from a sentence to its row.
+macro_rules! messages {
+    ($($(#[$doc:meta])* $name:ident = $header:literal, compensated: $compensated:literal, [$($channel:expr),*];)*) => {
+        $(
+            $(#[$doc])*
+            pub static $name: Layout = Layout {
+                message: Cow::Borrowed($header),
+                compensated: $compensated,
+                channels: Cow::Borrowed(&[$($channel),*]),
+            };
+        )*
+
+        /// Every message that is measured.
+        pub static MESSAGES: [&Layout; [$($header),*].len()] = [$(&$name),*];
+
+        /// The row of a sentence, and what it says if it is printed as nearly all are.
+        #[inline]
+        fn read_quickly(sentence: &Sentence<'_>) -> Option<(&'static Layout, Option<Sample>)> {
+            match sentence.header() {
+                $(header if header == $header.as_bytes() => {
+                    struct This;
+                    impl Row for This {
+                        const LAYOUT: &'static Layout = &$name;
+                    }
+                    Some((&$name, numbers::read::<This>(sentence)))
+                })*
+                _ => None,
+            }
+        }
+    };
+}
+
+#[rustfmt::skip]
+messages! {
+    /// `$VNYMR`: attitude, and the compensated magnetic field, acceleration and angular rate.
+    VNYMR = "VNYMR", compensated: true,
+        [YAW, PITCH, ROLL, MAG_X, MAG_Y, MAG_Z, ACCEL_X, ACCEL_Y, ACCEL_Z, GYRO_X, GYRO_Y, GYRO_Z];
+
+    /// `$VNIMU`: the uncompensated magnetic field, acceleration and angular rate, with temperature
+    /// and pressure.
+    VNIMU = "VNIMU", compensated: false,
+        [MAG_X, MAG_Y, MAG_Z, ACCEL_X, ACCEL_Y, ACCEL_Z, GYRO_X, GYRO_Y, GYRO_Z, TEMPERATURE, PRESSURE];
+
+    /// `$VNMAR`: the compensated magnetic field, acceleration and angular rate.
+    VNMAR = "VNMAR", compensated: true,
+        [MAG_X, MAG_Y, MAG_Z, ACCEL_X, ACCEL_Y, ACCEL_Z, GYRO_X, GYRO_Y, GYRO_Z];
+
+    /// `$VNQMR`: attitude as a quaternion, and the compensated magnetic field, acceleration and
+    /// angular rate.
+    VNQMR = "VNQMR", compensated: true,
+        [QUAT_X, QUAT_Y, QUAT_Z, QUAT_W, MAG_X, MAG_Y, MAG_Z, ACCEL_X, ACCEL_Y, ACCEL_Z, GYRO_X, GYRO_Y, GYRO_Z];
+}
+
+impl Sample {
+    /// Reads a sentence; `None` unless it is one of the [`MESSAGES`].
+    ///
+    /// # Errors
+    /// [`MessageError::Grammar`] unless it has the numbers of its message in one of the two print
+    /// formats and at most a suffix behind them; [`MessageError::Range`] for a value beyond its
+    /// channel's limit.
+    #[inline]
+    pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, MessageError>> {
+        let (layout, sample) = read_quickly(sentence)?;
+        Some(sample.map_or_else(|| Self::read_exactly(sentence, layout), Ok))
+    }
+}
+
+const YAW: Channel = angle("yaw");
+const PITCH: Channel = angle("pitch");
+const ROLL: Channel = angle("roll");
+const QUAT_X: Channel = quaternion("quat_x");
+const QUAT_Y: Channel = quaternion("quat_y");
+const QUAT_Z: Channel = quaternion("quat_z");
+const QUAT_W: Channel = quaternion("quat_w");
+const MAG_X: Channel = magnetic_field("mag_x");
+const MAG_Y: Channel = magnetic_field("mag_y");
+const MAG_Z: Channel = magnetic_field("mag_z");
+const ACCEL_X: Channel = acceleration("accel_x");
+const ACCEL_Y: Channel = acceleration("accel_y");
+const ACCEL_Z: Channel = acceleration("accel_z");
+const GYRO_X: Channel = angular_rate("gyro_x");
+const GYRO_Y: Channel = angular_rate("gyro_y");
+const GYRO_Z: Channel = angular_rate("gyro_z");
+const TEMPERATURE: Channel = channel("temperature", Quantity::Temperature, "degC", 1, 200);
+const PRESSURE: Channel = channel("pressure", Quantity::Pressure, "kPa", 3, 200);
+
+const fn angle(name: &'static str) -> Channel {
+    channel(name, Quantity::Angle, "deg", 3, 180)
+}
+
+const fn quaternion(name: &'static str) -> Channel {
+    channel(name, Quantity::Quaternion, "1", 6, 2)
+}
+
+const fn magnetic_field(name: &'static str) -> Channel {
+    channel(name, Quantity::MagneticField, "gauss", 4, 10)
+}
+
+const fn acceleration(name: &'static str) -> Channel {
+    channel(name, Quantity::Acceleration, "m/s^2", 3, 200)
+}
+
+const fn angular_rate(name: &'static str) -> Channel {
+    channel(name, Quantity::AngularRate, "rad/s", 6, 40)
+}
+
+/// The limits are wider than any range the sensor is sold with: they are there to catch damage that
+/// the checksum let through.
+const fn channel(name: &'static str, quantity: Quantity, unit: &'static str, decimals: u8, limit: i32) -> Channel {
+    let limit_counts = limit * 10_i32.pow(decimals as u32);
+    Channel { name: Cow::Borrowed(name), quantity, unit: Cow::Borrowed(unit), decimals, scale: 1.0, limit_counts }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::{collection::vec, prelude::*, sample::select};
+
+    use super::*;
+    use crate::Check;
+
+    #[test]
+    fn values_are_the_nearest_floats() {
+        for (channel, count, text) in
+            [(0, -85_469, "-85.469"), (3, 4_403, "0.4403"), (9, -301, "-0.000301"), (9, 39_999_999, "39.999999")]
+        {
+            assert_eq!(VNYMR.channels[channel].value(count), text.parse().unwrap());
+        }
+    }
+
+    #[test]
+    fn names_are_unique() {
+        for layout in MESSAGES {
+            let mut names: Vec<_> = layout.channels.iter().map(|channel| &channel.name).collect();
+            names.sort();
+            names.dedup();
+            assert_eq!(names.len(), layout.channels.len());
+        }
+    }
+
+    #[test]
+    fn a_name_stands_for_one_channel_in_all_messages() {
+        let channels: Vec<_> = MESSAGES.iter().flat_map(|layout| &*layout.channels).collect();
+        for (one, other) in channels.iter().flat_map(|one| channels.iter().map(move |other| (one, other))) {
+            assert_eq!(one.name == other.name, one == other, "{} {}", one.name, other.name);
+        }
+    }
+
+    #[test]
+    fn limits_are_in_counts() {
+        let limits: Vec<_> = VNYMR.channels.iter().map(|channel| channel.limit_counts).collect();
+        assert_eq!(limits[2..=9], [180_000, 100_000, 100_000, 100_000, 200_000, 200_000, 200_000, 40_000_000]);
+        assert_eq!((VNIMU.channels[9].limit_counts, VNIMU.channels[10].limit_counts), (2_000, 200_000));
+        assert_eq!(VNQMR.channels[3].limit_counts, 2_000_000);
+    }
+
+    /// Both print formats of every message, in unusual widths too.
+    const BODIES: [&str; 9] = [
+        "VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391",
+        "VNYMR,-5.469,+04.972,-180.000,-0.5551,+10.0000,+000.9048,+108.971,-2.145,-200.000,+0.000040,-40.000000,-0.000000,T01,S00FF",
+        "VNYMR,-085.46,+074.97,+063.75,-0.5551,+0.4403,-0.0000,+08.971,-02.145,-01.093,+00.0000,-40.0000,-00.0003",
+        "VNYMR,-5.46,-000.00,+180.00,-00.5551,+10.0000,+000.9048,+108.971,-2.145,-0.000,+0.0000,-40.0000,-0.0003,S0000",
+        "VNIMU,-0.0350,+00.4222,-000.6643,-00.015,+00.019,+109.948,-00.000000,-08.008442,-0.044656,+20.7,+084.322,T5",
+        "VNMAR,-00.0350,+00.4222,-00.6643,-00.015,+00.019,+109.948,-00.000000,-08.008442,-0.044656,S1234",
+        "VNMAR,-0.0350,+0.4222,-0.6643,-00.015,+00.019,+09.948,-00.0000,-08.0084,-00.0446",
+        "VNQMR,+0.004183,+0.001149,+0.089285,+0.995997,+00.0113,-00.2384,+00.1800,+00.020,-00.092,-09.683,-00.000272,+00.000824,+00.000073,T0000000543",
+        "VNQMR,+0.021375,-0.049923,+0.797361,-0.601055,-0.2354,+0.8029,+1.8875,+00.795,-00.412,-09.709,-00.0201,-00.0055,-00.0149",
+    ];
+
+    fn assert_both_ways_agree(body: &[u8]) {
+        let sentence = Sentence { body, raw: body, check: Check::Crc16, offset: 0 };
+        if let Some((layout, Some(sample))) = read_quickly(&sentence) {
+            assert_eq!(Sample::read_exactly(&sentence, layout), Ok(sample), "{}", String::from_utf8_lossy(body));
+        }
+    }
+
+    #[test]
+    fn good_sentences_of_any_width_are_read_quickly() {
+        for body in BODIES {
+            let sentence = Sentence { body: body.as_bytes(), raw: body.as_bytes(), check: Check::Crc16, offset: 0 };
+            assert!(matches!(read_quickly(&sentence), Some((_, Some(_)))), "{body}");
+            assert_both_ways_agree(body.as_bytes());
+        }
+    }
+
+    #[test]
+    fn every_change_of_one_byte_is_read_alike() {
+        for body in BODIES {
+            for at in 0..body.len() {
+                for byte in 0..=u8::MAX {
+                    let mut changed = body.as_bytes().to_vec();
+                    changed[at] = byte;
+                    assert_both_ways_agree(&changed);
+                }
+                assert_both_ways_agree(&body.as_bytes()[..at]);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn changes_of_many_bytes_are_read_alike(
+            body in select(&BODIES[..]),
+            changes in vec((6_usize..80, prop_oneof![Just(None), select(&b"+-,.0123456789"[..]).prop_map(Some)]), 1..4),
+        ) {
+            let mut body = body.as_bytes().to_vec();
+            for (at, byte) in changes {
+                match byte {
+                    Some(byte) => body.insert(at, byte),
+                    None => _ = body.remove(at),
+                }
+            }
+            assert_both_ways_agree(&body);
+        }
+    }
+}
