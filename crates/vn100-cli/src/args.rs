@@ -6,10 +6,14 @@ mod measure;
 
 use std::{path::PathBuf, time::Duration};
 
-use clap::{CommandFactory, Parser, Subcommand, ValueEnum, error::ErrorKind};
+use clap::{
+    CommandFactory, Parser, Subcommand,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+    error::ErrorKind,
+};
 use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
-use vn100_protocol::{AsyncRate, BaudRate};
-use vn100_sim::CaptureMessage;
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
+use vn100_sim::Message;
 
 pub(crate) use files::{CompareArgs, ExportForm, FileArgs, ReplayArgs, ReportArgs};
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
@@ -262,8 +266,8 @@ pub(crate) struct SimArgs {
     pub(crate) rate: Option<u32>,
 
     /// Message of the capture; its angular rates are those of the sensor in either
-    #[arg(long, value_name = "NAME", value_enum, ignore_case = true, default_value_t, requires = "output")]
-    pub(crate) message: SimMessage,
+    #[arg(long, value_name = "NAME", value_parser = sim_message(), ignore_case = true, default_value = "VNYMR", requires = "output")]
+    pub(crate) message: &'static Message,
 
     #[command(flatten)]
     pub(crate) sensor: SimSensorArgs,
@@ -283,25 +287,14 @@ pub(crate) struct SimArgs {
     pub(crate) force: bool,
 }
 
-/// Messages of emulated captures.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SimMessage {
-    /// Attitude, magnetic field, acceleration and angular rate
-    #[default]
-    #[value(name = "VNYMR")]
-    Ymr,
-    /// Magnetic field, acceleration, angular rate, temperature and pressure
-    #[value(name = "VNIMU")]
-    Imu,
-}
-
-impl From<SimMessage> for CaptureMessage {
-    fn from(message: SimMessage) -> Self {
-        match message {
-            SimMessage::Ymr => Self::Ymr,
-            SimMessage::Imu => Self::Imu,
-        }
-    }
+/// The messages of emulated captures: those that are measured.
+fn sim_message() -> impl TypedValueParser<Value = &'static Message> {
+    let described = MESSAGES.iter().map(|layout| {
+        let message = AsyncType::from_header(layout.message.as_bytes());
+        PossibleValue::new(&*layout.message).help(message.and_then(AsyncType::description).unwrap_or_default())
+    });
+    PossibleValuesParser::new(described)
+        .try_map(|name| Message::named(&name.to_ascii_uppercase()).ok_or("the emulated sensor does not send it"))
 }
 
 #[derive(Debug, clap::Args)]

@@ -12,7 +12,8 @@ use tokio::{runtime::Runtime, task, time};
 use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::Chunk;
 use vn100_sim::{
-    CaptureMessage, Generator,
+    Generator, Message,
+    capture::write_next,
     device::{Device, DeviceConfig},
     pty::{PtyOptions, PtyStats, serve},
     write_capture,
@@ -78,7 +79,7 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
 
 fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
-    let message = args.message.into();
+    let message = args.message;
     let mut generator = Generator::new(&args.sensor.profile, rate_hz, args.sensor.seed)?;
     let samples = (duration.as_secs_f64() * f64::from(rate_hz)).round() as u64;
     if samples == 0 {
@@ -119,7 +120,7 @@ fn make_room(output: &Path) -> Result<()> {
     }
 }
 
-fn write(out: impl Write, generator: &mut Generator, message: CaptureMessage, samples: u64) -> io::Result<()> {
+fn write(out: impl Write, generator: &mut Generator, message: &Message, samples: u64) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(64 * 1024, out);
     write_capture(&mut out, generator, message, samples)?;
     out.flush()
@@ -136,7 +137,7 @@ fn record(file: File, generator: &mut Generator, samples: u64, rate_hz: u32, arg
     let mut recording = RecordingWriter::new(file, &recipe)?;
     for sample in 0..samples {
         let mut line = Vec::new();
-        CaptureMessage::from(args.message).write_next(&mut line, generator);
+        write_next(&mut line, args.message, generator);
         let at_ns = i64::try_from(u128::from(sample) * 1_000_000_000 / u128::from(rate_hz)).ok();
         recording.write(&Chunk { bytes: line.into(), at_ns }.into())?;
     }

@@ -28,12 +28,10 @@
 //! - The fit of the line is checked on writes of registers 5, 6, 7 and 75 to 77.
 //! - `VNIMU` prints pressure ten wide.
 
-mod attitude;
 mod binary;
 mod command;
 mod error_code;
 mod firmware;
-mod messages;
 mod obey;
 mod output;
 mod register_table;

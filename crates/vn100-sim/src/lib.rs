@@ -4,11 +4,12 @@
 //! rows, and [`write_capture`] prints them. The same profile, rate and seed give the same bytes.
 //!
 //! ```
-//! use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
+//! use vn100_sim::{Generator, Message, Profile, write_capture};
 //!
 //! let mut generator = Generator::new(&Profile::named("lab3")?, 40, 1)?;
 //! let mut capture = Vec::new();
-//! write_capture(&mut capture, &mut generator, CaptureMessage::Ymr, 40)?;
+//! let message = Message::named("VNYMR").ok_or("no such message")?;
+//! write_capture(&mut capture, &mut generator, message, 40)?;
 //! assert!(capture.starts_with(b"$VNYMR,+052."));
 //! assert_eq!(capture.iter().filter(|&&byte| byte == b'\n').count(), 40);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -24,7 +25,7 @@
 //! | [`onboard`] | the averaging window of the sensor and the decimation behind it |
 //! | [`profile`] | the truth of all channels, by name |
 //! | [`generator`] | rows of twelve values |
-//! | [`sentence`] | one row as text |
+//! | [`message`] | the sentences of the sensor, a row each |
 //! | [`capture`] | many rows as a file |
 //! | [`device`] | registers, commands and paced output |
 //! | [`fault`] | what can befall a link, as a plan in one line of text |
@@ -32,11 +33,13 @@
 //! | [`wire`] | all between the sensor and its host |
 //! | [`pty`] | the sensor on a pseudo-terminal |
 
+mod attitude;
 pub mod capture;
 pub mod device;
 pub mod fault;
 mod flicker;
 pub mod generator;
+pub mod message;
 pub mod noise;
 pub mod onboard;
 pub mod profile;
@@ -44,12 +47,12 @@ pub mod pty;
 mod random;
 mod receiver;
 mod sensor;
-pub mod sentence;
 mod surroundings;
 pub mod usb;
 pub mod wire;
 
-pub use capture::{CaptureMessage, write_capture};
+pub use capture::write_capture;
 pub use device::{Device, DeviceConfig};
 pub use generator::{Generator, UnsupportedRate};
+pub use message::Message;
 pub use profile::{Profile, UnknownProfile};

@@ -7,7 +7,7 @@ mod packet;
 
 use std::{error::Error, fs, path::PathBuf};
 
-use vn100_sim::{Generator, Profile, UnsupportedRate, sentence::write_sentence};
+use vn100_sim::{Generator, Message, Profile, UnsupportedRate, capture::write_sentence};
 
 const RATE_HZ: u32 = 40;
 
@@ -53,12 +53,18 @@ fn generator(seed: u64) -> Result<Generator, UnsupportedRate> {
     Generator::new(&Profile::lab3(), RATE_HZ, seed)
 }
 
+fn write_ymr(line: &mut Vec<u8>, row: &[f32; 12]) {
+    if let Some(message) = Message::named("VNYMR") {
+        write_sentence(line, message, row, [0.0; 2]);
+    }
+}
+
 /// The sentences of a good record.
 fn lines(seed: u64, duration_s: u32) -> Result<Vec<Vec<u8>>, UnsupportedRate> {
     let mut generator = generator(seed)?;
     let line = |_| {
         let mut line = Vec::new();
-        write_sentence(&mut line, &generator.next_row());
+        write_ymr(&mut line, &generator.next_row());
         line
     };
     Ok((0..duration_s * RATE_HZ).map(line).collect())
@@ -93,7 +99,7 @@ fn binary_between(seed: u64, duration_s: u32) -> Result<Vec<u8>, UnsupportedRate
             number += 1;
         }
         bytes.extend_from_slice(&packets[0]);
-        write_sentence(&mut bytes, &row);
+        write_ymr(&mut bytes, &row);
         bytes.extend(packets[1..].concat());
     }
     Ok(bytes)

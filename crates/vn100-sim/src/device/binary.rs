@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use vn100_protocol::crc16;
 
-use super::{
+use super::error_code::ErrorCode;
+use crate::{
     attitude::{direction_cosines, linear_accel_body, linear_accel_ned, quaternion, to_ned},
-    error_code::ErrorCode,
+    sensor::{Deltas, Measurement},
 };
-use crate::sensor::{Deltas, Measurement};
 
 /// What one packet can say.
 #[derive(Debug, Clone, Copy)]

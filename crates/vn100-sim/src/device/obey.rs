@@ -1,9 +1,11 @@
 //! What each command does.
 
 use super::{
-    Device, FLASH_WRITE, PORT, command::Command, error_code::ErrorCode, firmware::Firmware, messages::MESSAGES, ns,
-    output::SyncOut, registers::Registers,
+    Device, FLASH_WRITE, PORT, command::Command, error_code::ErrorCode, firmware::Firmware, ns, output::SyncOut,
+    registers::Registers,
 };
+
+use crate::message::MESSAGES;
 
 impl Device {
     /// Answers a command, or tells of the error in it.

@@ -8,10 +8,12 @@ use super::{
     Device, PORT, Phase, TICK_HZ,
     binary::{BinaryOutput, Contents},
     error_code::ErrorCode,
-    messages::{MESSAGES, Message},
     registers::Registers,
 };
-use crate::sensor::Deltas;
+use crate::{
+    message::{MESSAGES, Message},
+    sensor::Deltas,
+};
 
 /// The counter of SyncOut edges.
 #[derive(Debug, Clone, Copy, Default)]

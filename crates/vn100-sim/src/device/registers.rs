@@ -6,10 +6,12 @@ use super::{
     binary::BinaryOutput,
     error_code::ErrorCode,
     firmware::Firmware,
-    messages::MESSAGES,
     register_table::{BAUD_RATES, Field, ROWS, default_of},
 };
-use crate::sensor::{Calibration, ImuFilter, Processing};
+use crate::{
+    message::MESSAGES,
+    sensor::{Calibration, ImuFilter, Processing},
+};
 
 /// The largest departure from an orthonormal matrix that register 26 takes.
 const ORTHONORMAL_WITHIN: f64 = 1e-5;

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use vn100_sim::{CaptureMessage, Generator, Profile, noise::ChannelStream, write_capture};
+use vn100_sim::{Generator, Message, Profile, noise::ChannelStream, write_capture};
 
 /// Everybody's captures change with these lines: do not renew them without a reason worth that.
 #[test]
@@ -29,7 +29,7 @@ fn first_lines_are_pinned() {
     ] {
         let mut capture = Vec::new();
         let mut generator = Generator::new(&profile, rate_hz, 1).unwrap();
-        write_capture(&mut capture, &mut generator, CaptureMessage::Ymr, 3).unwrap();
+        write_capture(&mut capture, &mut generator, Message::named("VNYMR").unwrap(), 3).unwrap();
         let expected = lines.map(|line| format!("{line}\r\n")).concat();
         assert_eq!(String::from_utf8(capture).unwrap(), expected, "{}", profile.name);
     }

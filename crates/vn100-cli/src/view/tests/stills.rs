@@ -22,7 +22,7 @@ use vn100_capture::Capture;
 use vn100_pipeline::{Position, Speed, start};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::Evaluation;
-use vn100_sim::{CaptureMessage, Generator, Profile, write_capture};
+use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
 use crate::view::{
@@ -73,7 +73,7 @@ fn emulated() -> Source {
     MADE.get_or_init(|| {
         let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
         let mut capture = Vec::new();
-        write_capture(&mut capture, &mut generator, CaptureMessage::Imu, SAMPLES).unwrap();
+        write_capture(&mut capture, &mut generator, Message::named("VNIMU").unwrap(), SAMPLES).unwrap();
         let settings = Settings { rate_hz: Some(RATE_HZ.into()), recent: true, ..Settings::default() };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let snapshot = runtime.block_on(async {

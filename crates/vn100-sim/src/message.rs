@@ -1,9 +1,13 @@
-//! The sentences of measurements, printed as the sensor prints them.
+//! The sentences of measurements, a row each, printed as the sensor prints them.
+//!
+//! This table shares nothing with the project's parser, so that each can be held against the other.
 
 use std::fmt::Write;
 
-use super::attitude::{linear_accel_body, linear_accel_ned, quaternion};
-use crate::sensor::{Deltas, Measurement};
+use crate::{
+    attitude::{linear_accel_body, linear_accel_ned, quaternion},
+    sensor::{Deltas, Measurement},
+};
 
 /// Yaw, pitch and roll, magnetic field and so on, in the order of a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,8 +25,11 @@ enum Group {
 }
 
 /// A sentence the sensor can send.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Message {
+///
+/// Widths are minimum widths, and negative zero keeps its sign: the text equals that of the C
+/// formats of the maker, such as `%+08.3f` for an angle.
+#[derive(Debug)]
+pub struct Message {
     /// Its number in register 6.
     pub(crate) code: u32,
     pub(crate) header: &'static str,
@@ -62,6 +69,17 @@ pub(crate) const MESSAGES: [Message; 12] = [
 ];
 
 impl Message {
+    /// The sentence of this header, such as `VNYMR`; `None` for any other text.
+    #[must_use]
+    pub fn named(header: &str) -> Option<&'static Self> {
+        MESSAGES.iter().find(|message| message.header == header)
+    }
+
+    /// Whether temperature and pressure stand in it.
+    pub(crate) fn has_surroundings(&self) -> bool {
+        self.groups.contains(&Uncompensated)
+    }
+
     /// Whether it carries integrals since it was last sent.
     pub(crate) fn has_deltas(&self) -> bool {
         self.groups.contains(&Group::Deltas)
@@ -70,56 +88,35 @@ impl Message {
     /// Appends its values, a comma before each.
     pub(crate) fn print(&self, measured: &Measurement, deltas: &Deltas, out: &mut String) {
         for group in self.groups {
+            // width and decimals by the maker's formats
             match group {
-                Angles => angles(out, measured.ypr_deg),
-                Quaternion => {
-                    for element in quaternion(measured.ypr_deg) {
-                        _ = write!(out, ",{element:+09.6}");
-                    }
-                }
-                Mag => mag(out, measured.mag_gauss),
-                Accel => accel(out, measured.accel_m_s2),
-                Rate => rate(out, measured.gyro_rad_s),
-                LinearBody => accel(out, linear_accel_body(measured)),
-                LinearNed => accel(out, linear_accel_ned(measured)),
+                Angles => print(out, measured.ypr_deg, 8, 3),
+                Quaternion => print(out, quaternion(measured.ypr_deg), 9, 6),
+                Mag => print(out, measured.mag_gauss, 8, 4),
+                Accel => print(out, measured.accel_m_s2, 7, 3),
+                Rate => print(out, measured.gyro_rad_s, 10, 6),
+                LinearBody => print(out, linear_accel_body(measured), 7, 3),
+                LinearNed => print(out, linear_accel_ned(measured), 7, 3),
                 Uncompensated => {
-                    mag(out, measured.uncompensated_mag_gauss);
-                    accel(out, measured.uncompensated_accel_m_s2);
-                    rate(out, measured.uncompensated_gyro_rad_s);
-                    _ = write!(out, ",{:+05.1},{:+010.3}", measured.temperature_c, measured.pressure_kpa);
+                    print(out, measured.uncompensated_mag_gauss, 8, 4);
+                    print(out, measured.uncompensated_accel_m_s2, 7, 3);
+                    print(out, measured.uncompensated_gyro_rad_s, 10, 6);
+                    print(out, [measured.temperature_c], 5, 1);
+                    print(out, [measured.pressure_kpa], 10, 3);
                 }
                 Group::Deltas => {
-                    _ = write!(out, ",{:+09.6}", deltas.time_s as f32);
-                    angles(out, deltas.theta_deg.map(|angle| angle as f32));
-                    angles(out, deltas.velocity_m_s.map(|velocity| velocity as f32));
+                    print(out, [deltas.time_s as f32], 9, 6);
+                    print(out, deltas.theta_deg.map(|angle| angle as f32), 8, 3);
+                    print(out, deltas.velocity_m_s.map(|velocity| velocity as f32), 8, 3);
                 }
             }
         }
     }
 }
 
-// writing to a String cannot fail
-
-fn angles(out: &mut String, values: [f32; 3]) {
+fn print<const N: usize>(out: &mut String, values: [f32; N], width: usize, decimals: usize) {
     for value in values {
-        _ = write!(out, ",{value:+08.3}");
-    }
-}
-
-fn mag(out: &mut String, values: [f32; 3]) {
-    for value in values {
-        _ = write!(out, ",{value:+08.4}");
-    }
-}
-
-fn accel(out: &mut String, values: [f32; 3]) {
-    for value in values {
-        _ = write!(out, ",{value:+07.3}");
-    }
-}
-
-fn rate(out: &mut String, values: [f32; 3]) {
-    for value in values {
-        _ = write!(out, ",{value:+010.6}");
+        // writing to a String cannot fail
+        _ = write!(out, ",{value:+0width$.decimals$}");
     }
 }
