@@ -7,8 +7,8 @@ use serde::Serialize;
 use tokio::runtime::Runtime;
 use vn100_driver::{CommandError, LinkHandle, LinkState};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
-    ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, MESSAGES,
+    OUTPUT_RATES_HZ, ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
 };
 use vn100_report::printable;
 
@@ -117,9 +117,9 @@ impl Info {
                 .map(|output| LinkLoad::of_packets(&output))
                 .sum();
             let lines = LinkLoad::of_lines(message?.line_length(form)?, rate?);
-            let highest = [AsyncType::YMR, AsyncType::IMU].into_iter().filter_map(|message| {
-                let highest = LinkLoad::NONE.highest_rate_beside(message.line_length(form)?, speed);
-                Some((message.header()?, highest.map(AsyncRate::hz)))
+            let highest = MESSAGES.iter().filter_map(|layout| {
+                let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(form)?;
+                Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
             Some(Line {
                 bytes_per_s: (packets? + lines).bytes_per_s(),

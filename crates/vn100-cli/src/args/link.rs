@@ -4,7 +4,7 @@ use std::{convert::Infallible, fmt, path::PathBuf, str::FromStr};
 
 use clap::Args;
 use vn100_driver::OutputSettings;
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, OUTPUT_RATES_HZ};
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES, OUTPUT_RATES_HZ};
 use vn100_sim::{Profile, fault::FaultPlan};
 
 use super::LogArgs;
@@ -146,9 +146,11 @@ impl ChangeArgs {
     /// Why what they ask for cannot be measured.
     pub(super) fn not_measured(&self) -> Option<String> {
         let name = self.set_message.as_ref()?;
-        let measured = [AsyncType::YMR, AsyncType::IMU].map(|message| message.header().unwrap_or_default());
-        let refusal = || format!("{name} is not measured here: --set-message can be {}", measured.join(" or "));
-        (!measured.contains(&name.as_str())).then(refusal)
+        let refusal = || {
+            let measured: Vec<_> = MESSAGES.iter().map(|layout| &*layout.message).collect();
+            format!("{name} is not measured here: --set-message can be {}", measured.join(" or "))
+        };
+        MESSAGES.iter().all(|layout| layout.message != *name).then(refusal)
     }
 }
 
