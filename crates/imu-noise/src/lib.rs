@@ -1,7 +1,7 @@
 //! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and
 //! Hadamard deviation over octaves of averaging time with their confidence intervals, a noise model
-//! with N, B and K in intervals of their own, verdicts against a data sheet, and the time base that
-//! arrivals of lines tell. Beside them moments, histogram, spectrum, and angles made continuous.
+//! with N, B and K in intervals of their own, verdicts against a data sheet, and the time base of a
+//! stream with its dropped samples. Beside them moments, histogram, spectrum, and angles made continuous.
 //!
 //! ```
 //! use imu_noise::{
@@ -91,5 +91,4 @@ pub use infer::power_law::PowerLaw;
 pub use infer::record_length::{Aim, Wanted};
 pub use infer::spectral_lines::Line;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
-pub use timebase::counter::{Counted, LineCounter};
-pub use timebase::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
+pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

@@ -1,11 +1,18 @@
 //! From batches of rows to sums: gaps, segments, the sample rate, one accumulator per channel.
+//!
+//! `analysis` takes batches. Rows with stamps or counters go through `pending_rows`, which holds
+//! them until gaps are certain; then `data_record` brings rows, gaps and replies to its parts.
 
+mod accumulators;
 pub(crate) mod analysis;
 mod channel_state;
-mod evidence;
-pub(crate) mod norms;
-mod polled;
-pub(crate) mod rates;
+mod data_record;
+mod gaps;
+mod imu_register;
+mod measured_span;
+mod pending_rows;
+pub(crate) mod rate_authority;
 pub(crate) mod recent;
 mod repeats;
-mod waiting;
+mod sensor_replies;
+pub(crate) mod vector_norm;

@@ -19,8 +19,8 @@ mod warning;
 
 pub use accumulate::{
     analysis::Analysis,
-    norms::Norm,
     recent::{Recent, Slot},
+    vector_norm::Norm,
 };
 pub use assessment::{
     Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, Motion,

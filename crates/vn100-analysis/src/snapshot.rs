@@ -10,7 +10,7 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
-    accumulate::{norms::Norm, recent::Recent},
+    accumulate::{recent::Recent, vector_norm::Norm},
     warning::Warning,
 };
 
@@ -87,7 +87,7 @@ impl Snapshot {
     pub fn lines_held(&self) -> Option<u64> {
         let arrivals = self.arrivals.as_ref()?;
         let is_open = arrivals.nominal.is_none() && arrivals.refusal.is_none();
-        (is_open && arrivals.lines > 0).then_some(arrivals.lines)
+        (is_open && arrivals.samples > 0).then_some(arrivals.samples)
     }
 
     /// How the octaves of every channel came about.

@@ -1,17 +1,15 @@
-//! Fitted rate: a line under the arrivals, robust against bunching, stalls and steps.
+//! Fitted rate: the median slope of the lower envelope of the arrivals, robust against bunching,
+//! stalls and steps.
 
-use super::stretches::STRETCH_TOLERANCE;
+use super::rate_estimates::{COARSE_TOLERANCE, RUN};
 
-/// Points kept at most; a fit looks at every pair.
+/// Points kept at most: the slopes of all their pairs are computed at each fit. Chosen.
 const MAX_POINTS: usize = 64;
 
-/// Lines in the first blocks. Blocks double as the record grows.
-const FIRST_BLOCK_LINES: u64 = 32;
-
-/// Fewest points a fit is made of.
+/// Fewest points of a fit. Chosen.
 const MIN_POINTS: usize = 4;
 
-/// A line's place and its arrival.
+/// Index of a sample in the stream, dropped ones counted, and its arrival.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
     index: u64,
@@ -20,16 +18,16 @@ struct Arrival {
     lag_s: f64,
 }
 
-/// Above every line.
+/// Above every arrival.
 const NO_ARRIVAL: Arrival = Arrival { index: 0, at_s: 0.0, lag_s: f64::INFINITY };
 
-/// The earliest arrival, against the nominal rate, of each of at most 64 equally long blocks of the
-/// record.
+/// The earliest arrival, against the nominal rate, of each of at most 64 blocks of equal length:
+/// [`RUN`] samples at first, doubled as the record grows.
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     nominal_period_s: f64,
-    block_lines: u64,
-    /// First line behind the present block.
+    block_len: u64,
+    /// First index behind the present block.
     block_end: u64,
     lowest: Arrival,
     points: Vec<Arrival>,
@@ -40,47 +38,44 @@ impl Envelope {
     pub(super) fn new(nominal_period_s: f64) -> Self {
         Self {
             nominal_period_s,
-            block_lines: FIRST_BLOCK_LINES,
-            block_end: FIRST_BLOCK_LINES,
+            block_len: RUN as u64,
+            block_end: RUN as u64,
             lowest: NO_ARRIVAL,
             points: Vec::new(),
             fitted_period_s: None,
         }
     }
 
-    /// Forgets the lines so far: they turned out late.
+    /// Discards the samples so far, because all of them were late.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.nominal_period_s);
     }
 
-    /// Adds a line; true when that closed a block, so that the fit is new.
+    /// Adds a sample; true if that closed a block and renewed the fit.
     pub(super) fn push(&mut self, index: u64, at_s: f64) -> bool {
-        let closed = index >= self.block_end;
-        if closed {
+        let closes = index >= self.block_end;
+        if closes {
             self.close(index);
         }
         let lag_s = at_s - index as f64 * self.nominal_period_s;
         if lag_s < self.lowest.lag_s {
             self.lowest = Arrival { index, at_s, lag_s };
         }
-        closed
+        closes
     }
 
-    /// Period of the line under the arrivals: median slope over all pairs of points (Theil 1950,
-    /// Sen 1968).
+    /// Median slope over all pairs of points (Theil 1950, Sen 1968).
     pub(super) const fn fitted_period_s(&self) -> Option<f64> {
         self.fitted_period_s
     }
 
-    /// The fitted period, or the nominal one while there is no fit within the tolerance of a
-    /// measured rate.
+    /// The fitted period if it is near the nominal one, else the nominal one.
     pub(super) fn credible_period_s(&self) -> f64 {
-        let credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < STRETCH_TOLERANCE;
-        let fitted_s = self.fitted_period_s.filter(credible);
-        fitted_s.unwrap_or(self.nominal_period_s)
+        let is_credible = |fitted_s: &f64| (fitted_s / self.nominal_period_s - 1.0).abs() < COARSE_TOLERANCE;
+        self.fitted_period_s.filter(is_credible).unwrap_or(self.nominal_period_s)
     }
 
-    /// Ends the block; the next one holds the line at `index`.
+    /// Ends the block; the next one holds the sample at `index`.
     fn close(&mut self, index: u64) {
         if self.lowest.lag_s < f64::INFINITY {
             self.points.push(self.lowest);
@@ -89,17 +84,17 @@ impl Envelope {
         if self.points.len() == MAX_POINTS {
             self.double_blocks();
         }
-        self.block_end = (index / self.block_lines + 1) * self.block_lines;
+        self.block_end = (index / self.block_len + 1) * self.block_len;
         if self.points.len() >= MIN_POINTS {
             self.fitted_period_s = Some(self.median_slope_s());
         }
     }
 
     fn double_blocks(&mut self) {
-        self.block_lines *= 2;
-        let lines = self.block_lines;
+        self.block_len *= 2;
+        let block_len = self.block_len;
         self.points.dedup_by(|later, earlier| {
-            let same_block = later.index / lines == earlier.index / lines;
+            let same_block = later.index / block_len == earlier.index / block_len;
             if same_block && later.lag_s < earlier.lag_s {
                 *earlier = *later;
             }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 
-use super::{Arrivals, NominalRate, Placed, Refusal, Timebase, TimebaseSummary};
+use super::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};
 
 const RATES_HZ: [f64; 11] = [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
 
@@ -28,13 +28,13 @@ fn bunched(stamps_s: &[f64], read_s: f64) -> Vec<f64> {
 
 /// All that comes out when it is asked for after each of these numbers of lines, in turn, and at
 /// the end; neighbouring lines are merged.
-fn polled(mut timebase: Timebase, stamps_s: &[f64], polls: &[usize]) -> (Vec<Placed>, TimebaseSummary) {
-    let mut sequence: Vec<Placed> = Vec::new();
-    let mut take = |timebase: &mut Timebase| {
+fn polled(mut timebase: GapDetector, stamps_s: &[f64], polls: &[usize]) -> (Vec<GapEvent>, TimebaseSummary) {
+    let mut sequence: Vec<GapEvent> = Vec::new();
+    let mut take = |timebase: &mut GapDetector| {
         while let Some(placed) = timebase.poll() {
             match (placed, sequence.last_mut()) {
-                (Placed::Lines(more), Some(Placed::Lines(lines))) => *lines += more,
-                _ => sequence.push(placed),
+                (GapEvent::Samples(more), Some(GapEvent::Samples(lines))) => *lines += more,
+                (placed, _) => sequence.push(placed),
             }
         }
     };
@@ -42,37 +42,37 @@ fn polled(mut timebase: Timebase, stamps_s: &[f64], polls: &[usize]) -> (Vec<Pla
     while !rest.is_empty() {
         let lines = polls.next().map_or(rest.len(), |&lines| lines.min(rest.len()));
         let (now, later) = rest.split_at(lines);
-        now.iter().for_each(|&stamp_s| timebase.push(Duration::from_secs_f64(stamp_s)));
+        now.iter().for_each(|&stamp_s| timebase.push(Duration::from_secs_f64(stamp_s), None));
         take(&mut timebase);
         rest = later;
     }
     timebase.finish();
     take(&mut timebase);
-    (sequence, timebase.summary())
+    (sequence, timebase.summary().unwrap())
 }
 
-fn place(stamps_s: &[f64]) -> (Vec<Placed>, TimebaseSummary) {
-    polled(Timebase::new(&RATES_HZ), stamps_s, &[1])
+fn place(stamps_s: &[f64]) -> (Vec<GapEvent>, TimebaseSummary) {
+    polled(GapDetector::new(&RATES_HZ, None), stamps_s, &[1])
 }
 
-fn place_known(known_hz: f64, stamps_s: &[f64]) -> (Vec<Placed>, TimebaseSummary) {
-    polled(Timebase::with_known_rate(&RATES_HZ, known_hz), stamps_s, &[1])
+fn place_known(known_hz: f64, stamps_s: &[f64]) -> (Vec<GapEvent>, TimebaseSummary) {
+    polled(GapDetector::new(&RATES_HZ, Some(known_hz)), stamps_s, &[1])
 }
 
-fn snapped(rate_hz: f64) -> Placed {
-    Placed::Rate(NominalRate::Snapped(rate_hz))
+fn snapped(rate_hz: f64) -> GapEvent {
+    GapEvent::Rate(NominalRate::Snapped(rate_hz))
 }
 
-fn known(rate_hz: f64) -> Placed {
-    Placed::Rate(NominalRate::Known(rate_hz))
+fn known(rate_hz: f64) -> GapEvent {
+    GapEvent::Rate(NominalRate::Known(rate_hz))
 }
 
 #[test]
 fn lines_are_held_until_the_rate_is_sure() {
-    for mut timebase in [Timebase::new(&RATES_HZ), Timebase::with_known_rate(&RATES_HZ, 40.0)] {
+    for mut timebase in [GapDetector::new(&RATES_HZ, None), GapDetector::new(&RATES_HZ, Some(40.0))] {
         let mut stamps_s = steady(40.0, 100).into_iter();
         let held = stamps_s.by_ref().take_while(|&stamp_s| {
-            timebase.push(Duration::from_secs_f64(stamp_s));
+            timebase.push(Duration::from_secs_f64(stamp_s), None);
             timebase.poll().is_none()
         });
         assert_eq!(held.count(), 32);
@@ -84,8 +84,8 @@ fn few_lines_have_their_mean_rate() {
     let (sequence, summary) = place(&[]);
     assert_eq!((sequence, summary.nominal, summary.arrivals), (vec![], None, None));
     let (sequence, summary) = place(&[7.0]);
-    assert_eq!((sequence, summary.nominal, summary.refusal), (vec![Placed::Lines(1)], None, None));
-    assert_eq!(place(&[7.0, 7.025, 7.05]).0, [snapped(40.0), Placed::Lines(3)]);
+    assert_eq!((sequence, summary.nominal, summary.refusal), (vec![GapEvent::Samples(1)], None, None));
+    assert_eq!(place(&[7.0, 7.025, 7.05]).0, [snapped(40.0), GapEvent::Samples(3)]);
 }
 
 /// As read by a host that stalls for `stalled_s` at first, then reads for the rest of a second
@@ -117,10 +117,12 @@ fn a_rate_change_is_told_where_it_is() {
     ];
     for (from_hz, to_hz, late) in pairs {
         let (sequence, summary) = place(&then(steady(from_hz, 600), to_hz, 1800));
-        let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(after)] = sequence[..] else {
+        let [GapEvent::Rate(_), GapEvent::Samples(before), ref change, GapEvent::Samples(after)] = sequence[..] else {
             panic!("{from_hz} to {to_hz} Hz: {sequence:?}")
         };
-        let Placed::RateChanged { from_hz: before_hz, to_hz: after_hz, until } = change else { panic!("{change:?}") };
+        let GapEvent::RateChanged { from_hz: before_hz, to_hz: after_hz, until } = change.clone() else {
+            panic!("{change:?}")
+        };
         assert_eq!((before_hz, after_hz), (from_hz, to_hz));
         // of the first part alone
         assert_eq!(until.nominal, Some(NominalRate::Snapped(from_hz)));
@@ -141,10 +143,10 @@ fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
         for extra in 0..20 {
             let stamps_s = then(then(steady(40.0, 580), 40.0, extra), 200.0, 1800);
             let (sequence, _) = place(&bunched(&stamps_s, read_s));
-            let [Placed::Rate(_), Placed::Lines(before), change, Placed::Lines(_)] = sequence[..] else {
+            let [GapEvent::Rate(_), GapEvent::Samples(before), ref change, GapEvent::Samples(_)] = sequence[..] else {
                 panic!("{read_s} s: {sequence:?}")
             };
-            assert!(matches!(change, Placed::RateChanged { from_hz: 40.0, to_hz: 200.0, .. }), "{change:?}");
+            assert!(matches!(change, GapEvent::RateChanged { from_hz: 40.0, to_hz: 200.0, .. }), "{change:?}");
             // A read of 50 ms brings ten lines.
             let changed = u64::from(580 + extra);
             assert!((changed - 3..=changed + 12).contains(&before), "{read_s} s: after {before} of {changed} lines");
@@ -158,7 +160,7 @@ fn lines_suspected_before_the_change_keep_their_rate() {
     let stamps_s = then(steady(40.0, 606), 200.0, 1000).into_iter().enumerate();
     let stamps_s: Vec<_> = stamps_s.map(|(line, stamp_s)| if line < 600 { stamp_s + 0.015 } else { stamp_s }).collect();
     let (sequence, _) = place(&stamps_s);
-    let [_, Placed::Lines(before), Placed::RateChanged { .. }, Placed::Lines(_)] = sequence[..] else {
+    let [_, GapEvent::Samples(before), GapEvent::RateChanged { .. }, GapEvent::Samples(_)] = sequence[..] else {
         panic!("{sequence:?}")
     };
     assert!((605..=607).contains(&before), "after {before} lines");
@@ -170,13 +172,21 @@ fn lines_before_a_change_keep_their_losses() {
     stamps_s.drain(1500..1507);
     stamps_s.drain(980..983);
     let (sequence, summary) = place(&stamps_s);
-    let [_, Placed::Lines(980), Placed::Gap { missing: 3 }, Placed::Lines(_), change, Placed::Lines(_), gap, _] =
-        sequence[..]
+    let [
+        _,
+        GapEvent::Samples(980),
+        GapEvent::Missing(3),
+        GapEvent::Samples(_),
+        ref change,
+        GapEvent::Samples(_),
+        ref gap,
+        _,
+    ] = sequence[..]
     else {
         panic!("{sequence:?}")
     };
-    let Placed::RateChanged { from_hz: 40.0, to_hz: 200.0, until } = change else { panic!("{change:?}") };
-    assert_eq!((until.missing, gap), (3, Placed::Gap { missing: 7 }));
+    let GapEvent::RateChanged { from_hz: 40.0, to_hz: 200.0, until } = change else { panic!("{change:?}") };
+    assert_eq!((until.missing, gap), (3, &GapEvent::Missing(7)));
     assert_eq!((summary.missing, summary.gaps), (10, 2));
 }
 
@@ -185,30 +195,30 @@ fn a_phase_that_was_late_is_held_and_released() {
     // All lines up to 500 are 15 ms late.
     let late = steady(40.0, 1000).into_iter().enumerate();
     let stamps_s: Vec<_> = late.map(|(line, stamp_s)| if line < 500 { stamp_s + 0.015 } else { stamp_s }).collect();
-    let mut timebase = Timebase::new(&RATES_HZ);
+    let mut timebase = GapDetector::new(&RATES_HZ, None);
     let mut push = |line: usize| {
-        timebase.push(Duration::from_secs_f64(stamps_s[line]));
+        timebase.push(Duration::from_secs_f64(stamps_s[line]), None);
         std::iter::from_fn(|| timebase.poll()).last()
     };
     for line in 0..499 {
         push(line);
     }
-    assert_eq!(push(499), Some(Placed::Lines(1)));
+    assert_eq!(push(499), Some(GapEvent::Samples(1)));
     assert_eq!((500..512).find_map(&mut push), None);
-    assert_eq!(push(512), Some(Placed::Lines(13)));
+    assert_eq!(push(512), Some(GapEvent::Samples(13)));
 }
 
 #[test]
 fn stamps_that_are_no_time_base_are_refused() {
     let unpaced: Vec<_> = (0..12_000).map(|line| f64::from(line) * 44e-6).collect();
     for (sequence, _) in [place(&unpaced), place_known(40.0, &unpaced)] {
-        let [Placed::Refused(Refusal::TooFast { .. }), Placed::Lines(12_000)] = sequence[..] else {
+        let [GapEvent::Refused(Refusal::TooFast { .. }), GapEvent::Samples(12_000)] = sequence[..] else {
             panic!("{sequence:?}")
         };
     }
     for (sequence, summary) in [place(&[3.0; 2000]), place_known(40.0, &[3.0; 2000])] {
-        let refusal = Refusal::NoTimePasses { lines: 1024 };
-        assert_eq!(sequence, [Placed::Refused(refusal), Placed::Lines(2000)]);
+        let refusal = Refusal::NoTimePasses { samples: 1024 };
+        assert_eq!(sequence, [GapEvent::Refused(refusal), GapEvent::Samples(2000)]);
         assert_eq!(summary.refusal, Some(refusal));
     }
 }
@@ -217,12 +227,13 @@ fn stamps_that_are_no_time_base_are_refused() {
 fn a_refusal_is_told_at_its_place() {
     // The record goes round every 50 lines; the ninth time is once too often.
     let (sequence, summary) = place(&steady(40.0, 50).repeat(10));
-    let refusal = Refusal::Backwards { times: 9, lines: 451 };
-    assert_eq!(sequence, [snapped(40.0), Placed::Lines(450), Placed::Refused(refusal), Placed::Lines(50)]);
+    let refusal = Refusal::Backwards { times: 9, samples: 451 };
+    assert_eq!(sequence, [snapped(40.0), GapEvent::Samples(450), GapEvent::Refused(refusal), GapEvent::Samples(50)]);
     assert_eq!((summary.refusal, summary.backwards), (Some(refusal), 9));
 
     let (sequence, _) = place(&then(steady(40.0, 600), 4000.0, 1800));
-    let [_, Placed::Lines(before), Placed::Refused(Refusal::TooFast { .. }), Placed::Lines(_)] = sequence[..] else {
+    let [_, GapEvent::Samples(before), GapEvent::Refused(Refusal::TooFast { .. }), GapEvent::Samples(_)] = sequence[..]
+    else {
         panic!("{sequence:?}")
     };
     assert!((600..=603).contains(&before), "{before}");
@@ -231,13 +242,18 @@ fn a_refusal_is_told_at_its_place() {
 #[test]
 fn even_intervals_are_exact_and_the_longest_always_is() {
     for interval_us in [5000, 24_990, 25_000, 25_007, 1_000_003] {
-        let mut timebase = Timebase::with_known_rate(&RATES_HZ, 1e6 / interval_us as f64);
-        (0..100).for_each(|line| timebase.push(Duration::from_micros(interval_us * line)));
-        let Some(Arrivals { p50_us, p99_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
+        let mut timebase = GapDetector::new(&RATES_HZ, Some(1e6 / interval_us as f64));
+        (0..100).for_each(|line| timebase.push(Duration::from_micros(interval_us * line), None));
+        let Some(Arrivals { p50_us, p99_us, max_us, .. }) = timebase.summary().and_then(|summary| summary.arrivals)
+        else {
+            panic!()
+        };
         assert_eq!([p50_us, p99_us, max_us], [interval_us; 3]);
-        timebase.push(Duration::from_secs(7201));
+        timebase.push(Duration::from_secs(7201), None);
         timebase.finish();
-        let Some(Arrivals { p50_us, max_us, .. }) = timebase.summary().arrivals else { panic!() };
+        let Some(Arrivals { p50_us, max_us, .. }) = timebase.summary().and_then(|summary| summary.arrivals) else {
+            panic!()
+        };
         assert!(p50_us.abs_diff(interval_us) <= interval_us / 2000, "{p50_us} of {interval_us}");
         assert_eq!(max_us, 7_201_000_000 - 99 * interval_us);
     }
@@ -282,11 +298,11 @@ proptest! {
             let all = stamps_s.len();
             stamps_s[all / 2..].iter_mut().for_each(|stamp_s| *stamp_s -= 0.9);
         }
-        let timebase = known.map_or_else(|| Timebase::new(&RATES_HZ), |hz| Timebase::with_known_rate(&RATES_HZ, hz));
+        let timebase = known.map_or_else(|| GapDetector::new(&RATES_HZ, None), |hz| GapDetector::new(&RATES_HZ, Some(hz)));
         let each = polled(timebase.clone(), &stamps_s, &[1]);
         prop_assert_eq!(&polled(timebase.clone(), &stamps_s, &polls), &each);
         prop_assert_eq!(&polled(timebase, &stamps_s, &[]), &each);
-        let placed: u64 = each.0.iter().map(|placed| if let Placed::Lines(lines) = placed { *lines } else { 0 }).sum();
+        let placed: u64 = each.0.iter().map(|placed| if let GapEvent::Samples(lines) = placed { *lines } else { 0 }).sum();
         prop_assert_eq!(placed, stamps_s.len() as u64);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_noise::{Placed, Timebase, TimebaseSummary};
+use imu_noise::{GapDetector, GapEvent, TimebaseSummary};
 
 pub(crate) const RATES_HZ: [f64; 11] = [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0];
 
@@ -85,20 +85,20 @@ pub(crate) fn stalling(rate_hz: f64, stall_share: f64, stalled_s: f64, seed: u64
 }
 
 /// Decisions with the number of kept lines before each, and the summary.
-pub(crate) fn place(stamps_s: impl IntoIterator<Item = f64>) -> (Vec<(u64, Placed)>, TimebaseSummary) {
-    place_with(Timebase::new(&RATES_HZ), stamps_s)
+pub(crate) fn place(stamps_s: impl IntoIterator<Item = f64>) -> (Vec<(u64, GapEvent)>, TimebaseSummary) {
+    place_with(GapDetector::new(&RATES_HZ, None), stamps_s)
 }
 
 pub(crate) fn place_with(
-    mut timebase: Timebase,
+    mut timebase: GapDetector,
     stamps_s: impl IntoIterator<Item = f64>,
-) -> (Vec<(u64, Placed)>, TimebaseSummary) {
+) -> (Vec<(u64, GapEvent)>, TimebaseSummary) {
     let (mut events, mut placed, mut pushed) = (Vec::new(), 0, 0);
-    let mut take = |timebase: &mut Timebase, pushed: u64| {
+    let mut take = |timebase: &mut GapDetector, pushed: u64| {
         while let Some(decision) = timebase.poll() {
             match decision {
-                Placed::Lines(lines) => placed += lines,
-                Placed::Rate(_) | Placed::Refused(_) => assert_eq!(placed, 0),
+                GapEvent::Samples(lines) => placed += lines,
+                GapEvent::Rate(_) | GapEvent::Refused(_) => assert_eq!(placed, 0),
                 other => events.push((placed, other)),
             }
         }
@@ -106,15 +106,15 @@ pub(crate) fn place_with(
         placed
     };
     for stamp_s in stamps_s {
-        timebase.push(Duration::from_secs_f64(stamp_s));
+        timebase.push(Duration::from_secs_f64(stamp_s), None);
         pushed += 1;
         take(&mut timebase, pushed);
     }
     timebase.finish();
     assert_eq!(take(&mut timebase, pushed), pushed, "every line is placed once");
-    (events, timebase.summary())
+    (events, timebase.summary().unwrap())
 }
 
-pub(crate) fn gap(missing: u64) -> Placed {
-    Placed::Gap { missing }
+pub(crate) fn gap(missing: u64) -> GapEvent {
+    GapEvent::Missing(missing)
 }

@@ -1,6 +1,6 @@
 //! Lost lines, and what looks like them.
 
-use imu_noise::Timebase;
+use imu_noise::GapDetector;
 
 use crate::link::{Link, RATES_HZ, gap, place, place_with, stalling};
 
@@ -8,7 +8,8 @@ use crate::link::{Link, RATES_HZ, gap, place, place_with, stalling};
 fn a_first_line_that_is_late_is_no_loss() {
     for rate_hz in [1.0, 40.0, 200.0] {
         for known in [false, true] {
-            let timebase = if known { Timebase::with_known_rate(&RATES_HZ, rate_hz) } else { Timebase::new(&RATES_HZ) };
+            let timebase =
+                if known { GapDetector::new(&RATES_HZ, Some(rate_hz)) } else { GapDetector::new(&RATES_HZ, None) };
             let first_s = 0.55;
             let stamps = Link::steady(rate_hz).stamps(1000).map(|stamp_s| stamp_s.max(first_s));
             assert_eq!(place_with(timebase, stamps).0, [], "{rate_hz} Hz, known: {known}");

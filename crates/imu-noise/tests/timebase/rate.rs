@@ -1,6 +1,6 @@
 //! The rate that is told, whatever losses and reads make of it.
 
-use imu_noise::{NominalRate, Timebase};
+use imu_noise::{GapDetector, NominalRate};
 
 use crate::link::{Link, RATES_HZ, gap, losing, place, place_with, stalling};
 
@@ -36,7 +36,7 @@ fn without_a_list_every_rate_is_kept_to_the_decimal_it_supports() {
         // A recording to the microsecond.
         let stamps = Link::steady(rate_hz).stamps(3000).map(|stamp_s| (stamp_s * 1e6).round() / 1e6);
         let kept = stamps.enumerate().filter(|(line, _)| line % 1000 != 999).map(|(_, stamp_s)| stamp_s);
-        let (events, summary) = place_with(Timebase::new(&[]), kept);
+        let (events, summary) = place_with(GapDetector::new(&[], None), kept);
         assert_eq!(events, [(999, gap(1)), (1998, gap(1))], "{rate_hz} Hz");
         assert_eq!(summary.nominal, Some(NominalRate::Measured(rate_hz)));
     }
@@ -47,7 +47,7 @@ fn a_rate_given_is_not_taken_for_one_of_the_list() {
     for rate_hz in [37.0, 96.0, 104.0, 300.0] {
         let stamps = Link::steady(rate_hz).stamps(3000).enumerate();
         let kept = stamps.filter(|(line, _)| *line != 2000).map(|(_, stamp_s)| stamp_s);
-        let (events, summary) = place_with(Timebase::with_known_rate(&RATES_HZ, rate_hz), kept);
+        let (events, summary) = place_with(GapDetector::new(&RATES_HZ, Some(rate_hz)), kept);
         assert_eq!(events, [(2000, gap(1))], "{rate_hz} Hz");
         assert_eq!(summary.nominal, Some(NominalRate::Known(rate_hz)));
         assert!(summary.offset_ppm.unwrap().abs() < 1.0, "{summary:?}");

@@ -42,7 +42,7 @@ impl ChannelState {
     }
 
     /// Takes samples in time order; unwraps them in place.
-    pub(crate) fn absorb(&mut self, mut counts: &mut [i32]) {
+    pub(crate) fn push(&mut self, mut counts: &mut [i32]) {
         let Self { accumulator, signal, unwrap, restarted, .. } = self;
         loop {
             let together = unwrap.as_mut().map_or(counts.len(), |unwrap| unwrap.unwrap(counts));

@@ -26,8 +26,9 @@ pub struct Slot {
 /// nothing.
 ///
 /// A slot without samples is `None` in every channel: that is how a gap of known length looks.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
+    rate_hz: f64,
     /// Samples that a slot spans.
     samples: u64,
     /// Number of the slot behind the last one.
@@ -40,7 +41,12 @@ impl Recent {
     /// Nothing yet, of so many channels at this rate.
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
         let samples = (SLOT_S * rate_hz).round().max(1.0) as u64;
-        Self { samples, end: 0, channels: vec![VecDeque::new(); channels] }
+        Self { rate_hz, samples, end: 0, channels: vec![VecDeque::new(); channels] }
+    }
+
+    /// The sample rate in hertz that the slots are for.
+    pub(crate) const fn rate_hz(&self) -> f64 {
+        self.rate_hz
     }
 
     /// Samples that a slot spans; its data time is this over the rate.

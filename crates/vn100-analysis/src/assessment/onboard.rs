@@ -4,7 +4,7 @@
 use imu_noise::BoxcarWindow;
 use vn100_protocol::{Channel, Check, Fields, ImuFilter, Quantity, Register, RegisterContents};
 
-use crate::{accumulate::rates::rates_hz, snapshot::Snapshot};
+use crate::{accumulate::rate_authority::rates_hz, snapshot::Snapshot};
 
 /// Refreshes of gyroscope and accelerometer per second.
 const IMU_REFRESH_HZ: f64 = 800.0;

@@ -10,7 +10,7 @@ use vn100_protocol::{Channel, Quantity, Tally};
 
 use self::{no_valid_lines::no_valid_lines, refused::refused};
 use crate::{
-    accumulate::rates::rates_hz,
+    accumulate::rate_authority::rates_hz,
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -229,7 +229,7 @@ impl Advice {
                      16 ms unless it is set to 1, holds them back; `vn100 attach` sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
                      placed less finely",
                     100.0 * arrivals.share_together,
-                    arrivals.lines_together
+                    arrivals.samples_together
                 ),
             );
         }
@@ -247,7 +247,7 @@ impl Advice {
                 format!("lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"),
             );
         } else if let (Some(hz), Some(ppm)) = (summary.measured_hz, summary.offset_ppm) {
-            let drift_s = ppm.abs() * 1e-6 * summary.lines as f64 / nominal.hz();
+            let drift_s = ppm.abs() * 1e-6 * summary.samples as f64 / nominal.hz();
             if ppm.abs() > CLOCK_PPM && drift_s > BUNCHING_S {
                 self.warn(
                     WarningKind::RateOffNominal,

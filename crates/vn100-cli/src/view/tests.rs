@@ -204,7 +204,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     (snapshot.link.tally.samples, snapshot.link.tally.good_line_bytes) = (336, 336 * 122);
     let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
     snapshot.arrivals = (measured().snapshot.arrivals).map(|all| TimebaseSummary {
-        lines: 336,
+        samples: 336,
         nominal,
         measured_hz,
         offset_ppm,

@@ -76,7 +76,7 @@ fn settings() -> Settings {
 fn source(mut snapshot: Snapshot) -> Source {
     snapshot.timing.rate_from = RateFrom::Device;
     snapshot.arrivals = Some(TimebaseSummary {
-        lines: SAMPLES as u64,
+        samples: SAMPLES as u64,
         backwards: 0,
         nominal: Some(NominalRate::Known(40.0)),
         measured_hz: Some(40.0003),
@@ -89,7 +89,7 @@ fn source(mut snapshot: Snapshot) -> Source {
             p99_us: 26_100,
             max_us: 31_234,
             share_together: 0.0,
-            lines_together: 1.0,
+            samples_together: 1.0,
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);

@@ -10,17 +10,17 @@ use crate::snapshot::{ChannelSnapshot, PolledChannel};
 /// Statistics of the answers to reads of register 54. They come too seldom, and at times too
 /// uneven, for a deviation.
 #[derive(Debug, Clone)]
-pub(crate) struct Polled {
+pub(crate) struct ImuRegister {
     channels: Vec<(Moments, Histogram)>,
 }
 
-impl Polled {
+impl ImuRegister {
     pub(crate) fn new() -> Self {
         Self { channels: vec![(Moments::new(), Histogram::new()); VNIMU.channels.len()] }
     }
 
     /// Takes a reply, if it is of that register and well formed.
-    pub(crate) fn take(&mut self, reply: &Reply) {
+    pub(crate) fn push(&mut self, reply: &Reply) {
         let Some(sample) = measurement(reply) else {
             return;
         };
@@ -72,16 +72,16 @@ mod tests {
 
     #[test]
     fn answers_become_channels_of_their_own() {
-        let mut polled = Polled::new();
-        assert!(polled.snapshot().is_empty());
+        let mut imu = ImuRegister::new();
+        assert!(imu.snapshot().is_empty());
         let reply = |register, fields: &str| Reply { before_row: 0, register, fields: fields.into() };
         let first =
             "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
-        polled.take(&reply(54, first));
-        polled.take(&reply(54, &first.replace("+21.6", "+21.8")));
-        polled.take(&reply(54, "damaged"));
-        polled.take(&reply(27, first));
-        let channels = polled.snapshot();
+        imu.push(&reply(54, first));
+        imu.push(&reply(54, &first.replace("+21.6", "+21.8")));
+        imu.push(&reply(54, "damaged"));
+        imu.push(&reply(27, first));
+        let channels = imu.snapshot();
         assert_eq!(channels.len(), 11);
         assert_eq!(channels[6].channel.name, "uncompensated_gyro_x");
         assert_eq!(channels[6].results.moments.mean_counts(), Some(-5683.0));

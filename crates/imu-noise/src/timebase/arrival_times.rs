@@ -1,0 +1,324 @@
+//! Gaps and the rate of a stream by the arrival times of its samples.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::gap_event::{GapEvent, NominalRate, Refusal, TimebaseSummary};
+use super::interval_statistics::IntervalStatistics;
+use super::lag_tracker::{Judgement, LagTracker};
+use super::rate_estimates::fastest;
+use super::rate_search::{InitialRate, RateSearch, TrackedRate};
+
+/// Stamps may go back by so much: clocks that are disciplined do.
+const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
+
+/// Consecutive samples stamped before an earlier one that show that the clock was set back. Chosen:
+/// two may be out of order.
+const SET_BACK_SAMPLES: usize = 3;
+
+/// Stamps that go back more often than that, and more than once in so many samples, are no time
+/// base. Chosen.
+const MAX_BACKWARDS: u64 = 8;
+const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
+
+/// Judges the arrival times of one stream; the method is that of the [module](super).
+#[derive(Clone, Debug)]
+pub(super) struct ArrivalTimes {
+    rates_hz: &'static [f64],
+    state: State,
+    nominal: Option<NominalRate>,
+    /// The first stamp of the present clock, and the time in seconds that it stands for.
+    origin: (Duration, f64),
+    /// The last stamp; it never goes back unless the clock does.
+    last: Duration,
+    /// The latest stamps, if they lie before the last one.
+    behind: Vec<Duration>,
+    samples: u64,
+    backwards: u64,
+    intervals: IntervalStatistics,
+    events: VecDeque<GapEvent>,
+    missing: u64,
+    gaps: u64,
+}
+
+/// What is done with a sample.
+#[derive(Clone, Debug)]
+enum State {
+    /// It is held: the rate is not known.
+    Searching(RateSearch),
+    /// It is judged by its lag.
+    Tracking(Box<LagTracker>),
+    /// It follows the sample before.
+    Refused(Refusal),
+}
+
+impl ArrivalTimes {
+    pub(super) fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
+        Self {
+            rates_hz,
+            state: State::Searching(RateSearch::new(rates_hz, known_hz)),
+            nominal: None,
+            origin: (Duration::ZERO, 0.0),
+            last: Duration::ZERO,
+            behind: Vec::new(),
+            samples: 0,
+            backwards: 0,
+            intervals: IntervalStatistics::new(),
+            events: VecDeque::new(),
+            missing: 0,
+            gaps: 0,
+        }
+    }
+
+    pub(super) fn set_known_rate(&mut self, known_hz: f64) {
+        if let State::Searching(search) = &mut self.state {
+            search.set_known_rate(known_hz);
+        }
+    }
+
+    /// Adds the next sample's stamp.
+    pub(super) fn push(&mut self, at: Duration) {
+        self.samples += 1;
+        if self.samples == 1 { self.begin_clock(at, 0.0) } else { self.push_stamp(at) }
+    }
+
+    pub(super) fn poll(&mut self) -> Option<GapEvent> {
+        self.events.pop_front()
+    }
+
+    /// No sample follows.
+    pub(super) fn finish(&mut self) {
+        let behind = std::mem::take(&mut self.behind).len();
+        if let State::Searching(search) = &mut self.state {
+            let decision = search.finish();
+            let without_rate = if decision.is_none() { search.samples() } else { 0 };
+            self.end_search(decision);
+            self.emit_samples(without_rate);
+        }
+        self.clear_increase();
+        while let State::Tracking(tracker) = &mut self.state
+            && let Some(event) = tracker.finish()
+        {
+            self.emit(event);
+            self.judge();
+            self.clear_increase();
+        }
+        self.emit_samples(behind as u64);
+    }
+
+    pub(super) fn summary(&self) -> TimebaseSummary {
+        let (refusal, fitted_s) = match &self.state {
+            State::Searching(_) => (None, None),
+            State::Tracking(tracker) => (None, tracker.fitted_period_s()),
+            State::Refused(refusal) => (Some(*refusal), None),
+        };
+        self.summary_of(refusal, fitted_s)
+    }
+
+    fn summary_of(&self, refusal: Option<Refusal>, fitted_s: Option<f64>) -> TimebaseSummary {
+        let measured_hz = fitted_s.map(f64::recip);
+        let nominal = self.nominal.filter(|_| refusal.is_none());
+        let offset_ppm =
+            nominal.zip(measured_hz).map(|(nominal, measured_hz)| (measured_hz / nominal.hz() - 1.0) * 1e6);
+        TimebaseSummary {
+            samples: self.samples,
+            backwards: self.backwards,
+            nominal,
+            measured_hz,
+            offset_ppm,
+            refusal,
+            missing: self.missing,
+            gaps: self.gaps,
+            arrivals: nominal.and_then(|nominal| self.intervals.summary(nominal.hz().recip())),
+        }
+    }
+}
+
+/// From a stamp to a time: stamps out of order, and clocks that are set back.
+impl ArrivalTimes {
+    fn push_stamp(&mut self, at: Duration) {
+        if let State::Refused(_) = self.state {
+            return self.emit_samples(1);
+        }
+        if self.last.saturating_sub(at) > BACKWARDS_TOLERANCE {
+            return self.push_behind(at);
+        }
+        // Samples behind the last stamp arrived no later than this one.
+        while self.behind.pop().is_some() {
+            self.push_ordered(at);
+        }
+        self.push_ordered(at);
+    }
+
+    /// A stamp lies before the last one: it is wrong, or the clock was set back.
+    #[cold]
+    fn push_behind(&mut self, at: Duration) {
+        if self.behind.is_empty() {
+            self.backwards += 1;
+            if self.backwards > MAX_BACKWARDS && self.backwards * MIN_SAMPLES_PER_BACKWARDS > self.samples {
+                self.clear_increase();
+                self.refuse(Refusal::Backwards { times: self.backwards, samples: self.samples });
+                return self.emit_samples(1);
+            }
+        }
+        self.behind.push(at);
+        if self.behind.len() >= SET_BACK_SAMPLES {
+            self.set_clock_back();
+        }
+    }
+
+    /// The stamps behind are those of a new clock, by which the first of them came when it was due.
+    fn set_clock_back(&mut self) {
+        let mut behind = std::mem::take(&mut self.behind).into_iter();
+        let Some(first) = behind.next() else { return };
+        let mut due_s = 0.0;
+        self.clear_increase();
+        match &mut self.state {
+            State::Searching(search) => search.restart(),
+            State::Tracking(tracker) => {
+                let held;
+                (held, due_s) = tracker.restart_clock();
+                self.emit_samples(held);
+            }
+            State::Refused(_) => {}
+        }
+        self.begin_clock(first, due_s);
+        behind.for_each(|at| self.push_stamp(at));
+    }
+
+    /// Takes the next sample, by a clock that showed `at` at the time `at_s`.
+    fn begin_clock(&mut self, at: Duration, at_s: f64) {
+        self.origin = (at, at_s);
+        self.last = at;
+        self.intervals.push(None);
+        self.push_time(at_s);
+    }
+
+    fn push_ordered(&mut self, at: Duration) {
+        let interval = at.saturating_sub(self.last);
+        self.intervals.push(Some(interval.as_secs() * 1_000_000 + u64::from(interval.subsec_micros())));
+        self.last += interval;
+        let (origin, origin_s) = self.origin;
+        self.push_time(origin_s + self.last.saturating_sub(origin).as_secs_f64());
+    }
+}
+
+/// From a time to events.
+impl ArrivalTimes {
+    fn push_time(&mut self, at_s: f64) {
+        match &mut self.state {
+            State::Searching(search) => {
+                let decision = search.push(at_s);
+                self.end_search(decision);
+            }
+            State::Tracking(tracker) => {
+                tracker.push(at_s);
+                self.judge();
+            }
+            State::Refused(_) => self.emit_samples(1),
+        }
+    }
+
+    /// Ends the search if there is a decision.
+    fn end_search(&mut self, decision: Option<Result<InitialRate, Refusal>>) {
+        let State::Searching(search) = &mut self.state else {
+            return;
+        };
+        match decision {
+            None => {}
+            Some(Err(refusal)) => self.refuse(refusal),
+            Some(Ok(InitialRate { nominal, tracked })) => {
+                let (unstamped, held_s) = search.take_held();
+                self.emit(GapEvent::Rate(nominal));
+                self.emit_samples(unstamped);
+                self.track(nominal, tracked, held_s);
+            }
+        }
+    }
+
+    /// Tracks samples at this rate, from the first of these on.
+    fn track(&mut self, nominal: NominalRate, rate: TrackedRate, held_s: Vec<f64>) {
+        let due_s = held_s.first().copied().unwrap_or_default();
+        let mut tracker = LagTracker::new(self.rates_hz, rate, due_s);
+        // All are pushed before the first is judged: their reads show whether the phase may jump.
+        held_s.into_iter().for_each(|at_s| tracker.push(at_s));
+        self.nominal = Some(nominal);
+        self.state = State::Tracking(Box::new(tracker));
+        self.judge();
+    }
+
+    fn judge(&mut self) {
+        while let State::Tracking(tracker) = &mut self.state
+            && let Some(judgement) = tracker.judge()
+        {
+            match judgement {
+                Judgement::Event(event) => self.emit(event),
+                Judgement::IncreaseCleared => self.clear_increase(),
+                Judgement::Decreased(to_hz) => {
+                    self.clear_increase();
+                    self.change_rate(to_hz);
+                }
+                Judgement::Increased(to_hz) => self.change_rate(to_hz),
+                Judgement::TooFast(measured_hz) => {
+                    self.refuse(Refusal::TooFast { measured_hz, fastest_hz: fastest(self.rates_hz) });
+                }
+            }
+        }
+    }
+
+    fn clear_increase(&mut self) {
+        if let State::Tracking(tracker) = &mut self.state {
+            let events = tracker.clear_increase();
+            events.into_iter().for_each(|event| self.emit(event));
+        }
+    }
+
+    /// Starts anew where the samples held begin to come at this rate.
+    fn change_rate(&mut self, to_hz: f64) {
+        let (State::Tracking(tracker), Some(nominal)) = (&mut self.state, self.nominal) else {
+            return;
+        };
+        let fitted_s = tracker.fitted_before_increase_s();
+        let (before, after_s) = tracker.split(to_hz);
+        before.into_iter().for_each(|event| self.emit(event));
+        let until = Box::new(self.summary_of(None, fitted_s));
+        self.emit(GapEvent::RateChanged { from_hz: nominal.hz(), to_hz, until });
+        self.track(NominalRate::Snapped(to_hz), TrackedRate::Listed(to_hz), after_s);
+    }
+
+    /// The samples held, and all that follow, have no gap before them.
+    fn refuse(&mut self, refusal: Refusal) {
+        let held = match &mut self.state {
+            State::Searching(search) => search.samples(),
+            State::Tracking(tracker) => tracker.samples_held() as u64,
+            State::Refused(_) => return,
+        };
+        self.state = State::Refused(refusal);
+        self.emit(GapEvent::Refused(refusal));
+        self.emit_samples(held);
+    }
+
+    fn emit(&mut self, event: GapEvent) {
+        match event {
+            GapEvent::Samples(more) => {
+                self.intervals.resolve(more);
+                if let Some(GapEvent::Samples(samples)) = self.events.back_mut() {
+                    *samples += more;
+                    return;
+                }
+            }
+            GapEvent::Missing(missing) => {
+                self.missing += missing;
+                self.gaps += 1;
+            }
+            _ => {}
+        }
+        self.events.push_back(event);
+    }
+
+    fn emit_samples(&mut self, samples: u64) {
+        if samples > 0 {
+            self.emit(GapEvent::Samples(samples));
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The one detector of dropped samples: by a counter where samples carry one, else by when they
+//! arrived.
+
+use std::time::Duration;
+
+use super::arrival_times::ArrivalTimes;
+use super::gap_event::{GapEvent, TimebaseSummary};
+use super::sample_counter::SampleCounter;
+
+/// Finds the gaps of one stream, sample by sample; streaming, in bounded memory, without a clock of
+/// its own.
+///
+/// Every sample pushed comes out once, in order, in a [`GapEvent::Samples`], once neither its
+/// counter nor its arrival leaves in doubt whether samples are missing before it. A counter that
+/// counts is exact, and decides; arrival times show the rate all the same. Where the counter ends
+/// arrival times decide from there on. No stamp is an error: stamps that are no time base are
+/// [refused](GapEvent::Refused).
+///
+/// ```
+/// use std::time::Duration;
+/// use imu_noise::{GapDetector, GapEvent, NominalRate};
+///
+/// let mut detector = GapDetector::new(&[10.0, 40.0, 100.0], None);
+/// for sample in (0..500).filter(|sample| !(300..305).contains(sample)) {
+///     detector.push(Duration::from_millis(25 * sample), None);
+/// }
+/// detector.finish();
+///
+/// let events: Vec<_> = std::iter::from_fn(|| detector.poll()).collect();
+/// let rate = GapEvent::Rate(NominalRate::Snapped(40.0));
+/// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5), GapEvent::Samples(195)]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct GapDetector {
+    arrivals: Option<ArrivalTimes>,
+    counter: Option<SampleCounter>,
+    /// Whether the counter decides.
+    counter_in_use: bool,
+    /// Samples pushed, and those of them that came out.
+    pushed: u64,
+    reported: u64,
+    /// Samples without a gap before them by their arrival, and by their counter, that did not come
+    /// out; `u64::MAX` without stamps or counters.
+    by_arrival: u64,
+    by_counter: u64,
+}
+
+impl GapDetector {
+    /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
+    /// positive. Without rates the measured rate is kept, no rate is too fast, and a change of rate
+    /// is not detected.
+    ///
+    /// `known_hz` is the rate that the sensor is said to have, listed or not. The stamps must
+    /// confirm it: bunching of 0.1 s or dropped samples may explain a difference, but a measured
+    /// rate more than 5 % off is [refused](crate::Refusal::OtherRate). A rate that is not finite
+    /// and positive is ignored.
+    #[must_use]
+    pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
+        let known_hz = known_hz.filter(|hz| is_rate(*hz));
+        Self { arrivals: Some(ArrivalTimes::new(rates_hz, known_hz)), ..Self::without_stamps() }
+    }
+
+    /// A detector for a stream without arrival stamps: only counters show what is missing.
+    #[must_use]
+    pub const fn without_stamps() -> Self {
+        Self {
+            arrivals: None,
+            counter: None,
+            counter_in_use: false,
+            pushed: 0,
+            reported: 0,
+            by_arrival: 0,
+            by_counter: 0,
+        }
+    }
+
+    /// Sets the rate that the sensor is said to have, from the samples on that are still held.
+    /// Changes nothing once a rate was reported, or the stamps refused.
+    pub fn set_known_rate(&mut self, known_hz: f64) {
+        if let (Some(arrivals), true) = (&mut self.arrivals, is_rate(known_hz)) {
+            arrivals.set_known_rate(known_hz);
+        }
+    }
+
+    /// Adds the next sample: its arrival since any origin, which samples of one read may share, and
+    /// its counter. The first sample decides whether there are counters; once they end, they have
+    /// ended for good.
+    pub fn push(&mut self, at: Duration, count: Option<u64>) {
+        if self.pushed == 0 && count.is_some() {
+            self.counter = Some(SampleCounter::default());
+        }
+        self.pushed += 1;
+        if let Some(arrivals) = &mut self.arrivals {
+            arrivals.push(at);
+        }
+        if let Some(counter) = self.counter.as_mut().filter(|counter| !counter.has_ended()) {
+            match count {
+                Some(count) => counter.push(count),
+                None => counter.finish(),
+            }
+        }
+    }
+
+    /// No sample follows: decides on those still held, for [`poll`](Self::poll) to report.
+    pub fn finish(&mut self) {
+        if let Some(arrivals) = &mut self.arrivals {
+            arrivals.finish();
+        }
+        if let Some(counter) = &mut self.counter {
+            counter.finish();
+        }
+    }
+
+    /// The next event that is certain.
+    pub fn poll(&mut self) -> Option<GapEvent> {
+        loop {
+            if self.by_counter == 0 {
+                match self.counter.as_mut().map(|counter| (counter.poll(), counter.has_ended())) {
+                    None => self.by_counter = u64::MAX,
+                    Some((Some(GapEvent::Samples(samples)), _)) => self.by_counter = samples,
+                    Some((Some(event), _)) => {
+                        self.counter_in_use |= event == GapEvent::CounterInUse;
+                        return Some(event);
+                    }
+                    Some((None, true)) => (self.counter, self.counter_in_use) = (None, false),
+                    Some((None, false)) => return None,
+                }
+            } else if self.by_arrival == 0 {
+                match self.arrivals.as_mut().map(ArrivalTimes::poll) {
+                    None => self.by_arrival = u64::MAX,
+                    Some(Some(GapEvent::Samples(samples))) => self.by_arrival = samples,
+                    Some(Some(GapEvent::Missing(_))) if self.counter_in_use => {}
+                    Some(event) => return event,
+                }
+            } else {
+                let samples = self.by_arrival.min(self.by_counter).min(self.pushed - self.reported);
+                self.reported += samples;
+                for left in [&mut self.by_arrival, &mut self.by_counter] {
+                    *left -= if *left == u64::MAX { 0 } else { samples };
+                }
+                return (samples > 0).then_some(GapEvent::Samples(samples));
+            }
+        }
+    }
+
+    /// What the arrival times show so far; `None` without stamps.
+    #[must_use]
+    pub fn summary(&self) -> Option<TimebaseSummary> {
+        self.arrivals.as_ref().map(ArrivalTimes::summary)
+    }
+}
+
+fn is_rate(hz: f64) -> bool {
+    hz.is_finite() && hz > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::gap_event::{
+        GapEvent::{CounterInUse, Missing, Rate, Samples, UnknownGap},
+        NominalRate,
+    };
+    use super::*;
+
+    /// The events of samples, each with its arrival in ms, if the stream has stamps, and its counter.
+    fn events(stamped: bool, samples: impl IntoIterator<Item = (u64, Option<u64>)>) -> Vec<GapEvent> {
+        let mut detector = if stamped { GapDetector::new(&[40.0], None) } else { GapDetector::without_stamps() };
+        let mut events = Vec::new();
+        let mut poll = |detector: &mut GapDetector| {
+            while let Some(event) = detector.poll() {
+                match (events.last_mut(), event) {
+                    (Some(Samples(before)), Samples(samples)) => *before += samples,
+                    (_, event) => events.push(event),
+                }
+            }
+        };
+        for (at_ms, count) in samples {
+            detector.push(Duration::from_millis(at_ms), count);
+            poll(&mut detector);
+        }
+        detector.finish();
+        poll(&mut detector);
+        events
+    }
+
+    /// Samples of a 40 Hz stream, without those dropped, with a counter of 20 events a sample.
+    fn kept(dropped: std::ops::Range<u64>) -> impl Iterator<Item = (u64, u64)> + Clone {
+        (0..500).filter(move |sample| !dropped.contains(sample)).map(|sample| (25 * sample, 20 * sample + 7))
+    }
+
+    #[test]
+    fn the_counter_decides_and_the_stamps_show_the_rate() {
+        let rate = Rate(NominalRate::Snapped(40.0));
+        let counted = kept(300..305).map(|(at_ms, count)| (at_ms, Some(count)));
+        let expected = [Samples(1), CounterInUse, Samples(299), Missing(5), Samples(195)];
+        assert_eq!(events(false, counted.clone()), expected);
+        assert_eq!(events(true, counted), [&[rate.clone()][..], &expected].concat());
+        let stamped = kept(300..305).map(|(at_ms, _)| (at_ms, None));
+        assert_eq!(events(true, stamped), [rate, Samples(300), Missing(5), Samples(195)]);
+    }
+
+    #[test]
+    fn without_stamps_and_counters_nothing_is_missing() {
+        let neither = kept(300..305).map(|_| (0, None));
+        assert_eq!(events(false, neither), [Samples(495)]);
+        assert_eq!(GapDetector::without_stamps().summary(), None);
+    }
+
+    #[test]
+    fn late_arrivals_do_not_overrule_a_counter() {
+        // a pause of the host: the samples behind it are late for good
+        let late = kept(0..0).map(|(at_ms, count)| (if count > 6000 { at_ms + 500 } else { at_ms }, Some(count)));
+        assert!(!events(true, late).iter().any(|event| matches!(event, Missing(_))));
+    }
+
+    #[test]
+    fn a_counter_that_stays_the_same_leaves_it_to_the_stamps() {
+        let stuck = kept(300..305).map(|(at_ms, _)| (at_ms, Some(11_912)));
+        let found = events(true, stuck);
+        assert!(found.contains(&Missing(5)) && !found.contains(&CounterInUse), "{found:?}");
+    }
+
+    #[test]
+    fn where_the_counters_end_the_stamps_decide() {
+        let ends = kept(300..305).map(|(at_ms, count)| (at_ms, (count < 4000).then_some(count)));
+        let found = events(true, ends.clone());
+        assert_eq!(found.last_chunk(), Some(&[Missing(5), Samples(195)]));
+        assert_eq!(events(false, ends), [Samples(1), CounterInUse, Samples(494)]);
+    }
+
+    #[test]
+    fn counters_that_begin_later_or_again_are_ignored() {
+        let later = kept(300..305).map(|(_, count)| (0, (count > 100).then_some(count)));
+        assert_eq!(events(false, later), [Samples(495)]);
+        let again = kept(300..305).map(|(_, count)| (0, (count != 2007).then_some(count)));
+        assert_eq!(events(false, again), [Samples(1), CounterInUse, Samples(494)]);
+    }
+
+    #[test]
+    fn a_counter_that_starts_anew_leaves_an_unknown_gap() {
+        let restarted = (0..100).chain(3..50).map(|count| (0, Some(count)));
+        assert_eq!(events(false, restarted), [Samples(1), CounterInUse, Samples(99), UnknownGap, Samples(47)]);
+    }
+}

@@ -1,0 +1,139 @@
+//! What a gap detector reports, in the order of the samples.
+
+use std::fmt;
+
+use super::interval_statistics::Arrivals;
+
+/// The next thing that is certain about a stream.
+///
+/// How often the detector is polled changes nothing but how the samples between two other events
+/// are divided among [`Samples`](Self::Samples).
+#[derive(Clone, Debug, PartialEq)]
+pub enum GapEvent {
+    /// The next so many samples, at least 1, follow each other without a gap.
+    Samples(u64),
+    /// So many samples, at least 1, were dropped here.
+    Missing(u64),
+    /// An unknown number of samples may have been dropped here: the counter started anew.
+    UnknownGap,
+    /// From here on a counter decides what is missing, as long as samples carry it.
+    CounterInUse,
+    /// The nominal rate, and that arrival times decide what is missing: once, before the first
+    /// sample. Absent when the stamps are refused before the rate is known, and for a single sample
+    /// of unknown rate.
+    Rate(NominalRate),
+    /// From here on, give or take a few samples, samples come at another of the sensor's rates.
+    /// Time is not continuous across the change.
+    RateChanged {
+        /// Rate before, in Hz.
+        from_hz: f64,
+        /// Rate from here on, in Hz.
+        to_hz: f64,
+        /// Summary of the samples before; its `samples` and `backwards` count all samples pushed.
+        until: Box<TimebaseSummary>,
+    },
+    /// From here on arrival times are ignored. Reported once; no event of arrival times follows.
+    Refused(Refusal),
+}
+
+/// Nominal rate of a stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NominalRate {
+    /// Known beforehand, in Hz, and not contradicted by the stamps.
+    Known(f64),
+    /// The sensor's rate nearest to the measured one, in Hz: within 1 % of it, or within 5 % where
+    /// bunched samples are dropped from the start.
+    Snapped(f64),
+    /// Measured from the first samples, in Hz, with the decimals they support: the sensor has no
+    /// rate near it, or its rates are not listed.
+    Measured(f64),
+}
+
+impl NominalRate {
+    /// The rate in Hz.
+    #[must_use]
+    pub const fn hz(self) -> f64 {
+        match self {
+            Self::Known(hz) | Self::Snapped(hz) | Self::Measured(hz) => hz,
+        }
+    }
+}
+
+/// Why arrival times are no time base. Without them no dropped sample is detected from there on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// Stamps go back by more than 10 ms too often: 9 times, and more than once in 256 samples.
+    Backwards {
+        /// How often.
+        times: u64,
+        /// In how many samples.
+        samples: u64,
+    },
+    /// Samples arrive at more than 1.25 times the sensor's fastest rate.
+    TooFast {
+        /// Measured rate in Hz.
+        measured_hz: f64,
+        /// The sensor's fastest rate in Hz.
+        fastest_hz: f64,
+    },
+    /// The measured rate contradicts the known one.
+    OtherRate {
+        /// Rate known beforehand, in Hz.
+        known_hz: f64,
+        /// Measured rate, in Hz.
+        measured_hz: f64,
+    },
+    /// All stamps are equal.
+    NoTimePasses {
+        /// How many samples.
+        samples: u64,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Backwards { times, samples } => write!(
+                f,
+                "stamps are no time base: in {samples} lines they go back {times} times; stamp with a clock that is not set, and keep the lines in order"
+            ),
+            Self::TooFast { measured_hz, fastest_hz } => write!(
+                f,
+                "stamps are no time base: lines come at {measured_hz:.0} Hz, the sensor sends at most {fastest_hz} Hz"
+            ),
+            Self::OtherRate { known_hz, measured_hz } => write!(
+                f,
+                "lines come at {measured_hz:.4} Hz by their stamps, not at the {known_hz} Hz known beforehand: tau is by {known_hz} Hz, stamps are not used, and lines lost whole cannot be seen"
+            ),
+            Self::NoTimePasses { samples } => {
+                write!(f, "stamps are no time base: all {samples} lines have the same")
+            }
+        }
+    }
+}
+
+/// What arrival times show of a stream. After a change of rate `nominal`, `measured_hz` and
+/// `offset_ppm` describe the samples since the last change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimebaseSummary {
+    /// Samples pushed.
+    pub samples: u64,
+    /// How often a stamp lay more than 10 ms before the one before it. A clock set back counts once,
+    /// and so does a stamp out of order.
+    pub backwards: u64,
+    /// Nominal rate, the last one if it changed; `None` until it is known and after a refusal.
+    pub nominal: Option<NominalRate>,
+    /// Fitted rate in Hz; `None` below about 130 samples since the rate changed.
+    pub measured_hz: Option<f64>,
+    /// Fitted minus nominal rate in parts per million of the nominal one: positive if the sensor's
+    /// clock is fast against the host's.
+    pub offset_ppm: Option<f64>,
+    /// Why the stamps are no time base.
+    pub refusal: Option<Refusal>,
+    /// Samples missing, by arrival times.
+    pub missing: u64,
+    /// Gaps, by arrival times.
+    pub gaps: u64,
+    /// Times between samples; `None` below two samples and without a nominal rate.
+    pub arrivals: Option<Arrivals>,
+}

@@ -1,0 +1,90 @@
+//! Statistics of the times between samples.
+
+use std::collections::VecDeque;
+
+use hdrhistogram::Histogram;
+
+use super::read_pattern::TOGETHER_PERIODS;
+
+/// Longest interval that the percentiles distinguish, in microseconds: one hour. Longer ones count
+/// as one hour.
+const MAX_INTERVAL_US: u64 = 3_600_000_000;
+
+/// Times between samples over the whole stream, changes of rate included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrivals {
+    /// Median time between samples in microseconds, to three digits.
+    pub p50_us: u64,
+    /// 99th percentile in microseconds, to three digits.
+    pub p99_us: u64,
+    /// Longest time between samples in microseconds, exactly.
+    pub max_us: u64,
+    /// Share of the samples, 0 to 1, that arrived within 0.2 nominal periods of the one before.
+    pub share_together: f64,
+    /// Mean number of samples per read of the host; 1 if each arrived alone.
+    pub samples_together: f64,
+}
+
+/// Histogram of the times between consecutive samples, in microseconds as the host stamped them.
+#[derive(Clone, Debug)]
+pub(super) struct IntervalStatistics {
+    /// Three digits; always there, as the bounds are valid. Counts of 32 bits halve the memory, and
+    /// 248 days at 200 Hz fit into one.
+    histogram: Option<Histogram<u32>>,
+    min_us: u64,
+    max_us: u64,
+    /// Intervals before samples that are not resolved yet; `None` before the first sample of a clock.
+    pending_us: VecDeque<Option<u64>>,
+}
+
+impl IntervalStatistics {
+    pub(super) fn new() -> Self {
+        let histogram = Histogram::new_with_bounds(1, MAX_INTERVAL_US, 3).ok();
+        Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
+    }
+
+    /// Takes the interval before the next sample; `None` if the clock changed in between. It counts
+    /// once the sample is resolved.
+    pub(super) fn push(&mut self, interval_us: Option<u64>) {
+        self.pending_us.push_back(interval_us);
+    }
+
+    /// The next so many samples are resolved. Samples whose stamps are ignored have no interval.
+    pub(super) fn resolve(&mut self, samples: u64) {
+        for _ in 0..samples {
+            match self.pending_us.pop_front() {
+                Some(Some(interval_us)) => self.count(interval_us),
+                Some(None) => {}
+                None => return,
+            }
+        }
+    }
+
+    /// Summary at this nominal period; `None` without an interval.
+    pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
+        let intervals = self.histogram.as_ref().filter(|histogram| !histogram.is_empty())?;
+        // The middle of a bucket, unless it lies outside of all intervals.
+        let percentile_us = |quantile: f64| {
+            let middle_us = intervals.median_equivalent(intervals.value_at_quantile(quantile));
+            middle_us.clamp(self.min_us, self.max_us)
+        };
+        let together_us = (TOGETHER_PERIODS * period_s * 1e6) as u64;
+        let together = intervals.count_between(0, together_us) as f64;
+        let samples = (intervals.len() + 1) as f64;
+        Some(Arrivals {
+            p50_us: percentile_us(0.5),
+            p99_us: percentile_us(0.99),
+            max_us: self.max_us,
+            share_together: together / intervals.len() as f64,
+            samples_together: samples / (samples - together),
+        })
+    }
+
+    fn count(&mut self, interval_us: u64) {
+        if let Some(histogram) = &mut self.histogram {
+            histogram.saturating_record(interval_us);
+        }
+        self.min_us = self.min_us.min(interval_us);
+        self.max_us = self.max_us.max(interval_us);
+    }
+}

@@ -1,0 +1,374 @@
+//! Detects gaps at a known rate, by the lag of each sample behind the time when it was due.
+
+use std::collections::VecDeque;
+
+use super::envelope::Envelope;
+use super::gap_event::GapEvent;
+use super::rate_estimates::{LISTED_TOLERANCE, RUN, WHOLE_TOLERANCE, snap};
+use super::rate_increase::SuspectedIncrease;
+use super::rate_search::TrackedRate;
+use super::read_pattern::ReadPattern;
+
+/// Lag in periods from which a sample is in doubt: above 0.76, by which a host was seen to shift
+/// its phase, and below 0.88, what was left of a period at the end of a real pause. In between only
+/// streams that drop every fourth sample depend on it.
+const DOUBT_PERIODS: f64 = 0.82;
+
+/// The same where the phase of the reads may jump by a period, see [`ReadPattern::may_jump`].
+const JUMPY_DOUBT_PERIODS: f64 = 1.0 + DOUBT_PERIODS;
+
+/// Reads, or samples, that confirm what the ones before showed, besides the window of the reads: of
+/// the samples of a read only the last is about as early as it can be. Chosen.
+pub(super) const CONFIRMATIONS: usize = 12;
+
+/// Fall of the least lag, in periods per sample, above which it is not steady: the reader catches
+/// up, or its reads drift past the samples. No clock is off by 4000 ppm.
+const FALLING_PERIODS: f64 = 0.004;
+
+/// Most samples held in doubt, 5 min at 200 Hz: a longer stall is taken for a gap.
+const MAX_HELD: usize = 65_536;
+
+/// Factor per sample by which the greatest recent lag decays: it is remembered for some thousand.
+const LATE_DECAY: f64 = 0.999;
+
+/// Greatest recent lag in periods of a stream whose samples arrive steadily. Chosen.
+const STEADY_PERIODS: f64 = 0.3;
+
+/// Samples after which the due time follows the least lag among them. Chosen.
+const BLOCK_LEN: u64 = 16;
+
+/// Periods by which samples come early that show that all before were late: a jump of the phase is
+/// one, several in a row are rare.
+const ALL_LATE_PERIODS: f64 = 4.0;
+
+/// Periods by which a sample comes early that make an increase of the rate suspected: half of what
+/// each sample at the next of the sensor's rates does (1.25 times as high).
+const SUSPICIOUS_PERIODS: f64 = 0.1;
+
+/// Lower rates are below the present one by this factor. Chosen.
+const LOWER: f64 = 0.9;
+
+/// What the samples judged last show.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Judgement {
+    /// They, or the gap before them, are certain.
+    Event(GapEvent),
+    /// The rate has not increased: the events held hold.
+    IncreaseCleared,
+    /// The samples judged have this lower rate, in Hz.
+    Decreased(f64),
+    /// The samples held have this higher rate, in Hz.
+    Increased(f64),
+    /// The samples held come at this rate in Hz, which the sensor cannot have.
+    TooFast(f64),
+}
+
+/// Lags that are a gap if they last.
+#[derive(Clone, Copy, Debug)]
+struct Doubt {
+    /// When the first held sample was due.
+    first_due_s: f64,
+    least_lag_s: f64,
+    most_lag_s: f64,
+    /// Stamp, and place among the held samples, from which on the least lag has not fallen, and
+    /// reads since.
+    steady_since_s: f64,
+    steady_since: usize,
+    reads: usize,
+}
+
+/// Judges samples at one rate, in order.
+#[derive(Clone, Debug)]
+pub(super) struct LagTracker {
+    rates_hz: &'static [f64],
+    period_s: f64,
+    /// When the next sample to be judged is due, at the earliest.
+    due_s: f64,
+    /// Stamps of the samples held; the first `judged` of them are in doubt.
+    held: VecDeque<f64>,
+    judged: usize,
+    doubt: Option<Doubt>,
+    /// The present block: its samples, first stamp, least lag, and whether it has a gap.
+    block_samples: u64,
+    block_start_s: f64,
+    block_least_s: f64,
+    block_has_gap: bool,
+    /// How early samples may come after a gap without being the new earliest: then the gap was
+    /// counted one sample too large, and the next one is counted less.
+    overcount_s: f64,
+    /// Index in the stream of the next sample, dropped ones counted.
+    index: u64,
+    envelope: Envelope,
+    /// Due times follow the fitted rate, not the nominal one.
+    follows_fit: bool,
+    reads: ReadPattern,
+    /// The greatest recent lag that was no gap.
+    late_s: f64,
+    increase: Option<Box<SuspectedIncrease>>,
+}
+
+impl LagTracker {
+    /// Judges samples from the one due at `due_s`.
+    pub(super) fn new(rates_hz: &'static [f64], rate: TrackedRate, due_s: f64) -> Self {
+        let period_s = rate.hz().recip();
+        Self {
+            rates_hz,
+            period_s,
+            due_s,
+            held: VecDeque::new(),
+            judged: 0,
+            doubt: None,
+            block_samples: 0,
+            block_start_s: due_s,
+            block_least_s: f64::INFINITY,
+            block_has_gap: false,
+            overcount_s: 0.0,
+            index: 0,
+            envelope: Envelope::new(period_s),
+            // A fit counts the gaps so far; to follow it would feed their errors back.
+            follows_fit: matches!(rate, TrackedRate::Measured(_)),
+            late_s: 0.0,
+            reads: ReadPattern::new(period_s),
+            increase: None,
+        }
+    }
+
+    /// Adds a sample's stamp, not before the one before. Then [`judge`](Self::judge) until there is
+    /// no judgement.
+    pub(super) fn push(&mut self, at_s: f64) {
+        self.reads.push(at_s);
+        self.held.push_back(at_s);
+    }
+
+    /// The next judgement; `None` while the samples held are in doubt, or an increase is suspected.
+    pub(super) fn judge(&mut self) -> Option<Judgement> {
+        loop {
+            match (self.judge_lag()?, &mut self.increase) {
+                (Judgement::Event(event), Some(increase)) => {
+                    if let Some(judgement) = increase.hold(event) {
+                        return Some(judgement);
+                    }
+                }
+                (judgement, _) => return Some(judgement),
+            }
+        }
+    }
+
+    /// The judgement on the next samples by their lag alone.
+    fn judge_lag(&mut self) -> Option<Judgement> {
+        while let Some(&at_s) = self.held.get(self.judged) {
+            let lag_s = at_s - self.due_s;
+            if lag_s < self.doubt_s() {
+                return Some(Judgement::Event(self.settle(at_s, lag_s)));
+            }
+            if let Some(judgement) = self.hold(at_s, lag_s) {
+                return Some(judgement);
+            }
+        }
+        None
+    }
+
+    /// The event on samples in doubt if none follow: a gap if samples arrive steadily, else what
+    /// bunching cannot delay.
+    pub(super) fn finish(&mut self) -> Option<GapEvent> {
+        let doubt = self.doubt?;
+        let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
+        if self.is_steady() || last_lag_s >= self.doubt_s() + self.reads.window_s() {
+            return Some(self.gap(doubt));
+        }
+        Some(GapEvent::Samples(self.take_held().len() as u64))
+    }
+
+    /// The clock changes here: gives the number of samples held, which have no gap before them, and
+    /// when the next sample is due.
+    pub(super) fn restart_clock(&mut self) -> (u64, f64) {
+        let samples = self.take_held().len() as u64;
+        self.index += samples;
+        (samples, self.due_s)
+    }
+
+    /// The events held for a suspected increase, which has not happened.
+    pub(super) fn clear_increase(&mut self) -> Vec<GapEvent> {
+        self.increase.take().map_or_else(Vec::new, |increase| increase.into_events())
+    }
+
+    /// The events before the rate changed to `to_hz`, and the stamps of the samples after.
+    pub(super) fn split(&mut self, to_hz: f64) -> (Vec<GapEvent>, Vec<f64>) {
+        let (before, mut after_s) =
+            self.increase.take().map_or_else(Default::default, |increase| increase.split(to_hz));
+        after_s.extend(self.take_held());
+        (before, after_s)
+    }
+
+    /// Samples held, those of a suspected increase included.
+    pub(super) fn samples_held(&self) -> usize {
+        self.held.len() + self.increase.as_ref().map_or(0, |increase| increase.samples())
+    }
+
+    /// Fitted period; `None` until there are some blocks of samples.
+    pub(super) const fn fitted_period_s(&self) -> Option<f64> {
+        self.envelope.fitted_period_s()
+    }
+
+    /// The same without the samples of a suspected increase.
+    pub(super) fn fitted_before_increase_s(&self) -> Option<f64> {
+        self.increase.as_ref().map_or(self.fitted_period_s(), |increase| increase.fitted_before_s())
+    }
+
+    fn take_held(&mut self) -> VecDeque<f64> {
+        self.doubt = None;
+        self.judged = 0;
+        std::mem::take(&mut self.held)
+    }
+
+    /// Whether a late sample shows a gap.
+    fn is_steady(&self) -> bool {
+        self.late_s <= STEADY_PERIODS * self.period_s
+    }
+
+    /// Lag from which a sample is in doubt.
+    fn doubt_s(&self) -> f64 {
+        let periods = if self.reads.may_jump() { JUMPY_DOUBT_PERIODS } else { DOUBT_PERIODS };
+        periods * self.period_s
+    }
+
+    /// The sample at `judged` has no gap before it, and neither have those held before it.
+    fn settle(&mut self, at_s: f64, lag_s: f64) -> GapEvent {
+        let most_lag_s = self.doubt.take().map_or(lag_s, |doubt| doubt.most_lag_s);
+        self.late_s = most_lag_s.max(LATE_DECAY * self.late_s);
+        let samples = self.judged + 1;
+        self.due_s += self.period_s;
+        if lag_s < -self.overcount_s {
+            let early_s = -self.overcount_s - lag_s;
+            self.add_early(at_s, early_s, samples);
+            self.due_s -= early_s;
+            self.block_least_s = -self.overcount_s;
+        } else {
+            self.block_least_s = self.block_least_s.min(lag_s);
+        }
+        self.judged = 0;
+        if let Some(increase) = &mut self.increase {
+            let all_late = increase.early_s() > ALL_LATE_PERIODS * self.period_s;
+            let window_s = self.reads.window_s();
+            self.held.drain(..samples).for_each(|at_s| increase.push(at_s, window_s));
+            if all_late {
+                self.envelope.restart();
+            }
+        } else if samples == 1 {
+            self.held.pop_front();
+        } else {
+            self.held.drain(..samples);
+        }
+        self.index += samples as u64;
+        // Samples held in doubt were late: only the last of these may lie on the envelope.
+        let is_new_fit = self.envelope.push(self.index, at_s);
+        if is_new_fit && self.follows_fit {
+            self.period_s = self.envelope.credible_period_s();
+        }
+        self.block_samples += samples as u64;
+        if self.block_samples >= BLOCK_LEN && at_s - self.block_start_s >= self.reads.window_s() {
+            self.end_block(at_s);
+        }
+        GapEvent::Samples(samples as u64)
+    }
+
+    /// The last of `samples` to be settled is the earliest by `early_s`; it was due a period ago.
+    #[cold]
+    fn add_early(&mut self, at_s: f64, early_s: f64, samples: usize) {
+        let is_suspicious = early_s > SUSPICIOUS_PERIODS * self.period_s;
+        if is_suspicious && self.increase.is_none() {
+            let due_before_s = self.due_s - (samples + 1) as f64 * self.period_s;
+            let fitted_s = self.fitted_period_s();
+            let increase = SuspectedIncrease::new(self.rates_hz, self.period_s, due_before_s, fitted_s);
+            self.increase = Some(Box::new(increase));
+        }
+        if let Some(increase) = &mut self.increase {
+            increase.add_early(at_s, early_s, is_suspicious);
+        }
+    }
+
+    /// The due time follows the least lag of the block. A gap counted too large stays owed until a
+    /// block without a gap shows that none was.
+    fn end_block(&mut self, at_s: f64) {
+        let is_owed = self.block_least_s < -0.5 * self.overcount_s;
+        if !is_owed && !self.block_has_gap {
+            self.overcount_s = 0.0;
+        }
+        self.due_s += self.block_least_s + if is_owed { self.overcount_s } else { 0.0 };
+        self.block_has_gap = false;
+        self.block_samples = 0;
+        self.block_start_s = at_s;
+        self.block_least_s = f64::INFINITY;
+    }
+
+    /// The sample at `judged` is in doubt; the judgement once the least lag is steady.
+    #[cold]
+    fn hold(&mut self, at_s: f64, lag_s: f64) -> Option<Judgement> {
+        let place = self.judged;
+        self.judged += 1;
+        let doubt = self.doubt.get_or_insert(Doubt {
+            first_due_s: self.due_s,
+            least_lag_s: lag_s,
+            most_lag_s: lag_s,
+            steady_since_s: at_s,
+            steady_since: place,
+            reads: 0,
+        });
+        self.due_s += self.period_s;
+        if place > 0 && self.reads.are_apart(self.held[place - 1], at_s) {
+            doubt.reads += 1;
+        }
+        let fall_s = FALLING_PERIODS * self.period_s * (place - doubt.steady_since) as f64;
+        if lag_s < doubt.least_lag_s - fall_s {
+            doubt.steady_since_s = at_s;
+            doubt.steady_since = place;
+            doubt.reads = 0;
+        }
+        doubt.least_lag_s = doubt.least_lag_s.min(lag_s);
+        doubt.most_lag_s = doubt.most_lag_s.max(lag_s);
+        let doubt = *doubt;
+        let is_steady = doubt.reads >= CONFIRMATIONS && at_s - doubt.steady_since_s >= self.reads.window_s();
+        if !is_steady && self.held.len() < MAX_HELD {
+            return None;
+        }
+        match self.lower_rate() {
+            Some(lower_hz) => (self.judged >= RUN).then_some(Judgement::Decreased(lower_hz)),
+            None => Some(Judgement::Event(self.gap(doubt))),
+        }
+    }
+
+    /// Samples are missing before the first held; the held ones are judged anew.
+    fn gap(&mut self, doubt: Doubt) -> GapEvent {
+        // Over a long pause a small error of the period counts.
+        let period_s = self.envelope.credible_period_s();
+        let missing = (doubt.least_lag_s / period_s + (1.0 - DOUBT_PERIODS)).floor();
+        // A lag of exactly the threshold may round down.
+        let missing = missing.max(1.0);
+        self.doubt = None;
+        self.due_s = doubt.first_due_s + missing * period_s;
+        self.judged = 0;
+        self.overcount_s = self.period_s;
+        // The lags on both sides of it are comparable only where samples arrive steadily.
+        self.block_has_gap = self.is_steady();
+        if !self.block_has_gap {
+            self.block_samples = 0;
+            self.block_least_s = f64::INFINITY;
+        }
+        self.index += missing as u64;
+        GapEvent::Missing(missing as u64)
+    }
+
+    /// The lower rate of the sensor that three in four intervals of the samples judged have.
+    fn lower_rate(&self) -> Option<f64> {
+        let last = self.judged.checked_sub(1)?;
+        let span_s = self.held[last] - self.held[0];
+        let lower_hz = snap(self.rates_hz, last as f64 / span_s, LISTED_TOLERANCE)?;
+        if lower_hz * self.period_s > LOWER {
+            return None;
+        }
+        let judged = self.held.iter().take(self.judged);
+        let intervals_s = judged.clone().skip(1).zip(judged).map(|(later, earlier)| later - earlier);
+        let single = intervals_s.filter(|interval_s| (interval_s * lower_hz - 1.0).abs() < WHOLE_TOLERANCE);
+        (4 * single.count() >= 3 * last).then_some(lower_hz)
+    }
+}

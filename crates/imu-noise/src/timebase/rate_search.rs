@@ -1,0 +1,282 @@
+//! The first samples, held until their rate is known.
+
+use super::gap_event::{NominalRate, Refusal};
+use super::rate_estimates::{
+    COARSE_TOLERANCE, LISTED_TOLERANCE, RUN, Stretch, StretchCutter, TOO_FAST, fastest, is_whole_periods,
+    lowest_whole_rate, rate_by_intervals, rate_by_stretches, rounded, snap,
+};
+use super::read_pattern::BUNCHING_S;
+
+/// Most stretches held without a rate. Chosen: half of [`MAX_SAMPLES`] if they come singly.
+pub(super) const MANY_STRETCHES: usize = 16;
+
+/// Most samples held: 5 s at 200 Hz, in which the backlog of a reader has drained.
+const MAX_SAMPLES: usize = 1024;
+
+/// Stretches after which one kind of estimate is enough: together they are biased by bunching by
+/// one period in 124, less than [`LISTED_TOLERANCE`].
+const SEVERAL_STRETCHES: usize = 4;
+
+/// Fewest runs with a lower edge: the first ones may be a backlog. Chosen.
+const MIN_EDGE_RUNS: usize = 8;
+
+/// Consecutive single intervals, and seconds of them, that confirm a known rate: ten times
+/// [`BUNCHING_S`], so that neither reads at a steady pace nor a backlog that drains
+/// look like them.
+const PERIODIC_INTERVALS: usize = 4;
+const PERIODIC_S: f64 = 1.0;
+
+/// Part of a period by which each of these intervals may differ from one. Chosen.
+const PERIODIC_TOLERANCE: f64 = 0.1;
+
+/// Factor from which whole periods of a higher rate show that samples are dropped. A reader at a
+/// steady pace of one of the sensor's rates looks like that up to 1.6 times the rate (25 Hz read at
+/// 40 Hz) if some intervals are to be single ones.
+const READER_PACE: f64 = 1.75;
+
+/// The rate found, and how samples are tracked with it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InitialRate {
+    pub(super) nominal: NominalRate,
+    pub(super) tracked: TrackedRate,
+}
+
+/// The rate, in Hz, by which samples are due.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum TrackedRate {
+    /// A listed or known one: exact but for the error of a clock.
+    Listed(f64),
+    /// A measured one, so coarse that the fitted rate replaces it as the record grows.
+    Measured(f64),
+}
+
+impl TrackedRate {
+    pub(super) const fn hz(self) -> f64 {
+        match self {
+            Self::Listed(hz) | Self::Measured(hz) => hz,
+        }
+    }
+}
+
+/// Samples held, and the estimates of their rate.
+#[derive(Clone, Debug)]
+pub(super) struct RateSearch {
+    /// The sensor's rates, and the known one.
+    listed_hz: Vec<f64>,
+    fastest_hz: f64,
+    known_hz: Option<f64>,
+    /// Samples before the clock went back; their stamps are of no use.
+    unstamped: u64,
+    held_s: Vec<f64>,
+    cutter: StretchCutter,
+    stretches: Vec<Stretch>,
+}
+
+impl RateSearch {
+    pub(super) fn new(rates_hz: &[f64], known_hz: Option<f64>) -> Self {
+        Self {
+            listed_hz: rates_hz.iter().copied().chain(known_hz).collect(),
+            fastest_hz: fastest(rates_hz),
+            known_hz,
+            unstamped: 0,
+            held_s: Vec::new(),
+            cutter: StretchCutter::default(),
+            stretches: Vec::new(),
+        }
+    }
+
+    pub(super) fn set_known_rate(&mut self, known_hz: f64) {
+        self.listed_hz.push(known_hz);
+        self.known_hz = Some(known_hz);
+    }
+
+    /// Adds a sample's stamp; the rate once it is known, or why there is none.
+    pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
+        self.held_s.push(at_s);
+        if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.is_periodic_at(known_hz)) {
+            let tracked = TrackedRate::Listed(known_hz);
+            return Some(Ok(InitialRate { nominal: NominalRate::Known(known_hz), tracked }));
+        }
+        let stretch = self.cutter.push(at_s);
+        self.stretches.extend(stretch);
+        let is_full = self.held_s.len() >= MAX_SAMPLES;
+        let must_decide = is_full || self.stretches.len() >= MANY_STRETCHES;
+        if is_full || stretch.is_some() { self.decide(must_decide, is_full) } else { None }
+    }
+
+    /// The decision if no sample follows; `None` for a single sample, or none, of unknown rate.
+    pub(super) fn finish(&self) -> Option<Result<InitialRate, Refusal>> {
+        self.decide(true, true)
+    }
+
+    /// The clock went back: the stamps so far cannot be compared with those that follow.
+    pub(super) fn restart(&mut self) {
+        self.unstamped = self.samples();
+        self.held_s.clear();
+        self.cutter = StretchCutter::default();
+        self.stretches.clear();
+    }
+
+    /// Takes the samples held: the number of those whose stamps are of no use, and the stamps of the
+    /// others, which follow.
+    pub(super) fn take_held(&mut self) -> (u64, Vec<f64>) {
+        (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.held_s))
+    }
+
+    /// Samples held.
+    pub(super) fn samples(&self) -> u64 {
+        self.unstamped + self.held_s.len() as u64
+    }
+
+    /// The rate or the refusal. If it `must_decide` the likeliest one, but a contradiction of a
+    /// known rate by a measured one only when `is_final`.
+    fn decide(&self, must_decide: bool, is_final: bool) -> Option<Result<InitialRate, Refusal>> {
+        let sure = self.sure_rate(must_decide);
+        if let Some(known_hz) = self.known_hz {
+            let nominal = NominalRate::Known(known_hz);
+            let agreed = sure.filter(|tracked| is_near(tracked.hz(), known_hz));
+            if let Some(tracked) = agreed.or_else(|| self.fallback_at(known_hz, sure, must_decide)) {
+                return Some(Ok(InitialRate { nominal, tracked }));
+            }
+            if !is_final && !matches!(sure, Some(TrackedRate::Listed(_))) {
+                return None;
+            }
+        }
+        let Some(tracked) = sure.or_else(|| if must_decide { self.fallback_rate() } else { None }) else {
+            let samples = self.held_s.len() as u64;
+            return (must_decide && samples > 1).then_some(Err(Refusal::NoTimePasses { samples }));
+        };
+        let measured_hz = tracked.hz();
+        Some(match (tracked, self.known_hz) {
+            (TrackedRate::Measured(_), _) if measured_hz > TOO_FAST * self.fastest_hz => {
+                Err(Refusal::TooFast { measured_hz, fastest_hz: self.fastest_hz })
+            }
+            (_, Some(known_hz)) => Err(Refusal::OtherRate { known_hz, measured_hz }),
+            (TrackedRate::Listed(hz), None) => Ok(InitialRate { nominal: NominalRate::Snapped(hz), tracked }),
+            (TrackedRate::Measured(hz), None) => Ok(InitialRate { nominal: NominalRate::Measured(hz), tracked }),
+        })
+    }
+
+    /// Whether the last samples came singly at this rate, none dropped: at a low rate that is known
+    /// long before a stretch ends.
+    fn is_periodic_at(&self, hz: f64) -> bool {
+        let intervals = PERIODIC_INTERVALS.max((PERIODIC_S * hz).ceil() as usize);
+        let Some(first) = self.held_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
+            return false;
+        };
+        let last_s = &self.held_s[first..];
+        let is_single = |pair: &[f64]| ((pair[1] - pair[0]) * hz - 1.0).abs() < PERIODIC_TOLERANCE;
+        let mean_hz = intervals as f64 / (last_s[intervals] - last_s[0]);
+        (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(is_single)
+    }
+
+    /// The rate by intervals and stretches: a listed rate if both agree, or one of them after
+    /// several stretches; any rate if it `must_decide`.
+    fn sure_rate(&self, must_decide: bool) -> Option<TrackedRate> {
+        let by_intervals_hz = rate_by_intervals(&self.held_s);
+        let by_stretches_hz =
+            rate_by_stretches(&self.stretches).filter(|hz| by_intervals_hz.is_some() || !self.is_biased_by_loss(*hz));
+        let listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE);
+        let (intervals_listed, stretches_listed) = (by_intervals_hz.and_then(listed), by_stretches_hz.and_then(listed));
+        if intervals_listed.is_some() && intervals_listed == stretches_listed {
+            return intervals_listed.map(TrackedRate::Listed);
+        }
+        // Reads at a pace of their own make intervals of another rate; then the stretches are right.
+        let differ = by_intervals_hz.zip(by_stretches_hz).is_some_and(|(a, b)| (a / b - 1.0).abs() > COARSE_TOLERANCE);
+        let several = self.stretches.len() >= SEVERAL_STRETCHES && !differ;
+        let listed_hz = stretches_listed.or(intervals_listed).filter(|_| must_decide || several);
+        if listed_hz.is_some() || !must_decide {
+            return listed_hz.map(TrackedRate::Listed);
+        }
+        let hz = if differ { by_stretches_hz } else { by_intervals_hz.or(by_stretches_hz) };
+        hz.map(|hz| TrackedRate::Measured(rounded(hz)))
+    }
+
+    /// The likeliest rate where neither intervals nor stretches show one: that of the lower edge,
+    /// of whole periods, of the fastest stretch (the one with the fewest drops), or the mean.
+    fn fallback_rate(&self) -> Option<TrackedRate> {
+        let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
+        let is_listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE).is_some();
+        let is_sound = |hz: &f64| self.known_hz.is_some() || (is_listed(*hz) && !self.is_biased_by_loss(*hz));
+        let hz = edge_hz
+            .filter(is_sound)
+            .or_else(|| lowest_whole_rate(&self.held_s, &self.listed_hz))
+            .or_else(|| self.fastest_stretch_hz())
+            .or_else(|| self.mean_hz())?;
+        let near_hz = snap(&self.listed_hz, hz, COARSE_TOLERANCE);
+        Some(near_hz.map_or(TrackedRate::Measured(rounded(hz)), TrackedRate::Listed))
+    }
+
+    /// Whether samples dropped all the time lowered the rate to this one: they bias stretches and
+    /// edge, by chance to another of the sensor's rates, but leave whole periods.
+    fn is_biased_by_loss(&self, hz: f64) -> bool {
+        lowest_whole_rate(&self.held_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
+    }
+
+    /// How samples are tracked at a known rate that the sure rate does not confirm, if nothing
+    /// better contradicts it.
+    fn fallback_at(&self, known_hz: f64, sure: Option<TrackedRate>, must_decide: bool) -> Option<TrackedRate> {
+        let several = self.stretches.len() >= SEVERAL_STRETCHES;
+        let other_stretches = several && rate_by_stretches(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
+        if (must_decide || several) && !other_stretches && is_whole_periods(&self.held_s, known_hz) {
+            return Some(TrackedRate::Listed(known_hz));
+        }
+        if !must_decide {
+            return None;
+        }
+        if self.stretches.is_empty() {
+            return self.spans_time_at(known_hz).then_some(TrackedRate::Listed(known_hz));
+        }
+        if matches!(sure, Some(TrackedRate::Listed(_))) {
+            return None;
+        }
+        // A few drops bias the stretches, and reads at a steady pace the intervals, but not the edge.
+        let whole_hz = lowest_whole_rate(&self.held_s, &self.listed_hz);
+        let sound_hz = self.edge_hz(known_hz).into_iter().chain(whole_hz);
+        let fastest_hz = self.fastest_stretch_hz().filter(|_| sure.is_none());
+        let near_hz = sound_hz.chain(fastest_hz).find(|&hz| is_near(hz, known_hz));
+        let near_hz = near_hz.or_else(|| (sure.is_none() && self.spans_time_at(known_hz)).then_some(known_hz))?;
+        Some(TrackedRate::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
+    }
+
+    /// The rate of the lower edge of the lags behind any rate near it: the median step between the
+    /// earliest arrivals of neighbouring runs. A backlog or drops bias it only in most runs.
+    fn edge_hz(&self, near_hz: f64) -> Option<f64> {
+        let lags_s: Vec<f64> =
+            self.held_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();
+        let least_s: Vec<f64> =
+            lags_s.chunks_exact(RUN).map(|run| run.iter().copied().fold(f64::INFINITY, f64::min)).collect();
+        if least_s.len() < MIN_EDGE_RUNS {
+            return None;
+        }
+        let mut steps_s: Vec<f64> = least_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = steps_s.len() / 2;
+        let step_s = *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let period_s = near_hz.recip() + step_s / RUN as f64;
+        (period_s > 0.0).then(|| period_s.recip())
+    }
+
+    fn fastest_stretch_hz(&self) -> Option<f64> {
+        self.stretches.iter().map(|stretch| stretch.hz()).max_by(f64::total_cmp)
+    }
+
+    fn mean_hz(&self) -> Option<f64> {
+        let span_s = self.span_s()?;
+        (span_s > 0.0).then(|| (self.held_s.len() - 1) as f64 / span_s)
+    }
+
+    /// Whether the samples held span the time that they take at this rate, but for bunching.
+    fn spans_time_at(&self, known_hz: f64) -> bool {
+        let expected_s = self.held_s.len().saturating_sub(1) as f64 / known_hz;
+        let within_s = COARSE_TOLERANCE * expected_s + BUNCHING_S;
+        self.span_s().is_some_and(|span_s| (span_s - expected_s).abs() <= within_s)
+    }
+
+    fn span_s(&self) -> Option<f64> {
+        Some(self.held_s.last()? - self.held_s.first()?)
+    }
+}
+
+fn is_near(measured_hz: f64, known_hz: f64) -> bool {
+    (measured_hz / known_hz - 1.0).abs() <= COARSE_TOLERANCE
+}

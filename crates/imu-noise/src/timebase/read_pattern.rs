@@ -1,0 +1,127 @@
+//! How the host's reads fall among the samples: whether they bring several at once, and at which
+//! phases of the sample period they end.
+
+/// Samples closer than this part of a period came with one read. Chosen: above the jitter of a
+/// host's stamps within a read, below half a period.
+pub(super) const TOGETHER_PERIODS: f64 = 0.2;
+
+/// Twice the longest bunching of a usual host, in seconds (USB adapters collect for 16 ms, slow
+/// readers up to 50 ms).
+pub(super) const BUNCHING_S: f64 = 0.1;
+
+/// Share of reads with several samples above which a stream is bunched. Chosen: a rare stall of the
+/// host stays below.
+const BUNCHED_SHARE: f64 = 0.05;
+
+/// Share of reads with several samples above which their phase may jump: a reader at a steady pace
+/// near a multiple of the period brings several in nearly each read. A reader that takes each
+/// sample as it comes, and stalls at times, stays below.
+const JUMPY_SHARE: f64 = 0.5;
+
+/// Reads over which these shares are averaged. Chosen.
+const AVERAGED_READS: f64 = 64.0;
+
+/// Reads in a group whose phases are looked at together: as many as there are sixteenths.
+const GROUP_READS: u32 = 16;
+
+/// Longest run of empty sixteenths of a period among the phases of a group that is still mixed.
+/// Of sixteen phases at random fewer than 1 % have a longer one.
+const MIXED_EMPTY: u32 = 5;
+
+/// Reads of a stream, separated by the times between samples.
+///
+/// A read returns all samples that have arrived, so the last of them is less than a period late:
+/// that lateness is the phase of the read. If the time between reads is close to a multiple of the
+/// period the phase drifts slowly and then jumps by a whole period, which looks like a dropped
+/// sample. If the phases are mixed, spread over the whole period, they cannot jump by much.
+#[derive(Clone, Debug)]
+pub(super) struct ReadPattern {
+    together_s: f64,
+    /// Longest time a group of reads may take to define the window.
+    max_window_s: f64,
+    sixteenths_per_s: f64,
+    previous_s: f64,
+    /// Samples of the present read.
+    samples: u64,
+    bunched_share: f64,
+    /// Reads that `bunched_share` averages.
+    averaged_reads: f64,
+    /// Reads of the present group, its start, and the sixteenths of the period in which they ended.
+    group_reads: u32,
+    group_start_s: f64,
+    phases: u16,
+    is_mixed: bool,
+    window_s: f64,
+}
+
+impl ReadPattern {
+    pub(super) fn new(period_s: f64) -> Self {
+        Self {
+            together_s: TOGETHER_PERIODS * period_s,
+            max_window_s: BUNCHING_S.max(f64::from(GROUP_READS) * period_s.max(BUNCHING_S)),
+            sixteenths_per_s: 16.0 / period_s,
+            previous_s: f64::NEG_INFINITY,
+            samples: 0,
+            bunched_share: 0.0,
+            averaged_reads: 0.0,
+            group_reads: 0,
+            group_start_s: 0.0,
+            phases: 0,
+            is_mixed: false,
+            window_s: BUNCHING_S,
+        }
+    }
+
+    /// Adds a sample's stamp.
+    pub(super) fn push(&mut self, at_s: f64) {
+        if self.are_apart(self.previous_s, at_s) {
+            self.end_read();
+        }
+        self.samples += 1;
+        self.previous_s = at_s;
+    }
+
+    /// Whether two neighbouring samples came with two reads.
+    pub(super) fn are_apart(&self, earlier_s: f64, later_s: f64) -> bool {
+        later_s - earlier_s >= self.together_s
+    }
+
+    /// Whether the phase may jump by a period: most reads bring several samples, and end near one
+    /// phase.
+    pub(super) fn may_jump(&self) -> bool {
+        self.bunched_share > JUMPY_SHARE && !self.is_mixed
+    }
+
+    /// Time within which some sample arrives as early as any: that of a group of reads in a bunched
+    /// stream, at least [`BUNCHING_S`].
+    pub(super) const fn window_s(&self) -> f64 {
+        self.window_s
+    }
+
+    fn end_read(&mut self) {
+        if self.samples == 0 {
+            return;
+        }
+        let several = if self.samples > 1 { 1.0 } else { 0.0 };
+        self.averaged_reads = f64::min(self.averaged_reads + 1.0, AVERAGED_READS);
+        self.bunched_share += (several - self.bunched_share) / self.averaged_reads;
+        self.samples = 0;
+        let sixteenths = (self.previous_s * self.sixteenths_per_s) as u64;
+        self.phases |= 1 << (sixteenths % 16);
+        self.group_reads += 1;
+        if self.group_reads == GROUP_READS {
+            self.end_group();
+        }
+    }
+
+    fn end_group(&mut self) {
+        let empty_runs = (0..16).map(|turn| self.phases.rotate_right(turn).trailing_zeros());
+        self.is_mixed = empty_runs.max().is_some_and(|run| run <= MIXED_EMPTY);
+        let span_s = self.previous_s - self.group_start_s;
+        let is_bunched = self.bunched_share > BUNCHED_SHARE;
+        self.window_s = if is_bunched { span_s.clamp(BUNCHING_S, self.max_window_s) } else { BUNCHING_S };
+        self.group_reads = 0;
+        self.group_start_s = self.previous_s;
+        self.phases = 0;
+    }
+}

@@ -1,0 +1,237 @@
+//! Gaps by a counter that each sample carries.
+
+use std::collections::VecDeque;
+
+use super::gap_event::GapEvent;
+use super::rate_estimates::RUN;
+
+/// Part of a step by which an increment may differ from a whole number of steps. Chosen: counters
+/// that run at 800 Hz differ by one event in four or more.
+const TOLERANCE: f64 = 0.25;
+
+/// Increment in steps above which it is no gap but another counter: at 200 Hz such a gap takes
+/// eight months.
+const MAX_STEPS: f64 = 4_294_967_296.0;
+
+/// Judges the counters of a stream's samples; streaming, in bounded memory.
+///
+/// A sensor counts events of its own, a fixed number of them per sample: the step. It is the mean
+/// of those among the first 31 increments that are within half of the smallest one; the first 32
+/// samples are held until it is known. So it is right as long as two samples follow each other
+/// anywhere among them. An increment of n steps is n - 1 missing samples. Any other increment, one
+/// of more than 2^32 steps, and a counter that goes back is a new start: [`GapEvent::UnknownGap`].
+/// Counters may wrap at 2^32.
+///
+/// A counter that stays the same between two of the first samples counts something slower than
+/// samples: then it is ignored, and [`GapEvent::CounterInUse`] is never reported.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SampleCounter {
+    last: Option<u64>,
+    /// Increments before the samples held; empty once the step is known.
+    held: Vec<Increment>,
+    /// 0 for a counter that is ignored.
+    step: Option<f64>,
+    events: VecDeque<GapEvent>,
+    has_ended: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Increment {
+    By(u64),
+    Back,
+}
+
+impl SampleCounter {
+    /// Adds the next sample and its counter.
+    pub(super) fn push(&mut self, count: u64) {
+        let Some(last) = self.last.replace(count) else {
+            return self.add_sample();
+        };
+        let increment = increment(last, count);
+        if let Some(step) = self.step {
+            self.judge(increment, step);
+        } else {
+            self.held.push(increment);
+            if self.held.len() == RUN - 1 {
+                self.learn_step();
+            }
+        }
+    }
+
+    /// No sample with a counter follows: decides on those held.
+    pub(super) fn finish(&mut self) {
+        self.learn_step();
+        self.has_ended = true;
+    }
+
+    /// Whether [`finish`](Self::finish) was called.
+    pub(super) const fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    pub(super) fn poll(&mut self) -> Option<GapEvent> {
+        self.events.pop_front()
+    }
+
+    fn learn_step(&mut self) {
+        if self.held.is_empty() {
+            return;
+        }
+        let step = step(&self.held);
+        self.step = Some(step);
+        if step > 0.0 {
+            self.events.push_back(GapEvent::CounterInUse);
+        }
+        std::mem::take(&mut self.held).into_iter().for_each(|increment| self.judge(increment, step));
+    }
+
+    fn judge(&mut self, increment: Increment, step: f64) {
+        let gap = match increment {
+            _ if step == 0.0 => None,
+            Increment::By(events) => {
+                let steps = (events as f64 / step).round();
+                let is_whole = (events as f64 / step - steps).abs() <= TOLERANCE && (1.0..=MAX_STEPS).contains(&steps);
+                if is_whole {
+                    (steps > 1.0).then(|| GapEvent::Missing(steps as u64 - 1))
+                } else {
+                    Some(GapEvent::UnknownGap)
+                }
+            }
+            Increment::Back => Some(GapEvent::UnknownGap),
+        };
+        self.events.extend(gap);
+        self.add_sample();
+    }
+
+    fn add_sample(&mut self) {
+        match self.events.back_mut() {
+            Some(GapEvent::Samples(samples)) => *samples += 1,
+            _ => self.events.push_back(GapEvent::Samples(1)),
+        }
+    }
+}
+
+fn increment(last: u64, count: u64) -> Increment {
+    const WRAP: u64 = 1 << 32;
+    match count.checked_sub(last) {
+        Some(events) => Increment::By(events),
+        None if last < WRAP && last - count > WRAP / 2 => Increment::By(count + WRAP - last),
+        None => Increment::Back,
+    }
+}
+
+/// Events per sample; 0 for a counter that stays the same.
+fn step(increments: &[Increment]) -> f64 {
+    if increments.iter().any(|increment| matches!(increment, Increment::By(0))) {
+        return 0.0;
+    }
+    let events = increments.iter().filter_map(|increment| match increment {
+        Increment::By(events) => Some(*events as f64),
+        Increment::Back => None,
+    });
+    let Some(least) = events.clone().reduce(f64::min) else {
+        return 0.0;
+    };
+    let single: Vec<_> = events.filter(|&events| events <= 1.5 * least).collect();
+    single.iter().sum::<f64>() / single.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::gap_event::GapEvent::{CounterInUse, Missing, Samples, UnknownGap};
+    use super::*;
+
+    fn events(counts: impl IntoIterator<Item = u64>) -> Vec<GapEvent> {
+        let mut counter = SampleCounter::default();
+        counts.into_iter().for_each(|count| counter.push(count));
+        counter.finish();
+        std::iter::from_fn(|| counter.poll()).collect()
+    }
+
+    /// The first sample, that the counter is used, and this.
+    fn counted(then: impl IntoIterator<Item = GapEvent>) -> Vec<GapEvent> {
+        [Samples(1), CounterInUse].into_iter().chain(then).collect()
+    }
+
+    #[test]
+    fn zero_and_one_sample() {
+        assert_eq!(events([]), []);
+        assert_eq!(events([7]), [Samples(1)]);
+    }
+
+    #[test]
+    fn a_counter_that_stays_the_same_is_ignored() {
+        assert_eq!(events([5; 100]), [Samples(100)]);
+        // two samples per event
+        assert_eq!(events((0..100).map(|sample| sample / 2)), [Samples(100)]);
+        assert_eq!(events((1..100).rev()), [Samples(99)], "one that goes back from the start");
+    }
+
+    #[test]
+    fn a_new_start_is_an_unknown_gap_and_the_wrap_is_none() {
+        assert_eq!(events((1..=50).chain(1..=50)), counted([Samples(49), UnknownGap, Samples(50)]));
+        let wrapped = ((1_u64 << 32) - 3..1 << 32).chain(1..40);
+        assert_eq!(events(wrapped), counted([Samples(2), Missing(1), Samples(39)]));
+        let half = (1_u64 << 31) - 60;
+        assert_eq!(events((half..half + 50).chain([1])), counted([Samples(49), UnknownGap, Samples(1)]), "no wrap");
+    }
+
+    #[test]
+    fn an_increment_within_a_quarter_step_is_whole() {
+        let after = |events_more: u64| events((0..40).map(|sample| 20 * sample).chain([780 + events_more]));
+        assert_eq!(after(25), counted([Samples(40)]));
+        assert_eq!(after(35), counted([Samples(39), Missing(1), Samples(1)]));
+        for no_step in [4, 26, 34] {
+            assert_eq!(after(no_step), counted([Samples(39), UnknownGap, Samples(1)]), "{no_step}");
+        }
+    }
+
+    #[test]
+    fn a_leap_that_no_gap_makes_is_a_new_start() {
+        // twice, as two such gaps are more than 64 bits hold
+        let leaps = (1..=40).chain([u64::MAX - 9, 1, u64::MAX]);
+        let starts = std::iter::repeat_n([UnknownGap, Samples(1)], 3).flatten();
+        assert_eq!(events(leaps), counted(std::iter::once(Samples(39)).chain(starts)));
+        let longest = [Samples(39), Missing((1 << 32) - 1), Samples(1)];
+        assert_eq!(events((1..=40).chain([40 + (1 << 32)])), counted(longest));
+    }
+
+    #[test]
+    fn events_come_as_soon_as_the_step_is_known() {
+        let mut counter = SampleCounter::default();
+        (0..31).for_each(|count| counter.push(count));
+        assert_eq!((counter.poll(), counter.poll()), (Some(Samples(1)), None));
+        counter.push(31);
+        assert_eq!((counter.poll(), counter.poll()), (Some(CounterInUse), Some(Samples(31))));
+        counter.push(33);
+        assert_eq!((counter.poll(), counter.poll()), (Some(Missing(1)), Some(Samples(1))));
+    }
+
+    proptest! {
+        /// Any samples dropped, each sample reported once and in its place.
+        #[test]
+        fn any_gap_is_counted(
+            step in prop_oneof![Just(1_u64), Just(4), Just(20), Just(800)],
+            jitter in 0..2_u64,
+            dropped in prop::collection::vec(prop::bool::weighted(0.25), 100..400),
+        ) {
+            let jitter = if step >= 20 { jitter } else { 0 };
+            let kept: Vec<usize> =
+                dropped.iter().enumerate().filter(|(_, dropped)| !**dropped).map(|(sample, _)| sample).collect();
+            let counts = kept.iter().map(|&sample| 1000 + sample as u64 * step + (sample as u64 % 2) * jitter);
+            let mut expected = counted([]);
+            for pair in kept.windows(2) {
+                if pair[1] - pair[0] > 1 {
+                    expected.push(Missing((pair[1] - pair[0]) as u64 - 1));
+                }
+                match expected.last_mut() {
+                    Some(Samples(samples)) => *samples += 1,
+                    _ => expected.push(Samples(1)),
+                }
+            }
+            prop_assert_eq!(events(counts), expected);
+        }
+    }
+}

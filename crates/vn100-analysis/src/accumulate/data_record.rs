@@ -1,0 +1,218 @@
+//! One record: rows, gaps and replies of a stream, in their order, to sums.
+
+use std::{sync::Arc, time::Duration};
+
+use imu_noise::{GapEvent, TimebaseSummary};
+use vn100_protocol::{
+    Layout,
+    stream::{MarkKind, RegisterReply},
+};
+
+use super::{
+    accumulators::Accumulators,
+    gaps::Gaps,
+    measured_span::MeasuredSpan,
+    pending_rows::Resolved,
+    rate_authority::{Counted, RateAuthority, RateEffect},
+    sensor_replies::SensorReplies,
+};
+use crate::{settings::Settings, snapshot::Timing};
+
+/// The parts of a record, each with one concern; here they meet.
+#[derive(Debug)]
+pub(crate) struct DataRecord {
+    pub(crate) settings: Settings,
+    pub(crate) rate: RateAuthority,
+    pub(crate) span: MeasuredSpan,
+    pub(crate) gaps: Gaps,
+    pub(crate) replies: SensorReplies,
+    pub(crate) accumulators: Accumulators,
+}
+
+impl DataRecord {
+    pub(crate) fn new(settings: Settings) -> Self {
+        Self {
+            rate: RateAuthority::new(settings.rate_hz),
+            span: MeasuredSpan::new(settings.skip, settings.duration),
+            gaps: Gaps::new(),
+            replies: SensorReplies::new(),
+            accumulators: Accumulators::new(),
+            settings,
+        }
+    }
+
+    /// The samples are of this message; the first one decides.
+    pub(crate) fn set_layout(&mut self, layout: &Arc<Layout>) {
+        if self.accumulators.layout().is_none() {
+            self.rate.set_layout(layout);
+            self.accumulators.begin(Arc::clone(layout), &self.settings);
+        }
+    }
+
+    pub(crate) fn push(&mut self, resolved: Resolved<'_>) {
+        match resolved {
+            Resolved::Rows(counts) => self.push_rows(counts),
+            Resolved::Mark(mark) => self.push_mark(mark),
+            Resolved::Event(event) => self.push_event(event),
+        }
+    }
+
+    /// Adds frame-major rows without a gap between them.
+    pub(crate) fn push_rows(&mut self, counts: &[i32]) {
+        if counts.is_empty() {
+            return;
+        }
+        let rejected = self.gaps.take_rejected();
+        self.push_gap(rejected, true);
+        let (width, rate_hz) = (self.accumulators.width(), self.rate.hz());
+        if let Some((rows, first_index)) = self.span.push(counts.len() / width, rate_hz, self.rate.leaves_out()) {
+            let counts = &counts[rows.start * width..rows.end * width];
+            self.accumulators.push(counts, first_index, rate_hz, self.settings.recent);
+        }
+    }
+
+    pub(crate) fn push_mark(&mut self, mark: MarkKind) {
+        match mark {
+            MarkKind::BadLine => self.gaps.push_rejected_row(),
+            MarkKind::Printed(format) => {
+                if self.accumulators.set_print_format(format) {
+                    self.break_segment(Some(0));
+                }
+            }
+        }
+    }
+
+    fn push_event(&mut self, event: GapEvent) {
+        match event {
+            // rows, not an event, stand for these
+            GapEvent::Samples(_) => {}
+            GapEvent::Missing(missing) => self.push_gap(missing, false),
+            GapEvent::UnknownGap => self.push_unknown_gap(),
+            GapEvent::CounterInUse => self.gaps.use_counter(),
+            GapEvent::Rate(nominal) => {
+                self.rate.take_nominal(nominal, self.replies.rate_hz());
+                self.gaps.use_arrivals();
+            }
+            GapEvent::RateChanged { from_hz, to_hz, until } => {
+                let effect = self.rate.take_change(from_hz, to_hz, Some(*until), self.counted());
+                self.apply(effect);
+            }
+            GapEvent::Refused(refusal) => {
+                let effect = self.rate.take_refusal(refusal, self.counted());
+                self.apply(effect);
+                self.gaps.refuse_arrivals(self.rate.leaves_out());
+            }
+        }
+    }
+
+    /// Takes a reply of the sensor; `now` summarises the arrival times of the present connection.
+    /// What the rate that it reports means is for [`apply`](Self::apply), too.
+    pub(crate) fn push_reply(
+        &mut self,
+        reply: &RegisterReply,
+        now: impl Fn() -> Option<TimebaseSummary>,
+    ) -> RateEffect {
+        let is_left_out = self.rate.leaves_out();
+        self.replies.push(reply, self.span.samples(), is_left_out);
+        match self.replies.rate_hz().filter(|_| !is_left_out) {
+            Some(device_hz) => self.rate.take_device_rate(device_hz, now, self.counted()),
+            None => RateEffect::None,
+        }
+    }
+
+    /// Carries out what a decision on the rate means for the samples so far.
+    pub(crate) fn apply(&mut self, effect: RateEffect) {
+        match effect {
+            RateEffect::None | RateEffect::Known(_) => {}
+            RateEffect::Rescale { from_hz, to_hz } => self.span.rescale(from_hz, to_hz),
+            RateEffect::LeaveOut => self.replies.leave_out(self.span.samples()),
+            RateEffect::Resume => self.push_unknown_gap(),
+            RateEffect::Replace(device_hz) => {
+                let samples = self.span.samples();
+                self.span.rescale(self.rate.hz(), device_hz);
+                self.rate.replace(device_hz, samples);
+                self.gaps.forget_rejected();
+                self.gaps.end_detection();
+                self.discard();
+            }
+        }
+    }
+
+    /// The link is lost; `ended` summarises its arrival times.
+    pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
+        if !self.rate.leaves_out() {
+            self.replies.mark_break(self.span.samples());
+        }
+        self.rate.end_connection(ended);
+        self.gaps.end_detection();
+        if !self.is_complete(Duration::ZERO) {
+            self.push_unknown_gap();
+        }
+    }
+
+    /// Leaves out all samples so far as warm-up.
+    pub(crate) fn end_warm_up(&mut self) {
+        self.span.end_warm_up(self.rate.hz());
+        self.discard();
+    }
+
+    /// Begins the record anew; what was replied still holds.
+    pub(crate) fn start_over(&mut self) {
+        self.span.start_over(self.settings.skip);
+        self.gaps.forget_rejected();
+        self.rate.start_over();
+        self.accumulators.forget_recent();
+        self.discard();
+    }
+
+    /// Whether the data time asked for has passed, with so much of it pending.
+    pub(crate) fn is_complete(&self, pending: Duration) -> bool {
+        self.span.is_complete(self.rate.hz(), pending)
+    }
+
+    pub(crate) fn timing(&self) -> Timing {
+        Timing {
+            rate_hz: self.rate.hz(),
+            rate_from: self.rate.rate().from,
+            samples: self.span.samples(),
+            left_out: self.span.left_out(),
+            missing: self.gaps.missing(),
+            missing_from: self.gaps.missing_from(),
+            gaps: self.gaps.gaps(),
+            segments: self.span.segments(),
+        }
+    }
+
+    const fn counted(&self) -> Counted {
+        Counted { samples: self.span.samples(), left_out: self.span.left_out() }
+    }
+
+    fn push_gap(&mut self, missing: u64, by_rejected: bool) {
+        let counted = self.span.gap(missing, self.rate.hz(), self.rate.leaves_out());
+        if counted > 0 {
+            self.gaps.count(counted, by_rejected);
+            self.accumulators.gap(Some(counted));
+        }
+    }
+
+    fn push_unknown_gap(&mut self) {
+        self.gaps.forget_rejected();
+        self.break_segment(None);
+    }
+
+    /// No window of a statistic spans this place; `missing` is `None` for an unknown number.
+    fn break_segment(&mut self, missing: Option<u64>) {
+        if self.span.samples() > 0 {
+            self.span.break_segment();
+            self.accumulators.gap(missing);
+        }
+    }
+
+    fn discard(&mut self) {
+        self.span.discard();
+        self.gaps.discard();
+        if let Some(layout) = self.accumulators.layout().cloned() {
+            self.accumulators.begin(layout, &self.settings);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The gaps of a record, and what they were counted by.
+
+use std::cmp::Ordering;
+
+use crate::snapshot::MissingFrom;
+
+/// Counts gaps. A rejected row between good ones is one missing sample, unless a gap detector sees
+/// dropped rows too: it would count that one twice.
+#[derive(Debug, Clone)]
+pub(crate) struct Gaps {
+    missing: u64,
+    gaps: u64,
+    /// Of the missing, those counted by rejected rows.
+    by_rejected: u64,
+    /// Rejected rows since the last good one: they count once a good one follows.
+    pending_rejected: u64,
+    /// What counts missing samples now, or did last.
+    from: MissingFrom,
+    /// Whether a gap detector does.
+    detector_decides: bool,
+}
+
+impl Gaps {
+    pub(crate) const fn new() -> Self {
+        Self {
+            missing: 0,
+            gaps: 0,
+            by_rejected: 0,
+            pending_rejected: 0,
+            from: MissingFrom::BadLines,
+            detector_decides: false,
+        }
+    }
+
+    pub(crate) fn push_rejected_row(&mut self) {
+        self.pending_rejected += u64::from(!self.detector_decides);
+    }
+
+    /// The rejected rows before the next good one.
+    pub(crate) fn take_rejected(&mut self) -> u64 {
+        std::mem::take(&mut self.pending_rejected)
+    }
+
+    /// Forgets them: a gap of unknown length stands before the next row.
+    pub(crate) fn forget_rejected(&mut self) {
+        self.pending_rejected = 0;
+    }
+
+    /// Counts a gap of so many samples; none for 0.
+    pub(crate) fn count(&mut self, missing: u64, by_rejected: bool) {
+        self.missing += missing;
+        self.gaps += u64::from(missing > 0);
+        self.by_rejected += if by_rejected { missing } else { 0 };
+    }
+
+    /// A counter decides from here on.
+    pub(crate) fn use_counter(&mut self) {
+        (self.from, self.detector_decides) = (MissingFrom::Counter, true);
+    }
+
+    /// Arrival times decide from here on, unless a counter has.
+    pub(crate) fn use_arrivals(&mut self) {
+        if self.from != MissingFrom::Counter {
+            self.from = MissingFrom::Arrival;
+        }
+        self.detector_decides = true;
+    }
+
+    /// Arrival times are refused; the evidence is not that of the record where rows are `left_out`.
+    pub(crate) fn refuse_arrivals(&mut self, left_out: bool) {
+        self.detector_decides = self.from == MissingFrom::Counter;
+        if !self.detector_decides && !left_out {
+            self.from = MissingFrom::BadLines;
+        }
+    }
+
+    /// The detector's stream is over.
+    pub(crate) fn end_detection(&mut self) {
+        self.detector_decides = false;
+    }
+
+    /// Leaves out the gaps so far.
+    pub(crate) fn discard(&mut self) {
+        (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
+    }
+
+    /// Samples missing.
+    pub(crate) const fn missing(&self) -> u64 {
+        self.missing
+    }
+
+    /// Places where samples are missing.
+    pub(crate) const fn gaps(&self) -> u64 {
+        self.gaps
+    }
+
+    /// What most of the missing were counted by; where none was, or as many by each, what counts
+    /// now.
+    pub(crate) fn missing_from(&self) -> MissingFrom {
+        let by_detector = self.missing - self.by_rejected;
+        match (self.from, by_detector.cmp(&self.by_rejected)) {
+            (MissingFrom::Counter, _) => MissingFrom::Counter,
+            (_, Ordering::Greater) => MissingFrom::Arrival,
+            (_, Ordering::Less) => MissingFrom::BadLines,
+            (now, Ordering::Equal) => now,
+        }
+    }
+}
