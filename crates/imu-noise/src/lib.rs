@@ -41,10 +41,10 @@
 //! deviations and 1e-12 for moments. Without enough samples a result is `None` or absent, never
 //! zero or NaN.
 //!
-//! [`ChannelSignal`] watches what makes such numbers untrue: vibration lines in the power spectral
+//! [`ChannelSignal`] detects what invalidates such numbers: vibration lines in the power spectral
 //! density, disturbances, warm-up and steps of the level, values that are not normally distributed.
 //!
-//! Each accumulator holds one channel. It knows no sensor, no clock and no sampling interval: the
+//! Each accumulator holds one channel, without sensor, clock and sampling interval: the
 //! averaging time is m times that interval.
 //!
 //! # References

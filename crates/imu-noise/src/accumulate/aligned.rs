@@ -40,7 +40,7 @@ impl AlignedSums {
         }
     }
 
-    /// `missing` samples are not there; `None`: an unknown number, and the grid starts anew.
+    /// So many samples are missing; `None` for an unknown number, which starts a new grid.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.next = missing.map_or(0, |missing| self.next.wrapping_add(missing));
         self.sum = 0;

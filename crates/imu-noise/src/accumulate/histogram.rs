@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// Most bins a histogram has.
 pub const MAX_BINS: usize = 16_384;
 
-/// Fewest places allocated, so that the first samples do not move them again and again.
+/// Fewest places allocated, so that the first samples do not reallocate them often.
 const MIN_PLACES: usize = 64;
 
 /// Exact frequencies of the counts of one channel, in at most [`MAX_BINS`] bins.

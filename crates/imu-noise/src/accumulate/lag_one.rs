@@ -15,7 +15,7 @@ const LONGEST: u64 = 1 << 26;
 /// (Riley and Greenhall, 2004).
 ///
 /// Shorter blocks would cost as much as all the octaves; there the degrees of freedom are many and
-/// the slope tells the noise. Sums are exact integers, so that results do not depend on how samples
+/// the slope shows the noise type. Sums are exact integers, so that results do not depend on how samples
 /// are divided over calls. Neighbours across a gap are no neighbours.
 #[derive(Clone, Debug)]
 pub(crate) struct LagOneSums {

@@ -10,7 +10,7 @@ const BLOCK: usize = 256;
 /// Exact moments of a channel, in counts.
 ///
 /// Holds count, minimum, maximum and the sums of the first four powers as integers that cannot
-/// overflow, so read-outs do not depend on how the samples were divided, and are good to 1e-12 for
+/// overflow, so results do not depend on how the samples were divided, and are good to 1e-12 for
 /// any offset and length.
 ///
 /// ```

@@ -1,4 +1,4 @@
-//! What else a channel tells beside its deviations: spectrum, blocks, stationarity.
+//! Statistics of a channel besides its deviations: spectrum, blocks, windows for stationarity.
 
 use super::blocks::{Block, Blocks, Sums, WINDOW};
 use super::spectrum::{Spectrum, SpectrumPlan};

@@ -4,8 +4,8 @@ use ethnum::I256;
 
 /// Least-squares line through sums of blocks at their places.
 ///
-/// The blocks are short beside the record, so that this is the regression over the samples as far
-/// as noise lets one tell.
+/// Because blocks are short against the record, this is the regression over the samples within its
+/// noise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Trend {
     block: u64,
@@ -36,7 +36,7 @@ impl Trend {
         self.products += number * sum;
     }
 
-    /// The grid starts anew after an unknown number of missing samples.
+    /// A new grid starts after an unknown number of missing samples.
     pub(crate) fn restart(&mut self) {
         self.one_grid &= self.blocks == 0;
     }

@@ -76,7 +76,7 @@ impl Unwrap {
     /// Whole turns in `counts`: the rest is in (-half a turn, half a turn].
     #[inline]
     fn turns(&self, counts: i64) -> i64 {
-        // Doubled, since half an odd turn is no whole count.
+        // Doubled, because half of an odd number of counts is not whole.
         if 2 * counts.abs() < self.turn_counts {
             return 0;
         }

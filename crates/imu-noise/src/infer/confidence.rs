@@ -4,7 +4,7 @@ use super::chi_squared;
 use super::power_law::{PowerLaw, difference_autocovariance};
 use crate::accumulate::record::{Octave, RecordShape};
 
-/// Windows per averaging time that stand for all overlaps: the degrees of freedom differ by less
+/// Windows per averaging time that represent all overlaps: the degrees of freedom differ by less
 /// than 1e-6 for α <=
 /// 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
 const ALL_OVERLAPS: u64 = 2048;
@@ -80,7 +80,7 @@ pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other
     products.map(|((lag, rho), other)| lag.weight * (1.0 - lag.samples as f64 / span) * rho * other).sum()
 }
 
-/// A distance between windows, and how many pairs of a window with another one it stands for.
+/// A distance between windows, and how many pairs of windows it represents.
 struct Lag {
     samples: u64,
     weight: f64,

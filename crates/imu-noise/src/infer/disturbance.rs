@@ -13,7 +13,7 @@ const FALSE_ALARM: f64 = 1e-4;
 /// than Gaussian.
 const MARGIN: f64 = 1.15;
 
-/// Fewest windows that tell what is usual.
+/// Fewest windows of which the usual size is estimated.
 const MIN_WINDOWS: u32 = 64;
 
 /// Disturbances this many windows apart are one.

@@ -6,10 +6,10 @@ use crate::accumulate::channel::ChannelAccumulator;
 use crate::accumulate::lag_one::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::record::{Octave, RecordShape};
 
-/// Fewer blocks do not tell one noise from another: the standard deviation of α is 0.35 at 30.
+/// Fewer blocks do not distinguish the noise types: the standard deviation of α is 0.35 at 30.
 const LEAST_BLOCKS: u64 = 30;
 
-/// What block sums say of the noise at their length.
+/// Noise type by block sums, at their length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LagOne {
     /// Number of blocks.

@@ -5,7 +5,7 @@ use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
 
-/// Fewest blocks that tell a change from noise.
+/// Fewest blocks in which a change is distinguished from noise.
 const MIN_BLOCKS: usize = 16;
 
 /// Evidence for a warm-up, and for a step at any place. Of 40 000 simulated channels of white,
@@ -21,11 +21,11 @@ const STEP_MARGIN: usize = 4;
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
 ///
 /// Of simulated warm-ups that move N, B or K out of its interval at most 9 records in 100 go unseen
-/// beside white noise or a random walk, but up to 25 beside flicker noise: a slow settling there is
+/// in white noise or a random walk, but up to 25 in flicker noise: a slow settling there is
 /// what flicker noise and a small walk look like together (the benchmark `warm_up`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelChange {
-    /// What it looks like.
+    /// Its shape.
     pub shape: LevelShape,
     /// Square root of twice the logarithm of the likelihood ratio: the sigmas of a known shape in
     /// known noise.

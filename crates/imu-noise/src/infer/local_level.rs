@@ -24,7 +24,7 @@ pub(super) struct Fit {
     /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with
     /// the noise that suits it best.
     pub(super) evidence: f64,
-    /// Standard deviation of the white noise of the mean of a full block beside the shape.
+    /// Standard deviation of the white noise of the mean of a full block, the shape removed.
     pub(super) white_std: f64,
 }
 

@@ -1,5 +1,5 @@
 //! The noise parameters of IEEE Std 952 and 1293 from octave variances: what a record shows, what
-//! it bounds, and what it cannot tell.
+//! it bounds, and what it does not show.
 
 mod boxcar;
 mod classical;
@@ -33,10 +33,10 @@ use slope::Slope;
 pub use term::{Term, Terms};
 
 /// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them
-/// that share all samples are too far from jointly normal, and they would say next to nothing.
+/// that share all samples are too far from jointly normal, and would show next to nothing.
 const LEAST_EDF: f64 = 2.0;
 
-/// A noise model for all channels that were sampled together: it knows how the octaves of their
+/// A noise model for all channels that were sampled together: it holds how the octaves of their
 /// record vary, and together.
 ///
 /// ```

@@ -46,7 +46,7 @@ pub enum NotJudged {
         /// As many as are needed.
         needed: f64,
     },
-    /// The noise is too small beside the last digit.
+    /// The noise is too small against the last digit.
     #[error("deviates by {std_counts:.2} last digits, {needed:.1} needed")]
     Quantised {
         /// Standard deviation in counts.
@@ -54,7 +54,7 @@ pub enum NotJudged {
         /// As large as it must be.
         needed: f64,
     },
-    /// The level wanders: the distribution says where it went, not what the noise is.
+    /// The level drifts: the distribution is that of the drift, not of the noise.
     #[error("slow changes: {:.0} % of variance ({:.0} % may)", 100.0 * .slow_share, 100.0 * .allowed)]
     Wandering {
         /// Share of the variance in changes slower than a segment of the spectrum.

@@ -19,7 +19,7 @@ pub enum Aim {
     HalfWidth(f64),
 }
 
-/// A noise parameter that a record shall show, beside all the others that it has.
+/// A noise parameter that a record shall show, together with all its other noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted<'a> {
     /// The parameter.

@@ -1,4 +1,4 @@
-//! Vibration lines: narrow peaks that stand above the noise around them.
+//! Vibration lines: narrow peaks above the noise around them.
 
 use super::chi_squared;
 use crate::accumulate::counts::counts_to_unit;
@@ -7,8 +7,8 @@ use crate::accumulate::spectrum::{Spectrum, density::Powers};
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;
 
-/// Lowest point looked at: below, the noise around a point cannot be told from it, and drift leaks
-/// in.
+/// Lowest point examined: below, the noise around a point cannot be estimated without it, and drift
+/// leaks in.
 const LOWEST: usize = 4;
 
 /// Points on either side that a line reaches under the Hann window.
@@ -35,7 +35,7 @@ pub struct Line {
 impl Line {
     /// The frequencies in Hz up to `max_hz` that a sensor sampled every `interval_s` seconds
     /// without filter shows at this place, in rising order: f, 1/interval - f, 1/interval + f,
-    /// 2/interval - f, ... Which of them it is, the samples cannot tell.
+    /// 2/interval - f, ... The samples do not distinguish them.
     pub fn aliases_hz(&self, interval_s: f64, max_hz: f64) -> impl Iterator<Item = f64> {
         let (line_hz, rate_hz) = (self.frequency_hz, 1.0 / interval_s);
         let pairs = (0..).flat_map(move |n| {
@@ -74,7 +74,7 @@ impl Spectrum {
     }
 }
 
-/// A point that stands out, and the noise around it.
+/// A peak, and the noise around it.
 struct Peak {
     k: usize,
     floor: f64,

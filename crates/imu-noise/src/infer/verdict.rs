@@ -1,4 +1,4 @@
-//! A fitted parameter beside what somebody claims of the sensor: judged by the interval, never by
+//! A fitted parameter against a data sheet's claim: judged by the interval, never by
 //! the point.
 
 use super::noise_model::{Parameter, Status};
@@ -15,7 +15,7 @@ pub enum Claim {
         /// Upper end; the same for a single value.
         to: f64,
         /// How far either may be rounded: half a unit of the last printed place of a single value.
-        /// 0.0035 is what a maker prints of 0.00354, too. The ends of a range are as they stand.
+        /// a maker prints 0.00354 as 0.0035, too. The ends of a range are taken as printed.
         rounding: f64,
     },
 }
@@ -23,12 +23,12 @@ pub enum Claim {
 /// What the stream does to a parameter of the sensor before anybody can measure it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamFactor {
-    /// The parameter reads so many times larger.
+    /// Factor by which the stream raises the parameter.
     pub factor: f64,
     /// How far the factor may be off, relative; 0 and above.
     pub uncertainty: f64,
-    /// Whether the sensor said how it is set; otherwise the factor is a guess, and nothing can pass
-    /// or fail by it.
+    /// Whether the sensor reported its settings; otherwise the factor is a guess, and nothing can
+    /// pass or fail by it.
     pub is_known: bool,
 }
 
@@ -37,23 +37,23 @@ impl StreamFactor {
     pub const ONE: Self = Self { factor: 1.0, uncertainty: 0.0, is_known: true };
 }
 
-/// What an interval says of a claim.
+/// A claim, judged by an interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
     /// The whole interval is within the claim.
     Pass,
-    /// The whole interval is beyond the claim, and what the stream does cannot explain it.
+    /// The whole interval is beyond the claim, and the effect of the stream does not explain it.
     Fail,
     /// The interval holds both, or there is none.
     Undecided,
-    /// The claim may hold, but nobody knows what the stream does to the parameter.
+    /// The claim may hold, but the effect of the stream on the parameter is unknown.
     Consistent,
     /// The stream does not carry the parameter.
     NotComparable,
 }
 
 impl Claim {
-    /// From where to where a sensor at the claim reads in the stream.
+    /// Range of the parameter in the stream of a sensor at the claim.
     #[must_use]
     pub fn expected(&self, stream: &StreamFactor) -> (f64, f64) {
         let (from, to) = match *self {
@@ -69,7 +69,7 @@ impl Claim {
     /// the limit can read (the uncertainty counts against passing, as in ISO 14253-1), and broken
     /// where the lower end lies above the highest. A typical value is kept up to the highest that
     /// such a sensor can read, its rounding allowed for: beyond, a sensor is worse than what is
-    /// typical, which nobody promised. A bound can keep a claim and never break it.
+    /// typical, which is no guarantee. A bound can keep a claim and never break it.
     #[must_use]
     pub fn judge(&self, parameter: &Parameter, stream: &StreamFactor) -> Verdict {
         if parameter.status == Status::NotMeasurable {
@@ -122,7 +122,7 @@ impl Grade {
     }
 
     /// The best and the worst grade that a bias instability B in rad/s leaves possible; equal where
-    /// the interval tells. `None` where the stream does not carry it, or nothing is known of it.
+    /// by the interval. `None` where the stream does not carry it, or nothing is known of it.
     #[must_use]
     pub fn range(bias_instability: &Parameter) -> Option<(Self, Self)> {
         let of = |rad_s: f64| {

@@ -1,4 +1,4 @@
-//! The spectrum read out as a power spectral density.
+//! The spectrum as a power spectral density.
 
 use super::{LONG, MIN_LONG_SEGMENTS, SHORT, Spectrum};
 use crate::accumulate::counts::counts_to_unit;

@@ -19,7 +19,7 @@ pub struct BoxcarWindow {
 
 impl BoxcarWindow {
     /// Autocovariance of averaged white noise at distances of 0, 1, 2, ... outputs, scaled so that
-    /// over both signs they sum to 1: N is what is read at long averaging times.
+    /// over both signs they sum to 1: N is that at long averaging times.
     ///
     /// Two averages `l` internal samples apart share `length` - l of them.
     fn autocovariance(self) -> Vec<f64> {
@@ -28,7 +28,7 @@ impl BoxcarWindow {
         shared.iter().map(|shared| shared / sum).collect()
     }
 
-    /// How much higher than the sensor's own the density of the white noise reads at long averaging
+    /// Factor from the sensor's own density of white noise to the one measured at long averaging
     /// times.
     ///
     /// √(d Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation

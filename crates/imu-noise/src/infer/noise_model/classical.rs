@@ -1,6 +1,6 @@
-//! What is read off a deviation curve by hand, and what a filter designer draws above it.
+//! Graphical readings of a deviation curve, and the upper bound that a filter designer draws.
 
-/// The letters of a curve as they are read off by rule, without a model and without error.
+/// N, B and K by the graphical slope method, without a model and without intervals.
 ///
 /// For comparison with published figures only: white noise and random walk alone leave a minimum
 /// that reads as bias instability, and the last octaves wander.
@@ -55,7 +55,7 @@ pub struct OverBound {
 /// that know no other noise. `None` without bounds, and where one is not positive.
 #[must_use]
 pub fn over_bound(tau_s: &[f64], bounds: &[f64]) -> Option<OverBound> {
-    // Each octave asks for a N² + b K² >= 1.
+    // Each octave requires a N² + b K² >= 1.
     let asked: Vec<(f64, f64)> = tau_s
         .iter()
         .zip(bounds)

@@ -6,7 +6,7 @@ use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
 use crate::infer::power_law::{PowerLaw, difference_autocovariance};
 
-/// Octaves with fewer degrees of freedom say too little to count.
+/// Octaves with fewer degrees of freedom are too uncertain to count.
 const LEAST_EDF: f64 = 3.0;
 
 /// Correlation of the variances of neighbouring octaves in white noise; of octaves further apart it

@@ -43,7 +43,7 @@ impl NoiseModel {
         parameter.is_some_and(|parameter| parameter.status == Status::Estimated)
     }
 
-    /// The smallest value of `term`, in its unit, that about nine of ten records find beside the
+    /// The smallest value of `term`, in its unit, that about nine of ten records find in the presence of the
     /// noise of `others`, too high by 5 % at most: see [`is_found`](Self::is_found). `None` where
     /// the model does not have the term, where `others` are nothing, and where no value is ever
     /// found.

@@ -1,4 +1,4 @@
-//! The fit of one channel: which octaves follow the model, and what that says of each parameter.
+//! The fit of one channel: which octaves follow the model, and the parameters that they show.
 
 use std::ops::Range;
 

@@ -15,7 +15,7 @@ use crate::infer::chi_squared;
 const TRIALS: usize = 24;
 
 /// Shortest correlation time, over the averaging factor of the first octave in use: below, averages
-/// say little of the process in them.
+/// show little of the process.
 const SHORTEST: f64 = 8.0;
 
 /// A process is there when χ² falls by more with it than it does in one of twenty records of white
@@ -31,7 +31,7 @@ pub struct GaussMarkovFit {
     /// time; bounded from below alone where that time is bounded.
     pub sigma: Parameter,
     /// Correlation time, where the covariance is σ²/e. The bounds are those of its interval, where
-    /// they lie within the times that the record can tell: from 8 times the shortest averaging time
+    /// they lie within the times that the record resolves: from 8 times the shortest averaging time
     /// in use to a quarter of the record. Where the best lies at an end of these, as a random
     /// walk's does, there is no value: it is bounded, from above at the short end (`upper`), from
     /// below at the long one (`lower`), or not observable.
@@ -49,7 +49,7 @@ impl NoiseModel {
     /// at the level `confidence`, to all octaves of one channel.
     ///
     /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a
-    /// second. `None` with fewer than five octaves, where no correlation time can be told, for
+    /// second. `None` with fewer than five octaves, where no correlation time is resolved, for
     /// variances that are not positive, and for a level outside 0 < p < 1.
     #[must_use]
     pub fn fit_gauss_markov(&self, variances: &[f64], confidence: f64) -> Option<GaussMarkovFit> {
@@ -92,7 +92,7 @@ impl NoiseModel {
                 Parameter::without_value(Status::NotObservable),
             ),
             found if found.status != Status::Estimated => (found, Parameter::without_value(Status::NotObservable)),
-            // what lies beyond the end reads alike with a larger σ
+            // beyond the end the same variances have a larger σ
             found if is_at_an_end => {
                 let status = if lower.or(upper).is_some() { Status::Bounded } else { Status::NotObservable };
                 (

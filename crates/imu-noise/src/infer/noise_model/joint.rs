@@ -45,7 +45,7 @@ impl JointMeans {
             octaves: octaves.len(),
             means: vec![0.0; octaves.len() * octaves.len() * components * components],
         };
-        // Cross terms hardly depend on the stride: sparse windows stand for all overlaps.
+        // Cross terms hardly depend on the stride: sparse windows represent all overlaps.
         let sparse = match shape.estimator {
             Estimator::Full => RecordShape { estimator: Estimator::Strided, ..*shape },
             _ => *shape,
@@ -133,7 +133,7 @@ impl Pairs {
 /// Correlations of the differences of two octaves at selected distances of their starts.
 struct Coherence {
     components: usize,
-    /// In strides of the short octave, ascending: each set of correlations stands for distances
+    /// In strides of the short octave, ascending: each set of correlations represents distances
     /// from one of these up to the next.
     bounds: Vec<f64>,
     /// By distance and component.

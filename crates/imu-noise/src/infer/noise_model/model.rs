@@ -34,7 +34,7 @@ impl Model {
         Self { basis, octaves: octaves.len(), joint: JointMeans::new(octaves, shape, noise), slope: None }
     }
 
-    /// Adds the ramp as the last parameter, and the statistic it is told by.
+    /// Adds the ramp as the last parameter, and the statistic that shows it.
     pub(super) fn with_ramp(mut self, slope: Slope) -> Self {
         for (column, variance) in self.basis.iter_mut().zip(slope.variances()) {
             column.push(*variance);

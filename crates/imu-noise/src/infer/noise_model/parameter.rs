@@ -1,4 +1,4 @@
-//! One noise parameter: what the data say about it alone.
+//! One noise parameter: value, interval and status.
 
 use super::regression::{Regression, Solution};
 use crate::infer::chi_squared;
@@ -17,9 +17,9 @@ pub enum Status {
     Estimated,
     /// It may be absent; it is not above the upper bound.
     Bounded,
-    /// The record says nothing about it.
+    /// The record does not show it.
     NotObservable,
-    /// The stream does not carry it, however long the record: set by the caller, who knows what the
+    /// The stream does not carry it, however long the record: set by the caller, because of what the
     /// sensor compensates.
     NotMeasurable,
     /// No range of averaging times follows the model.

@@ -144,7 +144,7 @@ impl<'a> Regression<'a> {
 impl Solution {
     /// How many standard deviations the data lie above the held parameter `term`: the score of it,
     /// with the other positive parameters fitted, over its standard deviation at these very
-    /// parameters (Rao, 1948). `None` where the data say nothing about it.
+    /// parameters (Rao, 1948). `None` where the data do not show it.
     pub(super) fn score(&self, term: usize) -> Option<f64> {
         let direction = self.own_direction(term)?;
         Some(dot(&direction, &self.residuals) / dot(&direction, &direction).sqrt())

@@ -30,7 +30,7 @@ impl Term {
     /// has at averaging factor `m` >= 1 of a record of this shape, in the unit of the channel
     /// squared.
     ///
-    /// Exact at every m, as [`PowerLaw::variance`]; the formulas beside the terms are what it nears
+    /// Exact at every m, as [`PowerLaw::variance`]; the formulas of the terms are its limit
     /// for long averaging times. A ramp has no Hadamard variance. What averaging on board does to
     /// white noise at short averaging times is not in it.
     ///
