@@ -1,7 +1,8 @@
 //! Time base of a stream: its sample rate, and the samples that were dropped on the way.
 //!
-//! A counter in each sample shows dropped ones exactly (`sample_counter.rs`). Most streams have none: there
-//! only the host's arrival stamps remain (`arrival_times.rs`). `gap_detector.rs` chooses between both.
+//! A counter in each sample shows dropped ones exactly (`sample_counter.rs`). Most streams have
+//! none: there only the host's arrival stamps remain (`arrival_times.rs`). `gap_detector.rs`
+//! chooses between both.
 //!
 //! # Arrival times
 //!
@@ -20,24 +21,25 @@
 //!            jitter         stall                      2 dropped
 //! ```
 //!
-//! 1. *Rate* (`rate_search.rs`): the first samples are held until two estimates agree on a rate of the
-//!    sensor, at most 1024 of them. One estimate uses single intervals, which drops do not bias;
-//!    the other the ends of stretches of 32 samples, which bunching does not bias
+//! 1. *Rate* (`rate_search.rs`): the first samples are held until two estimates agree on a rate of
+//!    the sensor, at most 1024 of them. One estimate uses single intervals, which drops do not
+//!    bias; the other the ends of stretches of 32 samples, which bunching does not bias
 //!    (`rate_estimates.rs`). A rate known beforehand is confirmed sooner, by a second of single
 //!    intervals.
-//! 2. *Lag* (`lag_tracker.rs`): a sample is due a period after the one before. The due time follows an
-//!    earlier arrival at once, and the least lag of each block of 16 samples: so it follows the
+//! 2. *Lag* (`lag_tracker.rs`): a sample is due a period after the one before. The due time follows
+//!    an earlier arrival at once, and the least lag of each block of 16 samples: so it follows the
 //!    sensor's clock. From 0.82 periods on a sample is in doubt, and held.
 //! 3. *Gap*: if the least lag of the samples held is steady over 12 reads and the window in which
-//!    reads meet every phase (0.1 s and more, `read_pattern.rs`), floor(lag / period + 0.18) samples
-//!    are missing. If a gap was counted one too large samples then come a period early; that is
-//!    taken off the next gap. At the end of the stream samples in doubt are a gap if no sample was
-//!    late before.
-//! 4. *Change of rate*: samples in doubt that come evenly at a lower rate of the sensor, 32 of them;
-//!    or early samples, held until two stretches in a row show the same higher rate, or 12 samples
-//!    and the window pass without another early one (`rate_increase.rs`). Time starts anew there.
-//! 5. *Fitted rate* (`envelope.rs`): the median slope between the earliest arrivals of at most 64 blocks
-//!    of the record. It shows the offset of the sensor's clock.
+//!    reads meet every phase (0.1 s and more, `read_pattern.rs`), floor(lag / period + 0.18)
+//!    samples are missing. If a gap was counted one too large samples then come a period early;
+//!    that is taken off the next gap. At the end of the stream samples in doubt are a gap if no
+//!    sample was late before.
+//! 4. *Change of rate*: samples in doubt that come evenly at a lower rate of the sensor, 32 of
+//!    them; or early samples, held until two stretches in a row show the same higher rate, or 12
+//!    samples and the window pass without another early one (`rate_increase.rs`). Time starts anew
+//!    there.
+//! 5. *Fitted rate* (`envelope.rs`): the median slope between the earliest arrivals of at most 64
+//!    blocks of the record. It shows the offset of the sensor's clock.
 //!
 //! Stamps that go back by more than 10 ms are out of order if at most two samples in a row have
 //! them; with the third the clock was set back, and time goes on by the new one.

@@ -162,7 +162,8 @@ mod tests {
     };
     use super::*;
 
-    /// The events of samples, each with its arrival in ms, if the stream has stamps, and its counter.
+    /// The events of samples, each with its arrival in ms, if the stream has stamps, and its
+    /// counter.
     fn events(stamped: bool, samples: impl IntoIterator<Item = (u64, Option<u64>)>) -> Vec<GapEvent> {
         let mut detector = if stamped { GapDetector::new(&[40.0], None) } else { GapDetector::without_stamps() };
         let mut events = Vec::new();

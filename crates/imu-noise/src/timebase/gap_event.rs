@@ -118,8 +118,8 @@ impl fmt::Display for Refusal {
 pub struct TimebaseSummary {
     /// Samples pushed.
     pub samples: u64,
-    /// How often a stamp lay more than 10 ms before the one before it. A clock set back counts once,
-    /// and so does a stamp out of order.
+    /// How often a stamp lay more than 10 ms before the one before it. A clock set back counts
+    /// once, and so does a stamp out of order.
     pub backwards: u64,
     /// Nominal rate, the last one if it changed; `None` until it is known and after a refusal.
     pub nominal: Option<NominalRate>,

@@ -33,7 +33,8 @@ pub(super) struct IntervalStatistics {
     histogram: Option<Histogram<u32>>,
     min_us: u64,
     max_us: u64,
-    /// Intervals before samples that are not resolved yet; `None` before the first sample of a clock.
+    /// Intervals before samples that are not resolved yet; `None` before the first sample of a
+    /// clock.
     pending_us: VecDeque<Option<u64>>,
 }
 

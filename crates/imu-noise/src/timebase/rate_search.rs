@@ -117,8 +117,8 @@ impl RateSearch {
         self.stretches.clear();
     }
 
-    /// Takes the samples held: the number of those whose stamps are of no use, and the stamps of the
-    /// others, which follow.
+    /// Takes the samples held: the number of those whose stamps are of no use, and the stamps of
+    /// the others, which follow.
     pub(super) fn take_held(&mut self) -> (u64, Vec<f64>) {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.held_s))
     }

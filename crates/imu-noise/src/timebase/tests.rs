@@ -1,4 +1,4 @@
-//! Rate, change of the rate and refusal: what is told, and where.
+//! Rate, change of the rate and refusal: what is reported, and where.
 
 mod known;
 
@@ -104,7 +104,7 @@ fn bunched_start(stamps_s: &[f64], stalled_s: f64, pauses_s: &[f64]) -> Vec<f64>
 }
 
 #[test]
-fn a_rate_change_is_told_where_it_is() {
+fn a_rate_change_is_reported_where_it_is() {
     let pairs = [
         (40.0, 200.0, 3),
         (200.0, 40.0, 3),
@@ -138,7 +138,7 @@ fn a_rate_change_is_told_where_it_is() {
 }
 
 #[test]
-fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
+fn a_rate_change_of_bunched_lines_is_reported_where_it_is() {
     for read_s in [0.004, 0.016, 0.033, 0.05] {
         for extra in 0..20 {
             let stamps_s = then(then(steady(40.0, 580), 40.0, extra), 200.0, 1800);
@@ -155,7 +155,7 @@ fn a_rate_change_of_bunched_lines_is_told_where_it_is() {
 }
 
 #[test]
-fn lines_suspected_before_the_change_keep_their_rate() {
+fn samples_held_before_the_change_keep_their_rate() {
     // The first 600 lines are 15 ms late; six lines after the last of these the rate changes.
     let stamps_s = then(steady(40.0, 606), 200.0, 1000).into_iter().enumerate();
     let stamps_s: Vec<_> = stamps_s.map(|(line, stamp_s)| if line < 600 { stamp_s + 0.015 } else { stamp_s }).collect();
@@ -224,7 +224,7 @@ fn stamps_that_are_no_time_base_are_refused() {
 }
 
 #[test]
-fn a_refusal_is_told_at_its_place() {
+fn a_refusal_is_reported_at_its_place() {
     // The record goes round every 50 lines; the ninth time is once too often.
     let (sequence, summary) = place(&steady(40.0, 50).repeat(10));
     let refusal = Refusal::Backwards { times: 9, samples: 451 };

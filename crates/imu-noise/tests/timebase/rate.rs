@@ -1,4 +1,4 @@
-//! The rate that is told, whatever losses and reads make of it.
+//! The rate that is reported, whatever losses and reads make of it.
 
 use imu_noise::{GapDetector, NominalRate};
 

@@ -15,9 +15,9 @@ const MIN_CHANNELS_OF_REPEATS: usize = 9;
 /// Accumulates rows into channels.
 #[derive(Debug)]
 pub(crate) struct Accumulators {
-    layout: Option<Arc<Layout>>,
+    pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
-    norms: Vec<Norm>,
+    pub(super) norms: Vec<Norm>,
     /// Only if asked for.
     recent: Option<Recent>,
     /// Samples of one channel, for reuse.
@@ -51,10 +51,6 @@ impl Accumulators {
         self.norms = Norm::all(&layout);
         self.repeats = Repeats::default();
         self.layout = Some(layout);
-    }
-
-    pub(crate) const fn layout(&self) -> Option<&Arc<Layout>> {
-        self.layout.as_ref()
     }
 
     /// Counts per row; 0 without a layout, and then there are no rows.
@@ -110,10 +106,6 @@ impl Accumulators {
         self.states().map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), shape)).collect()
     }
 
-    pub(crate) fn norms(&self) -> Vec<Norm> {
-        self.norms.clone()
-    }
-
     /// The last minutes, if they are at this rate.
     pub(crate) fn recent(&self, rate_hz: f64) -> Option<Recent> {
         self.recent.as_ref().filter(|recent| recent.rate_hz() == rate_hz).cloned()
@@ -130,5 +122,99 @@ impl Accumulators {
 
     fn states(&self) -> impl Iterator<Item = (&ChannelState, &vn100_protocol::Channel)> {
         self.channels.iter().zip(self.layout.iter().flat_map(|layout| layout.channels.iter()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::{Deviation, Estimator};
+    use vn100_protocol::VNYMR;
+
+    use super::*;
+
+    /// Channels of as many of the message's columns.
+    fn of(channels: usize) -> Accumulators {
+        let mut accumulators = Accumulators::new();
+        let layout = Layout { channels: VNYMR.channels[..channels].to_vec().into(), ..VNYMR.clone() };
+        accumulators.begin(Arc::new(layout), &Settings::default());
+        accumulators
+    }
+
+    fn shape() -> RecordShape {
+        RecordShape { samples: 8, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan }
+    }
+
+    fn octaves(accumulators: &Accumulators) -> Vec<u64> {
+        accumulators.snapshot(&shape()).iter().map(|channel| channel.octaves[0].terms).collect()
+    }
+
+    #[test]
+    fn columns_become_channels() {
+        assert_eq!(Accumulators::new().width(), 0);
+        let mut accumulators = of(3);
+        accumulators.push(&[1, 20, 300, 3, 40, 500], 0, 40.0, false);
+        assert_eq!(accumulators.width(), 3);
+        let channels = accumulators.snapshot(&shape());
+        let means: Vec<_> = channels.iter().map(|channel| channel.moments.mean_counts()).collect();
+        assert_eq!(means, [Some(2.0), Some(30.0), Some(400.0)]);
+        assert!(accumulators.recent(40.0).is_none(), "not asked for");
+    }
+
+    #[test]
+    fn no_window_spans_a_gap() {
+        let mut accumulators = of(2);
+        accumulators.push(&[1; 8], 0, 40.0, false);
+        assert_eq!(octaves(&accumulators), [3, 3]);
+        accumulators.gap(Some(5));
+        accumulators.push(&[1; 8], 9, 40.0, false);
+        assert_eq!(octaves(&accumulators), [6, 6]);
+        accumulators.gap(None);
+        accumulators.push(&[1; 8], 13, 40.0, false);
+        assert_eq!(octaves(&accumulators), [9, 9]);
+    }
+
+    #[test]
+    fn repeated_rows_count_from_nine_channels_on() {
+        for (channels, expected) in [(8, 0), (9, 1), (12, 1)] {
+            let mut accumulators = of(channels);
+            accumulators.push(&vec![7; 2 * channels], 0, 40.0, false);
+            assert_eq!(accumulators.findings().repeated_lines, expected, "{channels}");
+        }
+    }
+
+    #[test]
+    fn the_last_minutes_are_those_at_the_present_rate() {
+        let mut accumulators = of(2);
+        accumulators.push(&[1; 8], 0, 40.0, true);
+        accumulators.push(&[1; 8], 4, 40.0, true);
+        let count = |accumulators: &Accumulators, rate_hz| {
+            let slots = accumulators.recent(rate_hz)?.slots(1).flatten().map(|slot| slot.count).sum::<u32>();
+            Some(slots)
+        };
+        assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
+        accumulators.push(&[1; 4], 8, 20.0, true);
+        assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
+        accumulators.forget_recent();
+        assert_eq!(count(&accumulators, 20.0), None);
+    }
+
+    #[test]
+    fn the_coarsest_print_format_is_that_of_the_channels() {
+        let mut accumulators = of(12);
+        let formats = [PrintFormat::Current, PrintFormat::Old, PrintFormat::Current];
+        assert_eq!(formats.map(|format| accumulators.set_print_format(format)), [false, true, true]);
+        assert_eq!(accumulators.findings().print_changes, 2);
+        assert_eq!(accumulators.snapshot(&shape())[0].printed_decimals, 2);
+    }
+
+    #[test]
+    fn a_channel_that_started_anew_is_named() {
+        let mut accumulators = of(4);
+        let turning = (0..18_000).flat_map(|row| [[0, 120_000, -120_000][row % 3], 0, 0, 0]);
+        accumulators.push(&turning.collect::<Vec<_>>(), 0, 40.0, false);
+        assert_eq!(accumulators.findings().restarted, ["yaw"]);
+        let layout = accumulators.layout.clone().into_iter();
+        layout.for_each(|layout| accumulators.begin(layout, &Settings::default()));
+        assert_eq!((accumulators.findings().restarted.len(), accumulators.findings().repeated_lines), (0, 0));
     }
 }

@@ -86,7 +86,7 @@ impl Analysis {
     pub fn finish(&mut self) {
         let Some(pending) = &mut self.pending else { return };
         let few = pending.rows_without_rate().filter(|_| self.record.rate.is_open());
-        let before = self.record.rate.rate();
+        let before = self.record.rate.rate;
         pending.finish();
         self.push_resolved();
         if let Some(rows) = few {
@@ -101,7 +101,8 @@ impl Analysis {
     }
 
     /// Whether all the data time asked for has passed: by the samples, and by the stamps of rows
-    /// that are pending because their rate is not known. For these [`finish`](Self::finish) decides.
+    /// that are pending because their rate is not known. For these [`finish`](Self::finish)
+    /// decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let pending = self.pending.as_ref().map_or(Duration::ZERO, PendingRows::pending_duration);
@@ -122,9 +123,9 @@ impl Analysis {
         so_far
     }
 
-    /// Begins anew: data time, and what was asked for in it, counts from here. What the link carried
-    /// still counts, and the samples so far are among those left out. Gives the data time that has
-    /// passed.
+    /// Begins anew: data time, and what was asked for in it, counts from here. What the link
+    /// carried still counts, and the samples so far are among those left out. Gives the data time
+    /// that has passed.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.record.span.data_time(self.record.rate.hz());
         self.record.start_over();
@@ -136,24 +137,24 @@ impl Analysis {
     pub fn snapshot(&self) -> Snapshot {
         let DataRecord { settings, rate, span, replies, accumulators, .. } = &self.record;
         let mut snapshot = Snapshot {
-            layout: accumulators.layout().cloned(),
+            layout: accumulators.layout.clone(),
             timing: self.record.timing(),
             arrivals: rate.arrivals(|| self.pending.as_ref().and_then(PendingRows::summary)),
-            refused_before: rate.refused_before(),
+            refused_before: rate.refused_before,
             rate_change: rate.change(),
-            false_rate: rate.false_rate(),
-            other_rate_lines: rate.other_rate_samples(),
-            registers: replies.registers().clone(),
+            false_rate: rate.false_rate,
+            other_rate_lines: rate.other_rate_samples,
+            registers: replies.registers.clone(),
             link: self.link,
             outages: self.outages,
             estimator: settings.estimator,
             deviation: settings.deviation,
             detrended: settings.detrend,
             quantization: settings.quantization,
-            skipped: span.skip(),
+            skipped: span.skip,
             channels: Vec::new(),
-            norms: accumulators.norms(),
-            polled: replies.polled(),
+            norms: accumulators.norms.clone(),
+            polled: replies.imu.snapshot(),
             warnings: Vec::new(),
             recent: accumulators.recent(rate.hz()),
         };

@@ -90,3 +90,63 @@ fn turn_counts(channel: &Channel) -> Option<i32> {
     let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::{Deviation, Estimator};
+    use vn100_protocol::VNYMR;
+
+    use super::*;
+
+    fn state(channel: &Channel, settings: &Settings) -> ChannelState {
+        ChannelState::new(channel, settings, &SpectrumPlan::new())
+    }
+
+    fn shape(samples: u64) -> RecordShape {
+        RecordShape { samples, interval_s: 0.025, estimator: Estimator::Strided, deviation: Deviation::Allan }
+    }
+
+    #[test]
+    fn a_turn_of_an_angle_has_its_counts() {
+        let angle = |scale: f64, decimals: u8| turn_counts(&Channel { scale, decimals, ..VNYMR.channels[0].clone() });
+        assert_eq!((angle(1.0, 3), angle(1.0, 2), angle(180.0, 3)), (Some(360_000), Some(36_000), Some(2000)));
+        assert_eq!((angle(1.0, 6), angle(1.0, 7)), (Some(360_000_000), None));
+        assert_eq!(turn_counts(&VNYMR.channels[9]), None);
+    }
+
+    #[test]
+    fn an_angle_is_unwrapped() {
+        let mut yaw = state(&VNYMR.channels[0], &Settings::default());
+        yaw.push(&mut [179_990, -179_990, -179_970]);
+        let snapshot = yaw.snapshot(3, &shape(3));
+        assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
+        assert!(!yaw.has_restarted());
+    }
+
+    #[test]
+    fn a_slope_is_removed_where_asked_for() {
+        let ramp: Vec<i32> = (0..640).collect();
+        for detrend in [false, true] {
+            let mut channel = state(&VNYMR.channels[9], &Settings { detrend, ..Settings::default() });
+            channel.push(&mut ramp.clone());
+            let snapshot = channel.snapshot(6, &shape(640));
+            assert_eq!(snapshot.slope_counts, Some(1.0));
+            let variance = snapshot.octaves.last().and_then(OctaveSum::variance_counts2);
+            assert_eq!(variance.is_some_and(|variance| variance < 1e-6), detrend, "{variance:?}");
+        }
+    }
+
+    #[test]
+    fn a_gap_parts_windows_of_deviation_and_spectrum() {
+        let mut channel = state(&VNYMR.channels[9], &Settings::default());
+        channel.push(&mut [1, 2]);
+        channel.gap(Some(32));
+        channel.push(&mut [3, 4]);
+        let snapshot = channel.snapshot(6, &shape(36));
+        assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
+        let blocks =
+            snapshot.signal.map(|signal| signal.blocks().iter().map(imu_noise::Block::count).collect::<Vec<_>>());
+        assert_eq!(blocks, Some(vec![2, 2]));
+        assert_eq!(snapshot.printed_decimals, 6);
+    }
+}

@@ -13,7 +13,7 @@ use super::{
     gaps::Gaps,
     measured_span::MeasuredSpan,
     pending_rows::Resolved,
-    rate_authority::{Counted, RateAuthority, RateEffect},
+    rate_authority::{RateAuthority, RateEffect},
     sensor_replies::SensorReplies,
 };
 use crate::{settings::Settings, snapshot::Timing};
@@ -43,7 +43,7 @@ impl DataRecord {
 
     /// The samples are of this message; the first one decides.
     pub(crate) fn set_layout(&mut self, layout: &Arc<Layout>) {
-        if self.accumulators.layout().is_none() {
+        if self.accumulators.layout.is_none() {
             self.rate.set_layout(layout);
             self.accumulators.begin(Arc::clone(layout), &self.settings);
         }
@@ -94,11 +94,11 @@ impl DataRecord {
                 self.gaps.use_arrivals();
             }
             GapEvent::RateChanged { from_hz, to_hz, until } => {
-                let effect = self.rate.take_change(from_hz, to_hz, Some(*until), self.counted());
+                let effect = self.rate.take_change(from_hz, to_hz, Some(*until), &self.span);
                 self.apply(effect);
             }
             GapEvent::Refused(refusal) => {
-                let effect = self.rate.take_refusal(refusal, self.counted());
+                let effect = self.rate.take_refusal(refusal, &self.span);
                 self.apply(effect);
                 self.gaps.refuse_arrivals(self.rate.leaves_out());
             }
@@ -113,9 +113,9 @@ impl DataRecord {
         now: impl Fn() -> Option<TimebaseSummary>,
     ) -> RateEffect {
         let is_left_out = self.rate.leaves_out();
-        self.replies.push(reply, self.span.samples(), is_left_out);
+        self.replies.push(reply, self.span.samples, is_left_out);
         match self.replies.rate_hz().filter(|_| !is_left_out) {
-            Some(device_hz) => self.rate.take_device_rate(device_hz, now, self.counted()),
+            Some(device_hz) => self.rate.take_device_rate(device_hz, now, &self.span),
             None => RateEffect::None,
         }
     }
@@ -125,10 +125,10 @@ impl DataRecord {
         match effect {
             RateEffect::None | RateEffect::Known(_) => {}
             RateEffect::Rescale { from_hz, to_hz } => self.span.rescale(from_hz, to_hz),
-            RateEffect::LeaveOut => self.replies.leave_out(self.span.samples()),
+            RateEffect::LeaveOut => self.replies.leave_out(self.span.samples),
             RateEffect::Resume => self.push_unknown_gap(),
             RateEffect::Replace(device_hz) => {
-                let samples = self.span.samples();
+                let samples = self.span.samples;
                 self.span.rescale(self.rate.hz(), device_hz);
                 self.rate.replace(device_hz, samples);
                 self.gaps.forget_rejected();
@@ -141,7 +141,7 @@ impl DataRecord {
     /// The link is lost; `ended` summarises its arrival times.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.rate.leaves_out() {
-            self.replies.mark_break(self.span.samples());
+            self.replies.mark_break(self.span.samples);
         }
         self.rate.end_connection(ended);
         self.gaps.end_detection();
@@ -173,18 +173,14 @@ impl DataRecord {
     pub(crate) fn timing(&self) -> Timing {
         Timing {
             rate_hz: self.rate.hz(),
-            rate_from: self.rate.rate().from,
-            samples: self.span.samples(),
-            left_out: self.span.left_out(),
-            missing: self.gaps.missing(),
+            rate_from: self.rate.rate.from,
+            samples: self.span.samples,
+            left_out: self.span.left_out,
+            missing: self.gaps.missing,
             missing_from: self.gaps.missing_from(),
-            gaps: self.gaps.gaps(),
-            segments: self.span.segments(),
+            gaps: self.gaps.gaps,
+            segments: self.span.segments,
         }
-    }
-
-    const fn counted(&self) -> Counted {
-        Counted { samples: self.span.samples(), left_out: self.span.left_out() }
     }
 
     fn push_gap(&mut self, missing: u64, by_rejected: bool) {
@@ -202,7 +198,7 @@ impl DataRecord {
 
     /// No window of a statistic spans this place; `missing` is `None` for an unknown number.
     fn break_segment(&mut self, missing: Option<u64>) {
-        if self.span.samples() > 0 {
+        if self.span.samples > 0 {
             self.span.break_segment();
             self.accumulators.gap(missing);
         }
@@ -211,8 +207,142 @@ impl DataRecord {
     fn discard(&mut self) {
         self.span.discard();
         self.gaps.discard();
-        if let Some(layout) = self.accumulators.layout().cloned() {
+        if let Some(layout) = self.accumulators.layout.clone() {
             self.accumulators.begin(layout, &self.settings);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::{NominalRate, RecordShape, Refusal};
+    use vn100_protocol::{PrintFormat, VNYMR};
+
+    use super::*;
+    use crate::snapshot::{MissingFrom, RateFrom};
+
+    const WIDTH: usize = 12;
+
+    fn record(settings: Settings) -> DataRecord {
+        let mut record = DataRecord::new(settings);
+        record.set_layout(&Arc::new(VNYMR.clone()));
+        record
+    }
+
+    fn rows(record: &mut DataRecord, rows: usize) {
+        record.push(Resolved::Rows(&vec![1; rows * WIDTH]));
+    }
+
+    fn event(record: &mut DataRecord, event: GapEvent) {
+        record.push(Resolved::Event(event));
+    }
+
+    /// Samples, missing, gaps and segments.
+    fn counts(record: &DataRecord) -> (u64, u64, u64, u64) {
+        let timing = record.timing();
+        (timing.samples, timing.missing, timing.gaps, timing.segments)
+    }
+
+    /// Windows of the first octave.
+    fn terms(record: &DataRecord) -> u64 {
+        let (estimator, deviation) = (record.settings.estimator, record.settings.deviation);
+        let shape = RecordShape { samples: 10, interval_s: 0.025, estimator, deviation };
+        record.accumulators.snapshot(&shape)[0].octaves.first().map_or(0, |octave| octave.terms)
+    }
+
+    #[test]
+    fn each_gap_parts_the_record_and_counts_as_it_is_known() {
+        let mut record = record(Settings::default());
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        rows(&mut record, 3);
+        event(&mut record, GapEvent::Missing(5));
+        rows(&mut record, 3);
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        rows(&mut record, 3);
+        assert_eq!((counts(&record), terms(&record)), ((9, 7, 2, 3), 6));
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        event(&mut record, GapEvent::UnknownGap);
+        rows(&mut record, 3);
+        for format in [PrintFormat::Current, PrintFormat::Old] {
+            record.push(Resolved::Mark(MarkKind::Printed(format)));
+            rows(&mut record, 2);
+        }
+        // the first format is no change
+        assert_eq!((counts(&record), terms(&record)), ((16, 7, 2, 5), 11));
+        assert_eq!(record.timing().missing_from, MissingFrom::Arrival);
+        rows(&mut record, 0);
+        assert_eq!(counts(&record).0, 16);
+    }
+
+    #[test]
+    fn a_detector_counts_what_rejected_rows_would() {
+        let mut record = record(Settings::default());
+        event(&mut record, GapEvent::Rate(NominalRate::Snapped(50.0)));
+        rows(&mut record, 3);
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        rows(&mut record, 3);
+        let timing = record.timing();
+        assert_eq!((timing.rate_hz, timing.rate_from, timing.missing), (50.0, RateFrom::Arrival, 0));
+        event(&mut record, GapEvent::CounterInUse);
+        event(&mut record, GapEvent::Refused(Refusal::NoTimePasses { samples: 9 }));
+        assert_eq!(record.timing().missing_from, MissingFrom::Counter);
+        record.end_connection(None);
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        rows(&mut record, 1);
+        assert_eq!(counts(&record), (7, 1, 1, 2), "rejected rows count again behind the break");
+    }
+
+    #[test]
+    fn samples_at_another_rate_are_left_out() {
+        let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
+        rows(&mut record, 4);
+        let changed = |from_hz, to_hz, record: &mut DataRecord| {
+            let effect = record.rate.take_change(from_hz, to_hz, None, &record.span);
+            record.apply(effect);
+        };
+        changed(40.0, 20.0, &mut record);
+        rows(&mut record, 5);
+        event(&mut record, GapEvent::Missing(3));
+        changed(20.0, 40.0, &mut record);
+        rows(&mut record, 6);
+        assert_eq!((counts(&record), record.timing().left_out), ((10, 0, 0, 2), 5));
+        assert_eq!(record.rate.other_rate_samples, 5);
+    }
+
+    #[test]
+    fn a_record_that_is_replaced_begins_anew_at_its_data_time() {
+        let mut record = record(Settings::default());
+        event(&mut record, GapEvent::Rate(NominalRate::Measured(37.0)));
+        rows(&mut record, 74);
+        record.apply(RateEffect::Replace(40.0));
+        assert_eq!((counts(&record), record.timing().left_out), ((0, 0, 0, 0), 74));
+        assert_eq!((record.span.seconds(40.0), record.timing().rate_from), (2, RateFrom::Device));
+        record.push(Resolved::Mark(MarkKind::BadLine));
+        rows(&mut record, 1);
+        assert_eq!(record.rate.false_rate.map(|rate| rate.samples), Some(74));
+        rows(&mut record, 1);
+        assert_eq!(terms(&record), 1, "of two samples");
+    }
+
+    #[test]
+    fn a_measurement_that_is_complete_has_no_gap_behind_it() {
+        for (duration_ms, segments) in [(75, 1), (1000, 2)] {
+            let duration = Some(Duration::from_millis(duration_ms));
+            let mut record = record(Settings { duration, ..Settings::default() });
+            rows(&mut record, 3);
+            record.end_connection(None);
+            rows(&mut record, 3);
+            assert_eq!(record.timing().segments, segments, "{duration_ms} ms");
+        }
+    }
+
+    #[test]
+    fn the_first_layout_is_that_of_the_record() {
+        let mut record = record(Settings::default());
+        rows(&mut record, 2);
+        record.set_layout(&Arc::new(vn100_protocol::VNIMU.clone()));
+        assert_eq!(record.accumulators.layout.as_ref().map(|layout| &*layout.message), Some(&*VNYMR.message));
+        assert_eq!(record.timing().samples, 2);
     }
 }

@@ -8,8 +8,9 @@ use crate::snapshot::MissingFrom;
 /// dropped rows too: it would count that one twice.
 #[derive(Debug, Clone)]
 pub(crate) struct Gaps {
-    missing: u64,
-    gaps: u64,
+    /// Samples missing, and the places where they are.
+    pub(super) missing: u64,
+    pub(super) gaps: u64,
     /// Of the missing, those counted by rejected rows.
     by_rejected: u64,
     /// Rejected rows since the last good one: they count once a good one follows.
@@ -84,16 +85,6 @@ impl Gaps {
         (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
     }
 
-    /// Samples missing.
-    pub(crate) const fn missing(&self) -> u64 {
-        self.missing
-    }
-
-    /// Places where samples are missing.
-    pub(crate) const fn gaps(&self) -> u64 {
-        self.gaps
-    }
-
     /// What most of the missing were counted by; where none was, or as many by each, what counts
     /// now.
     pub(crate) fn missing_from(&self) -> MissingFrom {
@@ -104,5 +95,70 @@ impl Gaps {
             (_, Ordering::Less) => MissingFrom::BadLines,
             (now, Ordering::Equal) => now,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rejected_rows_count_unless_a_detector_sees_them() {
+        let mut gaps = Gaps::new();
+        gaps.push_rejected_row();
+        gaps.push_rejected_row();
+        assert_eq!((gaps.take_rejected(), gaps.take_rejected()), (2, 0));
+        gaps.push_rejected_row();
+        gaps.forget_rejected();
+        assert_eq!(gaps.take_rejected(), 0);
+        for detect in [Gaps::use_counter, Gaps::use_arrivals] {
+            detect(&mut gaps);
+            gaps.push_rejected_row();
+            assert_eq!(gaps.take_rejected(), 0);
+            gaps.end_detection();
+            gaps.push_rejected_row();
+            assert_eq!(gaps.take_rejected(), 1);
+        }
+    }
+
+    #[test]
+    fn most_of_the_missing_name_the_evidence() {
+        let mut gaps = Gaps::new();
+        assert_eq!(gaps.missing_from(), MissingFrom::BadLines);
+        gaps.use_arrivals();
+        assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
+        gaps.count(3, true);
+        assert_eq!(gaps.missing_from(), MissingFrom::BadLines);
+        gaps.count(0, false);
+        gaps.count(3, false);
+        assert_eq!((gaps.missing_from(), gaps.missing, gaps.gaps), (MissingFrom::Arrival, 6, 2));
+        gaps.refuse_arrivals(false);
+        assert_eq!(gaps.missing_from(), MissingFrom::BadLines, "as many by each");
+        gaps.count(1, false);
+        assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
+        gaps.use_counter();
+        gaps.count(9, true);
+        assert_eq!(gaps.missing_from(), MissingFrom::Counter);
+        gaps.discard();
+        assert_eq!((gaps.missing, gaps.gaps, gaps.by_rejected), (0, 0, 0));
+    }
+
+    #[test]
+    fn refused_stamps_leave_counters_or_rejected_rows() {
+        let mut gaps = Gaps::new();
+        gaps.use_counter();
+        gaps.use_arrivals();
+        gaps.refuse_arrivals(false);
+        assert_eq!((gaps.from, gaps.detector_decides), (MissingFrom::Counter, true));
+        let mut gaps = Gaps::new();
+        gaps.use_arrivals();
+        gaps.refuse_arrivals(true);
+        assert_eq!(
+            (gaps.from, gaps.detector_decides),
+            (MissingFrom::Arrival, false),
+            "what is left out is no evidence"
+        );
+        gaps.refuse_arrivals(false);
+        assert_eq!(gaps.from, MissingFrom::BadLines);
     }
 }

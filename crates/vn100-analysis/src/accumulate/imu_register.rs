@@ -1,5 +1,5 @@
-//! What was asked for between the lines: the uncompensated measurements, temperature and pressure
-//! of register 54.
+//! Polled measurements: uncompensated acceleration, rates and field, temperature and pressure, by
+//! reads of register 54 between the samples.
 
 use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
@@ -7,8 +7,8 @@ use vn100_protocol::{Channel, Check, Fields, Quantity, Register, RegisterContent
 
 use crate::snapshot::{ChannelSnapshot, PolledChannel};
 
-/// Statistics of the answers to reads of register 54. They come too seldom, and at times too
-/// uneven, for a deviation.
+/// Statistics of the replies to reads of register 54. They are too few, and too unevenly spaced,
+/// for a deviation.
 #[derive(Debug, Clone)]
 pub(crate) struct ImuRegister {
     channels: Vec<(Moments, Histogram)>,
@@ -30,7 +30,7 @@ impl ImuRegister {
         }
     }
 
-    /// The channels; none where nothing was asked.
+    /// The channels; none without a reply.
     pub(crate) fn snapshot(&self) -> Vec<PolledChannel> {
         (VNIMU.channels.iter().zip(&self.channels))
             .filter(|(_, (moments, _))| moments.count() > 0)
@@ -57,7 +57,7 @@ fn measurement(reply: &Reply) -> Option<Sample> {
     Sample::from_contents(&RegisterContents { register, fields, check: Check::Xor8 }, &VNIMU).ok()
 }
 
-/// The stream may have a channel of the plain name, with other values.
+/// A name of its own, because the stream may have a channel of the plain name.
 fn renamed(channel: &Channel) -> Channel {
     let prefix = match channel.quantity {
         Quantity::Temperature | Quantity::Pressure => "polled",

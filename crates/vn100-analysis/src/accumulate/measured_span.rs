@@ -6,13 +6,15 @@ use std::{ops::Range, time::Duration};
 /// count: behind the warm-up, and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
-    skip: Duration,
+    /// Data time left out at the start.
+    pub(super) skip: Duration,
     duration: Option<Duration>,
     /// Absolute index of the next sample, dropped ones counted.
     index: u64,
-    samples: u64,
-    left_out: u64,
-    segments: u64,
+    /// Samples that count, and those that do not.
+    pub(super) samples: u64,
+    pub(super) left_out: u64,
+    pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
 }
@@ -101,24 +103,6 @@ impl MeasuredSpan {
         (self.index as f64 / rate_hz) as u64
     }
 
-    /// Data time left out at the start.
-    pub(crate) const fn skip(&self) -> Duration {
-        self.skip
-    }
-
-    /// Samples that count.
-    pub(crate) const fn samples(&self) -> u64 {
-        self.samples
-    }
-
-    pub(crate) const fn left_out(&self) -> u64 {
-        self.left_out
-    }
-
-    pub(crate) const fn segments(&self) -> u64 {
-        self.segments
-    }
-
     /// Index behind the last sample asked for.
     fn end(&self, rate_hz: f64) -> u64 {
         self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz))
@@ -130,4 +114,110 @@ fn samples_in(time: Duration, rate_hz: f64) -> u64 {
     // what a product of doubles adds to a whole number is no sample
     const ROUNDING: f64 = 1e-6;
     (time.as_secs_f64() * rate_hz - ROUNDING).ceil() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(seconds: f64) -> Duration {
+        Duration::from_secs_f64(seconds)
+    }
+
+    /// At 10 Hz, the samples with the indices 5 to 9 count.
+    fn middle() -> MeasuredSpan {
+        MeasuredSpan::new(seconds(0.5), Some(seconds(1.0)))
+    }
+
+    fn counts(span: &MeasuredSpan) -> (u64, u64, u64) {
+        (span.samples, span.left_out, span.segments)
+    }
+
+    #[test]
+    fn samples_between_the_skip_and_the_end_count() {
+        let mut span = middle();
+        assert_eq!(span.push(3, 10.0, false), None);
+        assert_eq!(span.push(4, 10.0, false), Some((2..4, 5)));
+        assert_eq!(span.push(9, 10.0, false), Some((0..3, 7)));
+        assert_eq!(span.push(1, 10.0, false), None);
+        assert_eq!(counts(&span), (5, 12, 1));
+        let mut all = MeasuredSpan::new(Duration::ZERO, None);
+        assert_eq!(all.push(7, 10.0, false), Some((0..7, 0)));
+        assert_eq!(all.push(2, 10.0, true), None, "left out");
+        assert_eq!(all.push(1, 10.0, false), Some((0..1, 9)));
+        assert_eq!(counts(&all), (8, 2, 1));
+    }
+
+    #[test]
+    fn a_time_that_is_no_whole_sample_ends_with_the_next_one() {
+        for (duration_s, rate_hz, samples) in [(1.0, 40.0, 40), (0.99, 40.0, 40), (0.976, 40.0, 40), (0.3, 10.0, 3)] {
+            let mut span = MeasuredSpan::new(Duration::ZERO, Some(seconds(duration_s)));
+            assert_eq!(span.push(100, rate_hz, false), Some((0..samples, 0)), "{duration_s} s");
+        }
+    }
+
+    #[test]
+    fn a_gap_counts_between_samples_that_do() {
+        let mut span = middle();
+        assert_eq!(span.gap(3, 10.0, false), 0, "before the first sample");
+        span.push(2, 10.0, false);
+        assert_eq!(span.gap(4, 10.0, false), 0, "before the first that counts");
+        assert_eq!(span.push(1, 10.0, false), Some((0..1, 6)));
+        assert_eq!(span.gap(0, 10.0, false), 0);
+        assert_eq!(span.gap(1, 10.0, true), 0, "left out");
+        assert_eq!(span.gap(1, 10.0, false), 1);
+        assert_eq!(counts(&span), (1, 2, 1));
+        assert_eq!(span.push(9, 10.0, false), Some((0..1, 9)), "those behind are behind the end");
+        let mut span = middle();
+        span.push(8, 10.0, false);
+        assert_eq!(span.gap(9, 10.0, false), 2, "until the end");
+        let mut span = MeasuredSpan::new(Duration::ZERO, None);
+        span.push(1, 10.0, false);
+        assert_eq!(span.gap(2, 10.0, false), 2);
+        assert_eq!(span.push(1, 10.0, false), Some((0..1, 3)));
+        assert_eq!(counts(&span), (2, 0, 2));
+        span.break_segment();
+        assert_eq!(span.segments, 2, "it begins with the next sample");
+    }
+
+    #[test]
+    fn data_time_is_complete_when_the_end_is_reached() {
+        let mut span = middle();
+        assert!(!span.is_complete(10.0, Duration::ZERO));
+        span.push(9, 10.0, false);
+        assert!(!span.is_complete(10.0, Duration::ZERO) && !span.is_complete(10.0, seconds(0.09)));
+        assert!(span.is_complete(10.0, seconds(0.1)));
+        span.push(1, 10.0, false);
+        assert!(span.is_complete(10.0, Duration::ZERO));
+        let mut endless = MeasuredSpan::new(Duration::ZERO, None);
+        endless.push(1000, 10.0, false);
+        assert!(!endless.is_complete(10.0, seconds(1e6)));
+        assert!(
+            !MeasuredSpan::new(Duration::ZERO, Some(Duration::ZERO)).is_complete(10.0, Duration::ZERO),
+            "no sample"
+        );
+    }
+
+    #[test]
+    fn data_time_counts_all_samples() {
+        let mut span = middle();
+        span.push(19, 10.0, false);
+        assert_eq!((span.data_time(10.0), span.seconds(10.0), span.seconds(1.0)), (seconds(1.9), 1, 19));
+        span.rescale(10.0, 5.0);
+        assert_eq!(span.data_time(5.0), seconds(2.0), "9.5 samples are 10");
+        assert_eq!(span.data_time(f64::MIN_POSITIVE), Duration::MAX);
+    }
+
+    #[test]
+    fn a_warm_up_that_ends_is_a_skip() {
+        let mut span = MeasuredSpan::new(Duration::ZERO, Some(seconds(1.0)));
+        span.push(4, 10.0, false);
+        span.end_warm_up(10.0);
+        assert_eq!((counts(&span), span.skip), ((0, 4, 0), seconds(0.4)));
+        assert_eq!(span.push(9, 10.0, false), Some((0..6, 4)));
+        assert_eq!(counts(&span), (6, 7, 1));
+        span.start_over(seconds(0.2));
+        assert_eq!((counts(&span), span.seconds(10.0)), ((0, 13, 0), 0));
+        assert_eq!(span.push(20, 10.0, false), Some((2..10, 2)));
+    }
 }

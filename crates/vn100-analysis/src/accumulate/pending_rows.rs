@@ -141,3 +141,130 @@ impl PendingRows {
         Duration::from_nanos((since_first + FIRST.as_nanos() as i128).clamp(0, u64::MAX.into()) as u64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vn100_protocol::{
+        VNYMR,
+        stream::{Arrival, Mark, RowCounter},
+    };
+
+    use super::*;
+
+    const WIDTH: usize = 12;
+
+    /// Rows with these stamps in ms, the number of each row in all of its counts.
+    fn batch(first: i32, at_ms: &[i64]) -> Batch {
+        Batch {
+            layout: Some(Arc::new(VNYMR.clone())),
+            counts: (first..).take(at_ms.len()).flat_map(|row| [row; WIDTH]).collect(),
+            arrivals: (at_ms.iter().enumerate())
+                .map(|(from_row, at_ms)| Arrival { from_row, at_ns: at_ms * 1_000_000 })
+                .collect(),
+            ..Batch::default()
+        }
+    }
+
+    fn pending(known_hz: Option<f64>) -> PendingRows {
+        PendingRows::new(WIDTH, GapDetector::new(&[40.0], known_hz))
+    }
+
+    /// What comes out: rows as numbers, marks as -1, gaps as -10 less their samples; other events
+    /// are not shown.
+    fn resolved(pending: &mut PendingRows) -> Vec<i32> {
+        let mut all = Vec::new();
+        while let Some(resolved) = pending.next() {
+            match resolved {
+                Resolved::Rows(counts) => all.extend(counts.iter().step_by(WIDTH)),
+                Resolved::Mark(_) => all.push(-1),
+                Resolved::Event(GapEvent::Missing(missing)) => all.push(-10 - missing as i32),
+                Resolved::Event(_) => {}
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn rows_are_held_until_their_rate_is_known() {
+        let mut pending = pending(None);
+        pending.push(&batch(0, &(0..30).map(|row| 25 * row).collect::<Vec<_>>()));
+        assert_eq!((resolved(&mut pending), pending.rows_without_rate()), (vec![], Some(30)));
+        pending.push(&batch(30, &[750, 775, 800, 900, 925]));
+        assert_eq!(resolved(&mut pending), (0..33).collect::<Vec<_>>(), "those behind the gap are in doubt");
+        assert_eq!(pending.rows_without_rate(), None);
+        pending.finish();
+        assert_eq!(resolved(&mut pending), [-13, 33, 34]);
+    }
+
+    #[test]
+    fn marks_come_before_their_row() {
+        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps());
+        let mark = |before_row| Mark { before_row, kind: MarkKind::BadLine };
+        for first in [0, 3] {
+            let mut batch = batch(first, &[0; 3]);
+            batch.marks = vec![mark(0), mark(1), mark(1), mark(3)];
+            pending.push(&batch);
+            // the last one waits for a row behind it
+            let before = if first == 0 { vec![-1] } else { vec![-1, -1] };
+            let expected = [before, vec![first, -1, -1, first + 1, first + 2]].concat();
+            assert_eq!(resolved(&mut pending), expected);
+        }
+    }
+
+    #[test]
+    fn a_row_without_a_stamp_came_with_the_one_before() {
+        let mut bunched = pending(Some(40.0));
+        let mut pairs = batch(0, &(0..400).map(|row| 25 * (row / 2 * 2)).collect::<Vec<_>>());
+        pairs.arrivals.retain(|arrival| arrival.from_row % 2 == 0);
+        bunched.push(&pairs);
+        bunched.finish();
+        assert_eq!(resolved(&mut bunched), (0..400).collect::<Vec<_>>());
+        assert_eq!(bunched.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
+    }
+
+    #[test]
+    fn counters_belong_to_their_rows() {
+        let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps());
+        let mut counted = batch(0, &[0; 4]);
+        counted.counters = [(0, 7), (1, 8), (2, 11), (3, 12)].map(|(row, count)| RowCounter { row, count }).into();
+        pending.push(&counted);
+        assert_eq!(resolved(&mut pending), [0]);
+        pending.finish();
+        assert_eq!(resolved(&mut pending), [1, -12, 2, 3]);
+        assert_eq!((pending.summary(), pending.rows_without_rate()), (None, None));
+    }
+
+    #[test]
+    fn pending_rows_have_the_time_of_their_stamps() {
+        let mut pending = pending(None);
+        assert_eq!(pending.pending_duration(), Duration::ZERO);
+        pending.push(&batch(0, &[1000, 1400]));
+        assert_eq!(pending.pending_duration(), Duration::ZERO, "one interval may be wrong");
+        pending.push(&batch(2, &[1800]));
+        assert_eq!(pending.pending_duration(), Duration::from_millis(800));
+        pending.push(&batch(3, &[9000]));
+        assert_eq!(pending.pending_duration(), Duration::from_millis(1600));
+        pending.finish();
+        assert!(!resolved(&mut pending).is_empty());
+        assert_eq!(pending.pending_duration(), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_known_rate_reaches_the_detector() {
+        let mut pending = pending(None);
+        pending.push(&batch(0, &[0, 100, 200, 300]));
+        pending.set_known_rate(10.0);
+        pending.push(&batch(4, &(4..=10).map(|row| 100 * row).collect::<Vec<_>>()));
+        assert_eq!(resolved(&mut pending).len(), 11);
+    }
+
+    #[test]
+    fn stamps_far_before_the_first_are_times() {
+        let mut pending = pending(None);
+        pending.push(&batch(0, &[0, -5_000, i64::MIN / 1_000_000, i64::MAX / 1_000_000]));
+        pending.finish();
+        assert_eq!(resolved(&mut pending).iter().filter(|row| **row >= 0).count(), 4);
+    }
+}

@@ -3,6 +3,7 @@
 use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, MESSAGES, OUTPUT_RATES_HZ};
 
+use super::measured_span::MeasuredSpan;
 use crate::{
     settings::DEFAULT_RATE_HZ,
     snapshot::{FalseRate, RateChange, RateFrom},
@@ -38,15 +39,15 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
-    rate: Rate,
+    pub(super) rate: Rate,
     change: Option<Change>,
     /// Summary of the last connection that is over and had a rate.
     confirmed: Option<TimebaseSummary>,
     /// The first refusal of stamps in a connection that is over.
-    refused_before: Option<Refusal>,
-    false_rate: Option<FalseRate>,
+    pub(super) refused_before: Option<Refusal>,
+    pub(super) false_rate: Option<FalseRate>,
     /// Samples left out at another rate, until it was the rate of the record again.
-    other_rate_samples: u64,
+    pub(super) other_rate_samples: u64,
 }
 
 /// A rate and its origin.
@@ -68,13 +69,6 @@ struct Change {
     left_out: u64,
 }
 
-/// How many samples count, and how many were left out.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Counted {
-    pub(crate) samples: u64,
-    pub(crate) left_out: u64,
-}
-
 /// What a decision on the rate means for the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
@@ -83,8 +77,8 @@ pub(crate) enum RateEffect {
     None,
     /// The sensor's rate is taken; arrival times must confirm it.
     Known(f64),
-    /// No sample counts yet, and the new rate is that of the record: data time so far was by the old
-    /// one.
+    /// No sample counts yet, and the new rate is that of the record: data time so far was by the
+    /// old one.
     Rescale { from_hz: f64, to_hz: f64 },
     /// Samples are left out from here on.
     LeaveOut,
@@ -122,10 +116,6 @@ impl RateAuthority {
         self.rate.hz
     }
 
-    pub(crate) const fn rate(&self) -> Rate {
-        self.rate
-    }
-
     /// Whether arrival times may still decide.
     pub(crate) const fn is_open(&self) -> bool {
         match self.rate.from {
@@ -157,7 +147,8 @@ impl RateAuthority {
     }
 
     /// A connection is over after so few `samples` that their rate is not sure: it holds until a
-    /// later one decides, and more samples are better evidence than fewer. `before` held until then.
+    /// later one decides, and more samples are better evidence than fewer. `before` held until
+    /// then.
     pub(crate) fn prefer_longer_evidence(&mut self, samples: u64, before: Rate) {
         if before.by_few.is_some_and(|more| more > samples) {
             self.rate = before;
@@ -166,16 +157,16 @@ impl RateAuthority {
         }
     }
 
-    /// The samples have changed their rate; `until` summarises those before. Before the first sample
-    /// that counts the new rate is that of the record, unless the user gave one.
+    /// The samples have changed their rate; `until` summarises those before. Before the first
+    /// sample that counts the new rate is that of the record, unless the user gave one.
     pub(crate) fn take_change(
         &mut self,
         from_hz: f64,
         to_hz: f64,
         until: Option<TimebaseSummary>,
-        counted: Counted,
+        span: &MeasuredSpan,
     ) -> RateEffect {
-        if counted.samples == 0 && self.rate.from != RateFrom::Option {
+        if span.samples == 0 && self.rate.from != RateFrom::Option {
             self.rate.hz = to_hz;
             return RateEffect::Rescale { from_hz, to_hz };
         }
@@ -183,13 +174,13 @@ impl RateAuthority {
             // bytes held back came as fast as the link carries them, or the sensor was set back
             Some(change) if to_hz == self.rate.hz => {
                 self.change = None;
-                self.other_rate_samples += counted.left_out - change.left_out;
+                self.other_rate_samples += span.left_out - change.left_out;
                 RateEffect::Resume
             }
             Some(_) => RateEffect::None,
             None => {
-                let change = RateChange { after_samples: counted.samples, from_hz, to_hz };
-                self.change = Some(Change { change, until, left_out: counted.left_out });
+                let change = RateChange { after_samples: span.samples, from_hz, to_hz };
+                self.change = Some(Change { change, until, left_out: span.left_out });
                 RateEffect::LeaveOut
             }
         }
@@ -197,12 +188,12 @@ impl RateAuthority {
 
     /// The stamps are refused. If they show another rate after a reconnect, though those before
     /// confirmed the known one, it has changed; a rate that the user gave is kept.
-    pub(crate) fn take_refusal(&mut self, refusal: Refusal, counted: Counted) -> RateEffect {
+    pub(crate) fn take_refusal(&mut self, refusal: Refusal, span: &MeasuredSpan) -> RateEffect {
         match (refusal, self.confirmed.filter(|before| self.is_at_the_rate(before))) {
             (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) if self.rate.from != RateFrom::Option => {
                 let mut listed_hz = self.rates_hz.iter().copied();
                 let to_hz = listed_hz.find(|hz| (measured_hz / hz - 1.0).abs() < SAME_RATE).unwrap_or(measured_hz);
-                self.take_change(known_hz, to_hz, Some(before), counted)
+                self.take_change(known_hz, to_hz, Some(before), span)
             }
             _ => RateEffect::None,
         }
@@ -213,7 +204,7 @@ impl RateAuthority {
         &mut self,
         device_hz: f64,
         now: impl Fn() -> Option<TimebaseSummary>,
-        counted: Counted,
+        span: &MeasuredSpan,
     ) -> RateEffect {
         if self.is_open() {
             self.set(device_hz, RateFrom::Device);
@@ -222,10 +213,10 @@ impl RateAuthority {
         let differs = device_hz != self.rate.hz;
         match self.rate.from {
             // it came back with other settings, or was set anew
-            RateFrom::Device if differs => self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), counted),
+            RateFrom::Device if differs => self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span),
             RateFrom::Arrival if differs && self.change.is_none() => {
                 if now().is_some_and(|now| is_confirmed_by(&now)) {
-                    self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), counted)
+                    self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span)
                 } else {
                     RateEffect::Replace(device_hz)
                 }
@@ -244,8 +235,8 @@ impl RateAuthority {
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// A connection is over; what its arrival times showed. Samples that are left out say nothing of
-    /// the record.
+    /// A connection is over; what its arrival times showed. Samples that are left out say nothing
+    /// of the record.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.leaves_out() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
@@ -266,18 +257,6 @@ impl RateAuthority {
     /// What arrival times show of the samples that count; `now` of the present connection.
     pub(crate) fn arrivals(&self, now: impl FnOnce() -> Option<TimebaseSummary>) -> Option<TimebaseSummary> {
         self.change.map_or_else(now, |change| change.until)
-    }
-
-    pub(crate) const fn refused_before(&self) -> Option<Refusal> {
-        self.refused_before
-    }
-
-    pub(crate) const fn false_rate(&self) -> Option<FalseRate> {
-        self.false_rate
-    }
-
-    pub(crate) const fn other_rate_samples(&self) -> u64 {
-        self.other_rate_samples
     }
 
     fn set(&mut self, hz: f64, from: RateFrom) {
@@ -305,4 +284,215 @@ impl RateAuthority {
 /// one was set anew.
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use vn100_protocol::{VNIMU, VNYMR};
+
+    use super::*;
+
+    fn span(samples: usize, left_out: usize) -> MeasuredSpan {
+        let mut span = MeasuredSpan::new(Duration::ZERO, None);
+        span.push(left_out, 40.0, true);
+        span.push(samples, 40.0, false);
+        span
+    }
+
+    fn summary(nominal: Option<NominalRate>, offset_ppm: Option<f64>) -> TimebaseSummary {
+        TimebaseSummary {
+            samples: 500,
+            backwards: 0,
+            nominal,
+            measured_hz: None,
+            offset_ppm,
+            refusal: None,
+            missing: 0,
+            gaps: 0,
+            arrivals: None,
+        }
+    }
+
+    fn snapped(hz: f64) -> TimebaseSummary {
+        summary(Some(NominalRate::Snapped(hz)), Some(1.0))
+    }
+
+    fn by_arrival(hz: f64) -> RateAuthority {
+        let mut rate = RateAuthority::new(None);
+        rate.set_layout(&VNYMR);
+        rate.take_nominal(NominalRate::Snapped(hz), None);
+        rate
+    }
+
+    fn by_device(hz: f64) -> RateAuthority {
+        let mut rate = RateAuthority::new(None);
+        rate.set_layout(&VNYMR);
+        assert_eq!(rate.take_device_rate(hz, || None, &span(0, 0)), RateEffect::Known(hz));
+        rate
+    }
+
+    fn by_user(hz: f64) -> RateAuthority {
+        let mut rate = RateAuthority::new(Some(hz));
+        rate.set_layout(&VNYMR);
+        rate
+    }
+
+    #[test]
+    fn the_rates_are_those_of_the_messages_of_the_sensor() {
+        assert_eq!(rates_hz(Some(&VNYMR)), [1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 40.0, 50.0, 100.0, 200.0]);
+        assert_eq!(rates_hz(Some(&VNIMU)), rates_hz(Some(&VNYMR)));
+        assert!(rates_hz(Some(&Layout { message: "CSV".into(), ..VNYMR.clone() })).is_empty());
+        assert!(rates_hz(None).is_empty());
+    }
+
+    #[test]
+    fn arrival_times_decide_until_the_user_or_the_sensor_does() {
+        let assumed = RateAuthority::new(None);
+        assert_eq!((assumed.hz(), assumed.rate.from, assumed.is_open()), (40.0, RateFrom::Assumed, true));
+        for (rate, from) in [
+            (by_user(25.0), RateFrom::Option),
+            (by_device(25.0), RateFrom::Device),
+            (by_arrival(25.0), RateFrom::Arrival),
+        ] {
+            assert_eq!((rate.hz(), rate.rate.from, rate.is_open()), (25.0, from, false));
+        }
+    }
+
+    #[test]
+    fn where_arrival_times_and_the_sensor_agree_the_sensor_is_the_authority() {
+        let mut rate = RateAuthority::new(None);
+        rate.take_nominal(NominalRate::Measured(33.0), Some(33.0));
+        assert_eq!((rate.hz(), rate.rate.from), (33.0, RateFrom::Device));
+        rate.take_nominal(NominalRate::Measured(34.0), Some(33.0));
+        assert_eq!((rate.hz(), rate.rate.from), (34.0, RateFrom::Arrival));
+        assert_eq!(rate.take_device_rate(34.0, || None, &span(9, 0)), RateEffect::None);
+        assert_eq!(rate.rate.from, RateFrom::Device);
+        let mut given = by_user(25.0);
+        given.take_nominal(NominalRate::Known(25.0), Some(25.0));
+        assert_eq!((given.hz(), given.rate.from), (25.0, RateFrom::Option));
+        assert_eq!(given.take_device_rate(50.0, || Some(snapped(25.0)), &span(9, 0)), RateEffect::None);
+        assert_eq!((given.hz(), given.rate.from), (25.0, RateFrom::Option));
+    }
+
+    #[test]
+    fn more_samples_are_better_evidence_than_fewer() {
+        let few = |samples: u64, hz: f64| Rate { hz, from: RateFrom::Arrival, by_few: Some(samples) };
+        for (before, samples, expected) in [
+            (few(20, 200.0), 5, few(20, 200.0)),
+            (few(20, 200.0), 20, few(20, 50.0)),
+            (few(5, 200.0), 20, few(20, 50.0)),
+            (Rate { hz: 40.0, from: RateFrom::Assumed, by_few: None }, 20, few(20, 50.0)),
+        ] {
+            let mut rate = by_arrival(50.0);
+            rate.prefer_longer_evidence(samples, before);
+            assert_eq!(rate.rate, expected);
+            assert!(rate.is_open());
+        }
+        let mut assumed = RateAuthority::new(None);
+        assumed.prefer_longer_evidence(1, assumed.rate);
+        assert_eq!(assumed.rate.by_few, None, "one sample has no rate");
+    }
+
+    #[test]
+    fn a_change_before_the_first_sample_is_the_rate_of_the_record() {
+        let mut rate = by_device(40.0);
+        let effect = rate.take_change(40.0, 20.0, None, &span(0, 100));
+        assert_eq!(effect, RateEffect::Rescale { from_hz: 40.0, to_hz: 20.0 });
+        assert_eq!((rate.hz(), rate.rate.from, rate.leaves_out()), (20.0, RateFrom::Device, false));
+        assert_eq!(by_user(40.0).take_change(40.0, 20.0, None, &span(0, 100)), RateEffect::LeaveOut);
+    }
+
+    #[test]
+    fn samples_at_another_rate_are_left_out_until_it_is_that_of_the_record() {
+        let mut rate = by_arrival(40.0);
+        assert_eq!(rate.take_change(40.0, 200.0, Some(snapped(40.0)), &span(600, 7)), RateEffect::LeaveOut);
+        assert_eq!(rate.change(), Some(RateChange { after_samples: 600, from_hz: 40.0, to_hz: 200.0 }));
+        assert_eq!((rate.hz(), rate.leaves_out()), (40.0, true));
+        assert_eq!(rate.arrivals(|| None), Some(snapped(40.0)), "of the samples that count");
+        assert_eq!(rate.take_change(200.0, 100.0, None, &span(600, 50)), RateEffect::None);
+        assert_eq!(rate.take_change(100.0, 40.0, None, &span(600, 107)), RateEffect::Resume);
+        assert_eq!((rate.change(), rate.leaves_out(), rate.other_rate_samples), (None, false, 100));
+        assert_eq!(rate.arrivals(|| Some(snapped(10.0))), Some(snapped(10.0)));
+    }
+
+    #[test]
+    fn another_rate_after_a_reconnect_is_a_change_if_the_one_before_was_confirmed() {
+        let refusal = |measured_hz: f64| Refusal::OtherRate { known_hz: 40.0, measured_hz };
+        let after = |mut rate: RateAuthority, before: Option<TimebaseSummary>, refusal: Refusal| {
+            rate.end_connection(before);
+            let effect = rate.take_refusal(refusal, &span(600, 0));
+            (effect, rate.change().map(|change| change.to_hz))
+        };
+        let left_out = |to_hz| (RateEffect::LeaveOut, Some(to_hz));
+        let known = Some(summary(Some(NominalRate::Known(40.0)), None));
+        assert_eq!(after(by_device(40.0), known, refusal(19.85)), left_out(20.0));
+        assert_eq!(after(by_device(40.0), known, refusal(20.15)), left_out(20.0));
+        assert_eq!(after(by_device(40.0), known, refusal(19.8)), left_out(19.8), "1 % is too much");
+        assert_eq!(after(by_arrival(40.0), known, refusal(33.0)), left_out(33.0));
+        let kept = (RateEffect::None, None);
+        assert_eq!(after(by_user(40.0), known, refusal(20.0)), kept);
+        assert_eq!(after(by_device(40.0), None, refusal(20.0)), kept);
+        assert_eq!(after(by_device(40.0), Some(snapped(50.0)), refusal(20.0)), kept);
+        assert_eq!(after(by_device(40.0), known, Refusal::NoTimePasses { samples: 9 }), kept);
+    }
+
+    #[test]
+    fn a_sensor_that_reports_another_rate_was_set_anew_if_the_stamps_confirmed_the_old_one() {
+        let mut device = by_device(40.0);
+        assert_eq!(device.take_device_rate(40.0, || None, &span(600, 0)), RateEffect::None);
+        assert_eq!(device.take_device_rate(20.0, || Some(snapped(50.0)), &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(device.arrivals(|| Some(snapped(20.0))), None, "none was at the rate of the record");
+        let mut device = by_device(40.0);
+        device.end_connection(Some(snapped(40.0)));
+        assert_eq!(device.take_device_rate(20.0, || Some(snapped(20.0)), &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(device.arrivals(|| None), Some(snapped(40.0)));
+
+        let effect = |now: Option<TimebaseSummary>| by_arrival(40.0).take_device_rate(20.0, || now, &span(600, 0));
+        assert_eq!(effect(Some(snapped(40.0))), RateEffect::LeaveOut);
+        let off = |ppm| Some(summary(Some(NominalRate::Snapped(40.0)), Some(ppm)));
+        assert_eq!((effect(off(999.0)), effect(off(-999.0))), (RateEffect::LeaveOut, RateEffect::LeaveOut));
+        assert_eq!((effect(off(1000.0)), effect(off(-1001.0))), (RateEffect::Replace(20.0), RateEffect::Replace(20.0)));
+        assert_eq!(effect(Some(summary(Some(NominalRate::Measured(40.0)), Some(0.0)))), RateEffect::Replace(20.0));
+        assert_eq!(effect(None), RateEffect::Replace(20.0));
+        let mut changed = by_arrival(40.0);
+        assert_eq!(changed.take_change(40.0, 50.0, None, &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(changed.take_device_rate(20.0, || None, &span(600, 9)), RateEffect::None);
+    }
+
+    #[test]
+    fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
+        for (samples, expected) in [(0, None), (7, Some(FalseRate { samples: 7, told_hz: 37.0, device_hz: 40.0 }))] {
+            let mut rate = by_arrival(37.0);
+            rate.end_connection(Some(TimebaseSummary {
+                refusal: Some(Refusal::NoTimePasses { samples: 2 }),
+                ..snapped(1.0)
+            }));
+            rate.replace(40.0, samples);
+            assert_eq!((rate.false_rate, rate.refused_before), (expected, None));
+            assert_eq!((rate.hz(), rate.rate.from), (40.0, RateFrom::Device));
+            rate.start_over();
+            assert_eq!(rate.false_rate, None);
+        }
+    }
+
+    #[test]
+    fn the_first_refusal_of_a_connection_that_is_over_is_kept() {
+        let refused = |samples: u64| {
+            Some(TimebaseSummary { refusal: Some(Refusal::NoTimePasses { samples }), ..summary(None, None) })
+        };
+        let mut rate = by_arrival(40.0);
+        rate.end_connection(None);
+        assert_eq!(rate.refused_before, None);
+        rate.end_connection(refused(3));
+        rate.end_connection(refused(4));
+        assert_eq!(rate.refused_before, Some(Refusal::NoTimePasses { samples: 3 }));
+        let mut left_out = by_arrival(40.0);
+        assert_eq!(left_out.take_change(40.0, 20.0, None, &span(1, 0)), RateEffect::LeaveOut);
+        left_out.end_connection(refused(3));
+        assert_eq!(left_out.refused_before, None);
+        left_out.start_over();
+        assert!(!left_out.leaves_out());
+    }
 }

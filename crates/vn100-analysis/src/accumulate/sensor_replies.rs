@@ -6,7 +6,7 @@ use vn100_protocol::{Register, stream::RegisterReply};
 
 use super::imu_register::ImuRegister;
 use crate::{
-    snapshot::{PolledChannel, RateChange},
+    snapshot::RateChange,
     warning::{Warning, WarningKind},
 };
 
@@ -14,12 +14,12 @@ use crate::{
 /// replied.
 #[derive(Debug, Clone)]
 pub(crate) struct SensorReplies {
-    registers: BTreeMap<u8, String>,
+    pub(super) registers: BTreeMap<u8, String>,
     /// The registers, and how many samples there were, when the link was lost last.
     before_break: Option<(BTreeMap<u8, String>, u64)>,
     /// The first two serial numbers that differ, in their order, and the samples before the second.
     two_serials: Option<(String, String, u64)>,
-    imu: ImuRegister,
+    pub(super) imu: ImuRegister,
 }
 
 impl SensorReplies {
@@ -47,7 +47,8 @@ impl SensorReplies {
         self.before_break = Some((self.registers.clone(), samples));
     }
 
-    /// The samples that follow are left out: so are the replies since a break behind as many samples.
+    /// The samples that follow are left out: so are the replies since a break behind as many
+    /// samples.
     pub(crate) fn leave_out(&mut self, samples: u64) {
         if let Some((registers, _)) = self.before_break.as_ref().filter(|(_, before)| *before == samples) {
             self.registers.clone_from(registers);
@@ -60,14 +61,6 @@ impl SensorReplies {
         let fields = self.registers.get(&ASYNC_RATE)?;
         let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
         (rate_hz > 0).then_some(rate_hz.into())
-    }
-
-    pub(crate) const fn registers(&self) -> &BTreeMap<u8, String> {
-        &self.registers
-    }
-
-    pub(crate) fn polled(&self) -> Vec<PolledChannel> {
-        self.imu.snapshot()
     }
 
     /// The warning that two sensors replied; `change` is the one after which samples are left out.
@@ -85,5 +78,75 @@ impl SensorReplies {
             )
         };
         Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn push(replies: &mut SensorReplies, register: u8, fields: &str, samples: u64, is_left_out: bool) {
+        replies.push(&RegisterReply { before_row: 0, register, fields: fields.into() }, samples, is_left_out);
+    }
+
+    #[test]
+    fn register_7_holds_the_rate() {
+        let rate = |fields: &str| {
+            let mut replies = SensorReplies::new();
+            push(&mut replies, 7, fields, 0, false);
+            push(&mut replies, 6, "25", 0, false);
+            replies.rate_hz()
+        };
+        assert_eq!((rate("40"), rate("100,1"), rate("1")), (Some(40.0), Some(100.0), Some(1.0)));
+        assert_eq!((rate("0"), rate("?"), rate("")), (None, None, None));
+        assert_eq!(SensorReplies::new().rate_hz(), None);
+    }
+
+    #[test]
+    fn the_last_value_is_kept_until_samples_are_left_out() {
+        let mut replies = SensorReplies::new();
+        push(&mut replies, 7, "40", 0, false);
+        push(&mut replies, 7, "50", 0, false);
+        push(&mut replies, 7, "20", 9, true);
+        assert_eq!(replies.registers[&7], "50");
+    }
+
+    #[test]
+    fn replies_since_a_break_belong_to_the_samples_behind_it() {
+        for (samples, expected) in [(9, "40"), (10, "20")] {
+            let mut replies = SensorReplies::new();
+            replies.leave_out(9);
+            push(&mut replies, 7, "40", 9, false);
+            replies.mark_break(9);
+            push(&mut replies, 7, "20", 9, false);
+            replies.leave_out(samples);
+            assert_eq!(replies.registers[&7], expected, "{samples}");
+        }
+    }
+
+    #[test]
+    fn two_serial_numbers_are_two_sensors() {
+        let change = |after_samples| Some(RateChange { after_samples, from_hz: 40.0, to_hz: 20.0 });
+        let mut replies = SensorReplies::new();
+        push(&mut replies, 3, "0100099887", 0, false);
+        push(&mut replies, 3, "0100099887", 5, false);
+        push(&mut replies, 7, "40", 5, false);
+        push(&mut replies, 7, "50", 5, false);
+        assert_eq!(replies.two_sensors(None), None);
+        push(&mut replies, 3, "0100012345", 9, true);
+        push(&mut replies, 3, "0100054321", 12, true);
+        let text = |change| replies.two_sensors(change).map(|warning| warning.text).unwrap_or_default();
+        assert!(text(None).contains("0100099887") && text(None).contains("0100012345"), "{}", text(None));
+        assert!(text(None).contains("mixes two sensors") && text(change(8)).contains("mixes two sensors"));
+        assert!(text(change(9)).contains("that of the first"));
+    }
+
+    #[test]
+    fn measurements_of_register_54_are_channels() {
+        let mut replies = SensorReplies::new();
+        let fields =
+            "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
+        push(&mut replies, 54, fields, 0, true);
+        assert_eq!(replies.imu.snapshot().len(), 11);
     }
 }

@@ -1,9 +1,9 @@
-//! The length of the measured vectors, sample by sample: it does not depend on how the sensor lies.
+//! The norm of the measured vectors, sample by sample: it does not depend on the orientation.
 
 use imu_noise::Moments;
 use vn100_protocol::{Channel, Layout, Quantity};
 
-/// Digits kept of a length beyond those of its components.
+/// Decimals of a norm beyond those of its components.
 const MORE_DECIMALS: u8 = 2;
 
 /// The length of one sensor's vector.
@@ -24,7 +24,7 @@ pub struct Norm {
 }
 
 impl Norm {
-    /// Lengths for every three neighbours of one sensor that are printed alike.
+    /// One for every three neighbouring channels of one sensor with the same decimals and scale.
     pub(crate) fn all(layout: &Layout) -> Vec<Self> {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };
@@ -53,7 +53,7 @@ impl Norm {
         column.clear();
         column.extend(counts.chunks_exact(width).map(|row| {
             let [x, y, z] = [0, 1, 2].map(|axis| f64::from(row[self.first + axis]));
-            // lengths beyond the range of a count stay at its end
+            // norms beyond the range of a count saturate
             (MORE * (x * x + y * y + z * z).sqrt()).round() as i32
         }));
         self.moments.push(column);

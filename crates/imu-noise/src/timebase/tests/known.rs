@@ -1,4 +1,4 @@
-//! A rate known beforehand: when it is borne out, and what contradicts it.
+//! A rate known beforehand: when it is confirmed, and what contradicts it.
 
 use super::*;
 
@@ -11,12 +11,12 @@ fn first_placed(mut timebase: GapDetector, stamps_s: &[f64]) -> Option<usize> {
 }
 
 #[test]
-fn a_known_low_rate_is_borne_out_by_four_intervals_and_a_second() {
+fn a_known_low_rate_is_confirmed_by_four_intervals_and_a_second() {
     for (rate_hz, line) in [(1.0, 4), (2.0, 4), (4.0, 4), (5.0, 5), (10.0, 10), (25.0, 25), (40.0, 32), (200.0, 32)] {
         let known = GapDetector::new(&RATES_HZ, Some(rate_hz));
         assert_eq!(first_placed(known.clone(), &steady(rate_hz, 100)), Some(line), "{rate_hz} Hz");
         assert_eq!(first_placed(GapDetector::new(&RATES_HZ, None), &steady(rate_hz, 100)), Some(32), "{rate_hz} Hz");
-        // Told while lines are held, it is borne out by these and the next one.
+        // Told while lines are held, it is confirmed by these and the next one.
         let mut told = GapDetector::new(&RATES_HZ, None);
         let stamps_s = steady(rate_hz, 100);
         stamps_s[..30].iter().for_each(|&stamp_s| told.push(Duration::from_secs_f64(stamp_s), None));
