@@ -42,6 +42,21 @@ fn one_request_is_on_the_wire_at_a_time_in_their_order() {
 }
 
 #[test]
+fn an_urgent_request_is_sent_next_and_one_that_is_cancelled_not_again() {
+    let mut bench = Bench::new();
+    let [rate, model] = [READ_RATE, READ_MODEL].map(|command| bench.submit(command));
+    let pause = bench.session.submit_next(Command::Async(false)).unwrap();
+    assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    bench.session.cancel(rate);
+    assert_eq!(bench.sent(), ["$VNASY,0*4F"], "at once");
+    bench.session.cancel(model);
+    assert_eq!(bench.hear("VNRRG,07,40"), Handled::NotMine);
+    assert_eq!(bench.hear("VNASY,0"), Handled::Mine);
+    assert_eq!(bench.answer(pause), Answer::Done);
+    assert_eq!((bench.sent(), bench.due(), bench.session.poll_completion()), (vec![], None, None));
+}
+
+#[test]
 fn a_read_is_sent_three_times_and_given_up() {
     let mut bench = Bench::new();
     let id = bench.submit(READ_MODEL);

@@ -134,18 +134,39 @@ impl Session {
         }
     }
 
-    /// Takes a request behind those that wait.
+    /// Queues a request behind those that wait.
     ///
     /// # Errors
     /// [`QueueFull`] when there are [`CAPACITY`](Self::CAPACITY) of them.
     pub fn submit(&mut self, command: Command) -> Result<RequestId, QueueFull> {
+        let id = self.next_id()?;
+        self.queue.push_back((id, command));
+        Ok(id)
+    }
+
+    /// Queues a request ahead of those that wait; the one on the wire is finished first.
+    ///
+    /// # Errors
+    /// As [`submit`](Self::submit).
+    pub fn submit_next(&mut self, command: Command) -> Result<RequestId, QueueFull> {
+        let id = self.next_id()?;
+        self.queue.push_front((id, command));
+        Ok(id)
+    }
+
+    /// Gives a request up: it is not sent again, and does not end with a result. An answer that
+    /// still arrives is not the session's; an error may be taken for the answer to the next request.
+    pub fn cancel(&mut self, id: RequestId) {
+        self.queue.retain(|(queued, _)| *queued != id);
+        self.current.take_if(|current| current.id == id);
+    }
+
+    fn next_id(&mut self) -> Result<RequestId, QueueFull> {
         if self.queue.len() + usize::from(self.current.is_some()) + self.completions.len() >= Self::CAPACITY {
             return Err(QueueFull);
         }
-        let id = RequestId(self.submitted);
         self.submitted += 1;
-        self.queue.push_back((id, command));
-        Ok(id)
+        Ok(RequestId(self.submitted))
     }
 
     /// Takes a reply that has arrived.
