@@ -14,7 +14,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
-use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, SerialPorts, TcpServer, open_link};
+use vn100_driver::{Change, LinkHandle, LinkHint, LinkOptions, LinkState, SerialPorts, TcpServer, open_link};
 use vn100_protocol::stream::{Input, ReadOptions};
 
 use crate::{
@@ -168,12 +168,25 @@ impl LiveSource {
             Baud::Fixed(baud) => Some(baud),
         };
         let known_serial = self.known_serial.clone();
-        let options = LinkOptions { baud, listen_only: self.link.listen_only, known_serial, ..options };
+        let hint_text = Some(link_hint as fn(LinkHint) -> &'static str);
+        let options = LinkOptions { baud, listen_only: self.link.listen_only, known_serial, hint_text, ..options };
         Ok(match (&self.ports, &self.name) {
             (Some(ports), _) => open_link(ports.clone(), options, stop),
             (None, SourceName::Tcp(address)) => open_link(TcpServer::new(address, Clock::start())?, options, stop),
             (None, _) => bail!("standard input cannot be asked anything: name a port"),
         })
+    }
+}
+
+/// A hint of the link in the terms of the command line.
+fn link_hint(hint: LinkHint) -> &'static str {
+    match hint {
+        LinkHint::AskSensor => {
+            "its output may be paused, which cannot be told without asking it: leave --listen-only out, or check the cable and the power \
+             of the sensor"
+        }
+        LinkHint::CheckBaudRate => "check the cable, the power of the sensor and --baud",
+        hint => hint.text(),
     }
 }
 

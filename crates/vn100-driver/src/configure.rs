@@ -9,8 +9,8 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{AsyncRate, AsyncType, Command, Fields, Register, RegisterContents, RequestFailure};
 
 use crate::{
-    command_error::CommandError, link::LinkHandle, link_state::LinkState, output_plan::Change,
-    output_plan::OutputSettings, output_plan::PlanError, output_plan::plan,
+    link::CommandError, link::LinkHandle, link_state::LinkState, output_plan::Change, output_plan::OutputSettings,
+    output_plan::PlanError, output_plan::plan,
 };
 
 /// How long after the output was paused the last of it may still come: a long line at the slowest

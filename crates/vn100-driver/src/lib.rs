@@ -29,17 +29,12 @@
 //! # }
 //! ```
 
-mod autobaud;
-mod back_off;
-mod command_error;
 mod configure;
 mod connect;
 mod connect_error;
-mod conversation;
-mod health;
 mod link;
-mod link_options;
-mod link_output;
+mod link_error;
+mod link_machine;
 mod link_state;
 mod link_task;
 mod low_latency;
@@ -47,17 +42,14 @@ mod output_plan;
 mod port_address;
 mod ports;
 mod serial;
-mod set_again;
 mod tcp;
-mod trouble;
 
-pub use autobaud::BAUD_RATES;
-pub use command_error::CommandError;
 pub use configure::{ConfigureError, Configured, configure, restore};
 pub use connect::{Connect, Connection};
 pub use connect_error::ConnectError;
-pub use link::{LinkHandle, open_link};
-pub use link_options::LinkOptions;
+pub use link::{CommandError, LinkHandle, LinkOptions, open_link};
+pub use link_error::LinkHint;
+pub use link_machine::BAUD_RATES;
 pub use link_state::{LinkState, Up};
 pub use low_latency::{LatencyTimer, shorten_latency};
 pub use output_plan::{Change, OutputSettings, PlanError};

@@ -1,4 +1,4 @@
-//! What a link is doing, as whoever watches it is told.
+//! What a link is doing, as its user sees it.
 
 use std::time::Duration;
 
@@ -12,53 +12,53 @@ use crate::low_latency::LatencyTimer;
 pub enum LinkState {
     /// The port is being opened.
     Opening,
-    /// A sensor is listened for.
+    /// A baud scan searches the sensor.
     Probing {
         /// The port by its name.
         port: String,
-        /// The speed that is tried; `None` where the link has none.
+        /// The baud rate that is tried; `None` where the link has none.
         baud: Option<u32>,
     },
-    /// The sensor is heard.
+    /// The sensor is connected.
     Up(Up),
-    /// The port is open and nothing has come on it for several lines' time.
+    /// The port is open, and the output of the sensor has been silent for several of its periods.
     Silent(Up),
-    /// There is no link, and it will be opened again.
+    /// The link is lost, or cannot be connected, and is tried again.
     Down {
-        /// Whether a sensor was heard before: else it is not lost, but was never there.
+        /// Whether the sensor was connected before: else it is not lost, but was never there.
         was_up: bool,
-        /// What happened, in words.
+        /// Why, in words.
         cause: String,
-        /// Whether somebody must do something before it can come back: the port is taken or not
-        /// allowed to this user, or the sensor cannot be set as it was.
+        /// Whether the next attempt fails, too, unless the user does something: the port is in use
+        /// or not allowed to this user, or the sensor refuses its settings.
         needs_help: bool,
-        /// The wait before the next attempt.
+        /// The delay before the next attempt.
         retry_in: Duration,
     },
-    /// It is over; the last event says why.
+    /// The link has ended; the last event says why.
     Closed {
-        /// Whether an output that was found paused by somebody else, and was made to go on, is
-        /// paused again; `None` where there was none such.
+        /// Whether an output that was found paused by another program, and was resumed, is paused
+        /// again; `None` where there was none such.
         paused_again: Option<bool>,
     },
 }
 
-/// What is known of a link that is up.
+/// What is known of a connected link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Up {
     /// The port by its name, such as `/dev/ttyUSB0`.
     pub port: String,
-    /// Speed of the line in baud; `None` where the link has none.
+    /// The baud rate; `None` where the link has none.
     pub baud: Option<u32>,
     /// Since when, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter, where it has one, and how to shorten it where the link was
-    /// not allowed to.
+    /// The latency timer of the adapter, where it has one, and how to shorten it where the link may
+    /// not.
     pub latency_timer: Option<LatencyTimer>,
-    /// The error with which the sensor has restarted by itself while the link was up, where that is
-    /// why it is up anew.
+    /// The error that the sensor reported when it restarted on an open port, where that is why the
+    /// link is up anew.
     pub restarted: Option<DeviceError>,
-    /// Whether the output of the sensor was found paused by somebody else, and was made to go on.
-    /// It is paused again when the link is stopped, unless a request has asked for it.
+    /// Whether the output of the sensor was found paused by another program, and was resumed. It is
+    /// paused again when the link is stopped, unless a command of the user has resumed it, too.
     pub output_resumed: bool,
 }

@@ -1,0 +1,172 @@
+//! Why a link is lost or cannot be connected, in the words that its user reads.
+
+use std::io::{self, ErrorKind};
+
+use thiserror::Error;
+use vn100_protocol::{DeviceError, RequestFailure};
+
+use crate::{connect_error::ConnectError, link_machine::QUESTION_BYTES};
+
+/// Why a link is lost or cannot be connected.
+#[derive(Debug, Error)]
+pub(crate) enum LinkError {
+    #[error(transparent)]
+    Open(#[from] ConnectError),
+    #[error("{}", lost(.0))]
+    Lost(#[from] io::Error),
+    #[error("no sensor is heard on {port}{}: {}", at_speeds(tried), heard_instead(*bytes, *echoes))]
+    NoSensor {
+        port: String,
+        tried: Vec<u32>,
+        bytes: u64,
+        /// Copies of the question that are among the bytes.
+        echoes: u64,
+        /// Whether the sensor was asked.
+        asked: bool,
+    },
+    #[error("{bytes} bytes came in {ms} ms and no good line was among them")]
+    Garbled { bytes: u64, ms: u128 },
+    #[error("the other end closed the connection, as a server that stops, or that has the port for another program")]
+    Disconnected,
+    #[error("the sensor says nothing and does not answer")]
+    NoAnswer,
+    #[error("{0}")]
+    Restarted(DeviceError),
+    #[error("the sensor was silent, and may have restarted")]
+    SettingsLost,
+    #[error("another sensor, serial {serial}, is on the port; it was {known}")]
+    OtherSensor { serial: String, known: String },
+    #[error("the sensor is back and cannot be set as it was: {0}")]
+    NotSet(#[from] RequestFailure),
+}
+
+/// What the user can do where no sensor is heard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinkHint {
+    /// Ask the sensor, whose output may be paused: the link only listens, and nothing is received.
+    AskSensor,
+    /// Look for what connects the two directions of the line: it echoes.
+    FindEcho,
+    /// Check the cable, the power, and the baud rate at which the server has opened its port.
+    CheckServerBaudRate,
+    /// Check the cable, the power, and the baud rate of the port.
+    CheckBaudRate,
+}
+
+impl LinkHint {
+    /// The hint in words. An application whose user knows the settings by other names has words of
+    /// its own: see [`LinkOptions::hint_text`](crate::LinkOptions::hint_text).
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::AskSensor => {
+                "its output may be paused, which cannot be told without asking it: do not only listen, or check the \
+                 cable and the power of the sensor"
+            }
+            Self::FindEcho => "take a loopback plug off; on RS-485 check the wires and the power of the sensor",
+            Self::CheckServerBaudRate => {
+                "check the cable and the power of the sensor, and the speed that the server is set to"
+            }
+            Self::CheckBaudRate => "check the cable, the power of the sensor and the baud rate",
+        }
+    }
+}
+
+impl LinkError {
+    /// Whether another attempt does not help until somebody has done something.
+    pub(crate) fn needs_help(&self) -> bool {
+        matches!(self, Self::Open(ConnectError::Busy { .. } | ConnectError::Denied { .. }) | Self::NotSet(_))
+    }
+
+    /// What the user can do, where the error itself does not say it.
+    pub(crate) fn hint(&self) -> Option<LinkHint> {
+        let Self::NoSensor { tried, bytes, echoes, asked, .. } = self else { return None };
+        Some(match (*echoes, &tried[..]) {
+            _ if *bytes == 0 && !asked => LinkHint::AskSensor,
+            (1.., _) => LinkHint::FindEcho,
+            (0, []) => LinkHint::CheckServerBaudRate,
+            (0, _) => LinkHint::CheckBaudRate,
+        })
+    }
+}
+
+/// What a failed read or write means for the one who pulled the cable.
+fn lost(error: &io::Error) -> String {
+    // a write to an adapter that is gone: EIO, ENXIO, ENODEV
+    let is_gone = cfg!(unix) && matches!(error.raw_os_error(), Some(5 | 6 | 19));
+    match error.kind() {
+        _ if is_gone => GONE.into(),
+        ErrorKind::BrokenPipe => GONE.into(),
+        ErrorKind::UnexpectedEof | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => {
+            LinkError::Disconnected.to_string()
+        }
+        _ => format!("the link was lost: {error}"),
+    }
+}
+
+const GONE: &str = "the port is gone, as when the cable is pulled out or the adapter loses its power";
+
+fn at_speeds(tried: &[u32]) -> String {
+    match tried {
+        [] => String::new(),
+        [baud] => format!(" at {baud} baud"),
+        several => format!(" at {} speeds", several.len()),
+    }
+}
+
+/// `bytes` of which `echoes` copies of the question are a part.
+fn heard_instead(bytes: u64, echoes: u64) -> String {
+    let others = bytes.saturating_sub(echoes * QUESTION_BYTES);
+    match (echoes, others) {
+        (0, 0) => "nothing came".into(),
+        (0, bytes) => format!("{bytes} bytes came and none of them made a good line"),
+        (_, 0) => "the line echoes, and nothing came but what was sent".into(),
+        (_, bytes) => format!("the line echoes, and {bytes} bytes that were not sent made no good line"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_port_is_described_without_the_words_of_the_system() {
+        let gone = [5, 6, 19].map(io::Error::from_raw_os_error);
+        let closed = [ErrorKind::UnexpectedEof, ErrorKind::ConnectionReset, ErrorKind::ConnectionAborted];
+        for error in gone.into_iter().chain([ErrorKind::BrokenPipe.into()]) {
+            assert_eq!(LinkError::from(error).to_string(), GONE);
+        }
+        for kind in closed {
+            assert_eq!(LinkError::from(io::Error::from(kind)).to_string(), LinkError::Disconnected.to_string());
+        }
+        let other = LinkError::from(io::Error::other("a fault")).to_string();
+        assert_eq!(other, "the link was lost: a fault");
+    }
+
+    #[test]
+    fn the_hint_fits_what_was_received() {
+        let no_sensor = |tried: &[u32], bytes, echoes, asked| {
+            let tried = tried.into();
+            LinkError::NoSensor { port: "x".into(), tried, bytes, echoes, asked }
+        };
+        let cases = [
+            (no_sensor(&[9600], 0, 0, true), LinkHint::CheckBaudRate, "x at 9600 baud: nothing came"),
+            (
+                no_sensor(&[9600], 1, 0, false),
+                LinkHint::CheckBaudRate,
+                "1 bytes came and none of them made a good line",
+            ),
+            (no_sensor(&[9600, 19_200], 0, 0, false), LinkHint::AskSensor, "x at 2 speeds: nothing came"),
+            (no_sensor(&[], 0, 0, true), LinkHint::CheckServerBaudRate, "x: nothing came"),
+            (no_sensor(&[], 28, 2, true), LinkHint::FindEcho, "echoes, and nothing came but what was sent"),
+            (no_sensor(&[], 29, 2, true), LinkHint::FindEcho, "echoes, and 1 bytes that were not sent made no good"),
+        ];
+        for (error, hint, text) in cases {
+            assert_eq!(error.hint(), Some(hint), "{error}");
+            assert!(error.to_string().contains(text), "{error}");
+            assert!(!hint.text().contains("--"), "names no flag");
+        }
+        assert_eq!(LinkError::NoAnswer.hint(), None);
+    }
+}

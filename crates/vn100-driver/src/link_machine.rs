@@ -1,0 +1,527 @@
+//! The life of a link as a state machine: it does no I/O, and time is an argument.
+//!
+//! ```text
+//! Opening ──> Scanning ──> Identifying ──> Connected <──> Verifying
+//!    ^           │              │              │              │
+//!    │           └──────────────┴─── lost, or stopped ────────┤
+//!    │                                                        v
+//! BackingOff <── lost ── Closing <── (RestoringOutput, where stopped)
+//!                           │
+//!                           └── stopped, or not worth another attempt ──> Closed
+//! ```
+//!
+//! The owner performs what the machine asks for and reports what comes of it. After each call of
+//! [`handle_input`](LinkMachine::handle_input) or [`handle_timeout`](LinkMachine::handle_timeout):
+//! perform what [`poll_port`](LinkMachine::poll_port) gives, send what
+//! [`poll_transmit`](LinkMachine::poll_transmit) gives, hand on what
+//! [`poll_event`](LinkMachine::poll_event) gives, and wait for an input or until
+//! [`poll_timeout`](LinkMachine::poll_timeout). Times are those since the origin of the stamps of
+//! the stream; nothing breaks if a call is late.
+//!
+//! Every byte that is received, in any phase, is first pending and then either forwarded, so that
+//! it is recorded, counted and decoded, or discarded, so that it is recorded and counted as
+//! discarded. No phase ends with inputs pending: [`LinkMachine::disconnect`] discards them.
+
+mod back_off;
+mod baud_scan;
+mod connected;
+mod pending_inputs;
+mod requests;
+mod shared;
+mod stream_health;
+mod temperature_poll;
+#[cfg(test)]
+mod tests;
+mod verification;
+
+use std::{io, mem, time::Duration};
+
+use vn100_capture::{End, Event as StreamEvent};
+use vn100_protocol::stream::{Input as StreamInput, LinkEventKind};
+use vn100_protocol::{Answer, Command};
+
+pub use self::baud_scan::BAUD_RATES;
+pub(crate) use self::baud_scan::QUESTION_BYTES;
+use self::{
+    baud_scan::BaudScan,
+    connected::Connected,
+    requests::RequestEvent,
+    shared::{Shared, is_unsolicited_error},
+    verification::Verification,
+};
+use crate::{
+    connect_error::ConnectError, link::CommandError, link::LinkOptions, link_error::LinkError, link_state::LinkState,
+    low_latency::LatencyTimer,
+};
+
+/// How often a link that never was connected is tried: a sensor that was just switched on sends
+/// nothing for 1.25 s.
+const FIRST_ATTEMPTS: u32 = 2;
+
+/// The same where bytes arrive at every baud rate and make no frame: the receiver of the host may
+/// flip bits until the port is opened again.
+const FIRST_ATTEMPTS_GARBLED: u32 = 5;
+
+/// What happens to a link.
+#[derive(Debug)]
+pub(crate) enum Input {
+    /// The port is open.
+    Opened(OpenPort),
+    /// The port cannot be opened.
+    OpenFailed(ConnectError),
+    /// The baud rate of the port was set, or not. What was received until then was sent at the one
+    /// before.
+    BaudSet { baud: u32, result: io::Result<()> },
+    /// Something was received.
+    Received(StreamInput),
+    /// The other end has closed the connection.
+    Disconnected,
+    /// A read or write has failed.
+    Failed(io::Error),
+    /// The port is closed. What had been received by then and was not reported is in `unread`.
+    PortClosed { unread: Vec<StreamInput> },
+    /// The user submits a command; its result is reported with this number.
+    Request { id: u64, command: Command },
+    /// The link is to be closed for good.
+    Stop,
+}
+
+/// A port that has been opened.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct OpenPort {
+    /// The name by which it was opened.
+    pub(crate) name: String,
+    /// The latency timer of its adapter.
+    pub(crate) latency_timer: Option<LatencyTimer>,
+}
+
+/// What is to be done with the port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PortAction {
+    /// Open it at this baud rate; links without one ignore it.
+    Open { baud: u32 },
+    /// Set its baud rate.
+    SetBaud(u32),
+    /// Close it.
+    Close,
+}
+
+/// What the owner is to hand on.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every event is of the stream, and one is moved for each read")]
+pub(crate) enum Event {
+    /// To the recording.
+    Recorded(StreamInput),
+    /// To the receiver of the stream.
+    Stream(StreamEvent),
+    /// The result of the user's command with this number.
+    Answered { id: u64, result: Result<Answer, CommandError> },
+    /// To those who watch the state.
+    State(LinkState),
+}
+
+/// What a link is doing.
+enum Phase {
+    /// Waits for the port.
+    Opening,
+    /// Searches the baud rate of the sensor.
+    Scanning(BaudScan),
+    /// A sensor is found: it must be the known one, with its settings.
+    Identifying { baud: Option<u32>, verification: Verification },
+    /// The output of the sensor is forwarded.
+    Connected(Connected),
+    /// The sensor sends again after a silence: it must still be the known one, with its settings.
+    Verifying { connected: Connected, verification: Verification },
+    /// Sets the output as it was found, or as it is to be, before the port is closed.
+    RestoringOutput { on: bool },
+    /// Waits for the port to be closed; `error` is why, `None` for a stop.
+    Closing { error: Option<LinkError> },
+    /// Waits before the port is opened again.
+    BackingOff { until: Duration },
+    /// The link has ended.
+    Closed,
+}
+
+/// The state of a link.
+pub(crate) struct LinkMachine {
+    phase: Phase,
+    shared: Shared,
+    /// How often the port was to be opened.
+    attempts: u32,
+    is_stopped: bool,
+    /// Whether an output that was found paused is paused again.
+    is_pause_restored: bool,
+}
+
+impl LinkMachine {
+    /// A link to the port that the user calls `name`; it begins by opening it.
+    pub(crate) fn new(name: String, has_baud: bool, options: LinkOptions) -> Self {
+        let mut machine = Self {
+            phase: Phase::Closed,
+            shared: Shared::new(name, has_baud, options),
+            attempts: 0,
+            is_stopped: false,
+            is_pause_restored: false,
+        };
+        machine.open();
+        machine
+    }
+
+    /// Handles what has happened.
+    pub(crate) fn handle_input(&mut self, now: Duration, input: Input) {
+        let handled = match input {
+            Input::Opened(port) => {
+                self.shared.port = port;
+                let bauds = self.baud_rates();
+                self.phase = Phase::Scanning(BaudScan::start(bauds, &mut self.shared, now));
+                Ok(())
+            }
+            Input::OpenFailed(error) => {
+                self.handle_closed(now, Some(error.into()));
+                Ok(())
+            }
+            Input::BaudSet { baud, result } => self.handle_baud_set(now, baud, result),
+            Input::Received(input) => self.handle_received(now, input),
+            Input::Disconnected => Err(LinkError::Disconnected),
+            Input::Failed(error) => Err(LinkError::Lost(error)),
+            Input::PortClosed { unread } => {
+                unread.into_iter().for_each(|input| _ = self.shared.pending.push(input));
+                self.shared.discard_pending(now);
+                if let Phase::Closing { error } = mem::replace(&mut self.phase, Phase::Closed) {
+                    self.handle_closed(now, error);
+                }
+                Ok(())
+            }
+            Input::Request { id, command } => {
+                self.shared.requests.submit_for_user(id, command);
+                if !self.is_open() {
+                    self.shared.requests.handle_link_down();
+                }
+                Ok(())
+            }
+            Input::Stop => {
+                self.handle_stop(now);
+                Ok(())
+            }
+        };
+        self.finish_call(now, handled);
+    }
+
+    /// Handles what is due; does nothing before that time.
+    pub(crate) fn handle_timeout(&mut self, now: Duration) {
+        let handled = match &mut self.phase {
+            Phase::Scanning(scan) => {
+                let found = scan.handle_timeout(&mut self.shared, now);
+                self.handle_scanned(now, found)
+            }
+            Phase::Connected(connected) => connected.handle_timeout(&mut self.shared, now),
+            Phase::BackingOff { until } if now >= *until => {
+                self.open();
+                Ok(())
+            }
+            Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
+                self.shared.requests.handle_timeout(now);
+                Ok(())
+            }
+            Phase::Opening | Phase::BackingOff { .. } | Phase::Closing { .. } | Phase::Closed => Ok(()),
+        };
+        self.finish_call(now, handled);
+    }
+
+    /// What is to be done with the port, in this order.
+    pub(crate) fn poll_port(&mut self) -> Option<PortAction> {
+        self.shared.port_actions.pop_front()
+    }
+
+    /// The bytes to send now. To be polled when [`poll_port`](Self::poll_port) has nothing more.
+    pub(crate) fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
+        if !self.is_open() {
+            return None;
+        }
+        if let Phase::Connected(connected) = &self.phase {
+            connected.submit_due_reads(&mut self.shared, now);
+        }
+        let line = self.shared.requests.poll_transmit(now)?;
+        self.shared.note_sent(&line);
+        Some(line)
+    }
+
+    /// What is to be handed on, in this order.
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
+        self.shared.events.pop_front()
+    }
+
+    /// When to call [`handle_timeout`](Self::handle_timeout) and
+    /// [`poll_transmit`](Self::poll_transmit) again; `None` when only an input can bring anything
+    /// new.
+    pub(crate) fn poll_timeout(&self) -> Option<Duration> {
+        match &self.phase {
+            Phase::Scanning(scan) => scan.poll_timeout(),
+            Phase::Connected(connected) => Some(connected.poll_timeout(&self.shared)),
+            Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
+                self.shared.requests.poll_timeout()
+            }
+            Phase::BackingOff { until } => Some(*until),
+            Phase::Opening | Phase::Closing { .. } | Phase::Closed => None,
+        }
+    }
+
+    /// Whether commands of the user are sent, or fail, at once; they are to wait otherwise.
+    pub(crate) fn accepts_requests(&self) -> bool {
+        matches!(self.phase, Phase::Connected(_) | Phase::BackingOff { .. })
+    }
+
+    pub(crate) fn is_closed(&self) -> bool {
+        matches!(self.phase, Phase::Closed)
+    }
+
+    /// Good frames of each message so far, by the code of the message.
+    pub(crate) fn frames_by_message(&self) -> impl Iterator<Item = (u8, u64)> {
+        self.shared.frames_by_message()
+    }
+
+    /// Whether commands can be sent.
+    fn is_open(&self) -> bool {
+        !matches!(self.phase, Phase::Opening | Phase::Closing { .. } | Phase::BackingOff { .. } | Phase::Closed)
+    }
+
+    fn open(&mut self) {
+        self.phase = Phase::Opening;
+        self.attempts += 1;
+        self.shared.publish(LinkState::Opening);
+        let baud = self.baud_rates().first().copied().flatten().unwrap_or_default();
+        self.shared.port_actions.push_back(PortAction::Open { baud });
+    }
+
+    /// The baud rates to try, in this order; one that is `None` where the link has none.
+    fn baud_rates(&self) -> Vec<Option<u32>> {
+        let Shared { has_baud, fixed_baud, last_baud, .. } = self.shared;
+        if !has_baud {
+            return vec![None];
+        }
+        if fixed_baud.is_some() {
+            return vec![fixed_baud];
+        }
+        let others = BAUD_RATES.into_iter().filter(|baud| Some(*baud) != last_baud);
+        last_baud.into_iter().chain(others).map(Some).collect()
+    }
+
+    fn handle_received(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
+        match &mut self.phase {
+            Phase::Connected(connected) => {
+                if let Some(input) = connected.handle_received(&mut self.shared, now, input)? {
+                    self.verify(now, input)?;
+                }
+                Ok(())
+            }
+            Phase::Scanning(scan) => {
+                self.shared.pending.push(input);
+                let found = scan.handle_received(&mut self.shared, now);
+                self.handle_scanned(now, found)
+            }
+            _ => self.handle_pending(now, input),
+        }
+    }
+
+    /// Keeps an input until the verification has ended, and handles its replies.
+    fn handle_pending(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
+        let replies = self.shared.pending.push(input);
+        replies.iter().try_for_each(|reply| self.shared.handle_pending_reply(now, reply))
+    }
+
+    fn handle_baud_set(&mut self, now: Duration, new_baud: u32, result: io::Result<()>) -> Result<(), LinkError> {
+        match &mut self.phase {
+            Phase::Scanning(scan) => {
+                let found = scan.handle_baud_set(&mut self.shared, now, result);
+                self.handle_scanned(now, found)
+            }
+            Phase::Identifying { baud, verification } => {
+                *baud = verification.handle_baud_set(&mut self.shared, result)?.or(*baud);
+                Ok(())
+            }
+            Phase::Connected(connected) | Phase::Verifying { connected, .. } => {
+                result?;
+                connected.handle_baud_set(&mut self.shared, new_baud);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Goes on to the verification of a sensor that a baud scan has found.
+    fn handle_scanned(&mut self, now: Duration, found: Result<bool, LinkError>) -> Result<(), LinkError> {
+        if found? && let Phase::Scanning(scan) = &self.phase {
+            let baud = scan.baud();
+            let verification = Verification::after_scan(&mut self.shared, baud);
+            self.phase = Phase::Identifying { baud, verification };
+            self.finish_verification(now)?;
+        }
+        Ok(())
+    }
+
+    /// The sensor sends again after a silence, first in this input.
+    fn verify(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
+        self.phase = match mem::replace(&mut self.phase, Phase::Closed) {
+            Phase::Connected(connected) => {
+                Phase::Verifying { connected, verification: Verification::after_silence(&mut self.shared) }
+            }
+            phase => phase,
+        };
+        self.handle_pending(now, input)?;
+        self.finish_verification(now)
+    }
+
+    /// Goes on to the phase [`Connected`](Phase::Connected) when the verification has ended.
+    fn finish_verification(&mut self, now: Duration) -> Result<(), LinkError> {
+        let is_open: fn(&_) -> bool;
+        let connected = match mem::replace(&mut self.phase, Phase::Closed) {
+            Phase::Identifying { baud, verification } if verification.is_done() => {
+                is_open = |_| false;
+                Connected::new(&mut self.shared, now, baud)
+            }
+            Phase::Verifying { connected, verification } if verification.is_done() => {
+                is_open = is_unsolicited_error;
+                connected
+            }
+            phase => {
+                self.phase = phase;
+                return Ok(());
+            }
+        };
+        self.phase = Phase::Connected(connected);
+        let Phase::Connected(connected) = &mut self.phase else { return Ok(()) };
+        connected.forward_pending(&mut self.shared, now, is_open)
+    }
+
+    /// Handles what follows from replies and timeouts.
+    fn handle_request_events(&mut self, now: Duration) -> Result<(), LinkError> {
+        while let Some(event) = self.shared.poll_request_event() {
+            match (&mut self.phase, event) {
+                (
+                    Phase::Identifying { verification, .. } | Phase::Verifying { verification, .. },
+                    RequestEvent::PhaseAnswered(result),
+                ) => {
+                    verification.handle_answer(&mut self.shared, now, result)?;
+                    self.finish_verification(now)?;
+                }
+                // it sends
+                (Phase::Verifying { .. }, RequestEvent::Absent) => {}
+                (Phase::Connected(connected) | Phase::Verifying { connected, .. }, event) => {
+                    connected.handle_request_event(&mut self.shared, now, event)?;
+                }
+                (Phase::RestoringOutput { on }, RequestEvent::PhaseAnswered(result)) => {
+                    if result.is_ok() && !*on {
+                        self.is_pause_restored = true;
+                        self.shared.emit(now, LinkEventKind::OutputPaused);
+                    }
+                    self.close(now, None);
+                }
+                // of no concern before the link is connected
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn finish_call(&mut self, now: Duration, handled: Result<(), LinkError>) {
+        if let Err(error) = handled.and_then(|()| self.handle_request_events(now)) {
+            self.disconnect(now, error);
+            // the user's open commands have ended
+            _ = self.handle_request_events(now);
+        }
+    }
+
+    /// The link is lost.
+    fn disconnect(&mut self, now: Duration, error: LinkError) {
+        self.shared.discard_pending(now);
+        self.shared.requests.handle_link_down();
+        match &self.phase {
+            Phase::Connected(_) | Phase::Verifying { .. } => {
+                self.shared.emit(now, LinkEventKind::Down { cause: error.to_string() });
+                self.close(now, Some(error));
+            }
+            Phase::RestoringOutput { .. } => self.close(now, None),
+            Phase::Scanning(_) | Phase::Identifying { .. } => self.close(now, Some(error)),
+            Phase::Opening | Phase::Closing { .. } | Phase::BackingOff { .. } | Phase::Closed => {}
+        }
+    }
+
+    fn handle_stop(&mut self, now: Duration) {
+        if mem::replace(&mut self.is_stopped, true) {
+            return;
+        }
+        let is_connected = matches!(self.phase, Phase::Connected(_) | Phase::Verifying { .. });
+        let on = match &self.phase {
+            _ if is_connected && self.shared.requests.must_restore_pause() => Some(false),
+            Phase::Identifying { verification, .. } if verification.may_have_paused_output() => Some(true),
+            _ => None,
+        };
+        self.shared.discard_pending(now);
+        self.shared.requests.handle_link_down();
+        match (&self.phase, on) {
+            (Phase::Opening | Phase::BackingOff { .. }, _) => self.end(None),
+            (Phase::Closing { .. } | Phase::Closed | Phase::RestoringOutput { .. }, _) => {}
+            (_, Some(on)) => {
+                self.phase = Phase::RestoringOutput { on };
+                self.shared.requests.submit_for_phase(Command::Async(on));
+            }
+            (_, None) => self.close(now, None),
+        }
+    }
+
+    fn close(&mut self, now: Duration, error: Option<LinkError>) {
+        self.shared.discard_pending(now);
+        self.phase = Phase::Closing { error };
+        self.shared.port_actions.push_back(PortAction::Close);
+    }
+
+    /// The port is closed, or could not be opened: tries again, or ends.
+    fn handle_closed(&mut self, now: Duration, error: Option<LinkError>) {
+        let Some(error) = error.filter(|error| !(self.is_stopped && self.may_reconnect(error))) else {
+            return self.end(None);
+        };
+        if !self.may_reconnect(&error) {
+            return self.end(Some(error));
+        }
+        let retry_in = self.shared.back_off.next_delay();
+        self.shared.publish(LinkState::Down {
+            was_up: self.shared.was_connected,
+            cause: self.text(&error),
+            needs_help: error.needs_help(),
+            retry_in,
+        });
+        self.phase = Phase::BackingOff { until: now + retry_in };
+    }
+
+    /// Whether the link is tried again after this error: one that was connected is, and another one
+    /// a few times, where the sensor may be booting.
+    fn may_reconnect(&self, error: &LinkError) -> bool {
+        let was_connected = self.shared.was_connected;
+        match error {
+            LinkError::OtherSensor { .. } => false,
+            LinkError::Open(error) => was_connected && error.is_passing(),
+            LinkError::NoSensor { tried, bytes, echoes: 0, .. } if tried.len() > 1 && *bytes > 0 => {
+                was_connected || self.attempts < FIRST_ATTEMPTS_GARBLED
+            }
+            LinkError::NoSensor { .. } => was_connected || self.attempts < FIRST_ATTEMPTS,
+            _ => was_connected,
+        }
+    }
+
+    /// The error as its user reads it.
+    fn text(&self, error: &LinkError) -> String {
+        match error.hint() {
+            Some(hint) => format!("{error}; {}", (self.shared.hint_text)(hint)),
+            None => error.to_string(),
+        }
+    }
+
+    fn end(&mut self, error: Option<LinkError>) {
+        self.phase = Phase::Closed;
+        self.shared.finish_stream();
+        let error = error.map(|error| io::Error::other(self.text(&error)));
+        self.shared.events.push_back(Event::Stream(StreamEvent::End(End { error, csv: None })));
+        let paused_again = self.shared.requests.must_restore_pause().then_some(self.is_pause_restored);
+        self.shared.publish(LinkState::Closed { paused_again });
+    }
+}

@@ -1,0 +1,244 @@
+//! The search for the baud rate of a sensor: at each rate listen, then ask.
+
+use std::{collections::VecDeque, io, time::Duration};
+
+use vn100_protocol::{Command, Register};
+
+use super::{PortAction, shared::Shared};
+use crate::{link_error::LinkError, link_state::LinkState};
+
+/// The baud rates of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the
+/// order in which they are tried: the factory default, the faster ones, the slower ones.
+pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
+
+/// The question: every firmware answers it.
+const QUESTION: Command = Command::ReadRegister(Register::MODEL);
+
+/// Length of the question on the line, `$VNRRG,01*72\r\n`.
+pub(crate) const QUESTION_BYTES: u64 = 14;
+
+/// How long to listen before asking: three frames of the factory default of 40 Hz.
+const LISTEN: Duration = Duration::from_millis(150);
+
+/// How long to listen where asking is not allowed: a period of the slowest output, 1 Hz, besides
+/// the frame itself.
+const LISTEN_ONLY: Duration = Duration::from_millis(1200);
+
+/// How long the sensor may take to answer, besides the time on the line.
+const ANSWER: Duration = Duration::from_millis(100);
+
+/// The round trip of a network.
+const NETWORK: Duration = Duration::from_millis(500);
+
+/// The longest frame that is on the line when the question arrives, and the answer behind it.
+const BYTES_BEFORE_ANSWER: u32 = 256;
+
+/// How long a silent sensor is waited for at the first baud rate: longer than it boots, which takes
+/// 1.25 s.
+const BOOT: Duration = Duration::from_secs(2);
+
+/// How long received bytes are discarded before a baud rate is tried again: longer than an adapter
+/// holds bytes of the rate before, 16 ms by default.
+const SETTLE: Duration = Duration::from_millis(100);
+
+/// No more bytes than this, less than a frame, are no sign of a sensor that sends: they may have
+/// been left in the adapter, or be the rest of a frame.
+const STRAY_BYTES: u64 = 100;
+
+/// A baud rate to try.
+#[derive(Debug, Clone, Copy)]
+struct BaudAttempt {
+    /// `None` where the link has none, as over TCP.
+    baud: Option<u32>,
+    /// For how long received bytes are discarded first.
+    settle: Duration,
+}
+
+/// What an attempt waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// The port to switch to the baud rate.
+    Switching,
+    /// The end of the bytes of the rate before.
+    Settling { until: Duration },
+    /// A frame.
+    Listening { until: Duration },
+    /// The answer to the question, or a frame.
+    Asking { until: Duration },
+}
+
+/// Tries baud rates one after the other until a good frame arrives. At the first rate a silent
+/// sensor is waited for: it may be booting.
+///
+/// A sensor that is silent at the rate it had before may be stalled: its adapter holds back the
+/// bytes, answers too, and delivers them all at once, perhaps while another rate is tried. So the
+/// first good frame after such a silence is discarded, and the rate it had before is tried next:
+/// only what arrives behind a held-back burst shows the baud rate.
+pub(super) struct BaudScan {
+    attempts: VecDeque<BaudAttempt>,
+    attempt: BaudAttempt,
+    stage: Stage,
+    is_first: bool,
+    /// Whether bytes may be held back.
+    may_be_stalled: bool,
+    began: Duration,
+    tried: Vec<u32>,
+    /// Bytes discarded.
+    bytes: u64,
+    /// Copies of the question among them.
+    echoes: u64,
+}
+
+impl BaudScan {
+    /// Begins with the first of `bauds`, which the port is opened at.
+    pub(super) fn start(bauds: Vec<Option<u32>>, shared: &mut Shared, now: Duration) -> Self {
+        let mut attempts = VecDeque::from_iter(bauds.iter().map(|&baud| BaudAttempt { baud, settle: Duration::ZERO }));
+        let first = attempts.pop_front();
+        let mut scan = Self {
+            attempts,
+            attempt: first.unwrap_or(BaudAttempt { baud: None, settle: Duration::ZERO }),
+            stage: Stage::Switching,
+            is_first: true,
+            may_be_stalled: false,
+            began: now,
+            tried: Vec::new(),
+            bytes: 0,
+            echoes: 0,
+        };
+        scan.begin_attempt(shared, now);
+        scan
+    }
+
+    /// The baud rate that is tried.
+    pub(super) fn baud(&self) -> Option<u32> {
+        self.attempt.baud
+    }
+
+    /// Handles what was received, all of it pending. Whether the sensor is found, with its frames
+    /// still pending.
+    ///
+    /// # Errors
+    /// When no rate is left to try.
+    pub(super) fn handle_received(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+        match self.stage {
+            Stage::Listening { .. } | Stage::Asking { .. } if shared.pending.has_sensor() => {
+                self.finish_attempt(shared, now)
+            }
+            _ => Ok(false),
+        }
+    }
+
+    /// The port has been switched to the baud rate, or does not support it.
+    ///
+    /// # Errors
+    /// When no rate is left to try.
+    pub(super) fn handle_baud_set(
+        &mut self,
+        shared: &mut Shared,
+        now: Duration,
+        result: io::Result<()>,
+    ) -> Result<bool, LinkError> {
+        if result.is_err() {
+            self.bytes += shared.discard_pending(now);
+            return self.next_attempt(shared, now);
+        }
+        self.stage = Stage::Settling { until: now + self.attempt.settle };
+        self.handle_timeout(shared, now)
+    }
+
+    /// Handles the end of a stage. Whether the sensor is found.
+    ///
+    /// # Errors
+    /// When no rate is left to try.
+    pub(super) fn handle_timeout(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+        match self.stage {
+            Stage::Settling { until } if now >= until => {
+                self.bytes += shared.discard_pending(now);
+                self.begin_attempt(shared, now);
+            }
+            Stage::Listening { until } if now >= until && !shared.listen_only => {
+                shared.requests.submit_for_phase(QUESTION);
+                shared.requests.expect_spurious_errors();
+                self.stage = Stage::Asking { until: now + ANSWER + self.line_time() };
+            }
+            Stage::Listening { until } | Stage::Asking { until } if now >= until => {
+                return self.finish_attempt(shared, now);
+            }
+            _ => {}
+        }
+        Ok(false)
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Duration> {
+        match self.stage {
+            Stage::Switching => None,
+            Stage::Settling { until } | Stage::Listening { until } | Stage::Asking { until } => Some(until),
+        }
+    }
+
+    fn begin_attempt(&mut self, shared: &mut Shared, now: Duration) {
+        let baud = self.attempt.baud;
+        self.tried.extend(baud.filter(|baud| !self.tried.contains(baud)));
+        shared.publish(LinkState::Probing { port: shared.port.name.clone(), baud });
+        self.listen(shared, now);
+    }
+
+    fn listen(&mut self, shared: &Shared, now: Duration) {
+        let listen = if shared.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
+        self.stage = Stage::Listening { until: now + listen };
+    }
+
+    /// How long the bytes before the answer, and the answer, are on the way.
+    fn line_time(&self) -> Duration {
+        // ten bits a byte
+        self.attempt.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1))
+    }
+
+    fn finish_attempt(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+        // a late answer to the question is no answer to a later one
+        shared.requests.handle_link_down();
+        let (is_found, echoes) = (shared.pending.has_sensor(), shared.pending.echoes());
+        let bytes = shared.discard_before_sensor(now);
+        (self.bytes, self.echoes) = (self.bytes + bytes, self.echoes + echoes);
+        if is_found {
+            if !self.may_be_stalled {
+                return Ok(true);
+            }
+            self.bytes += shared.discard_pending(now);
+            self.may_be_stalled = false;
+            if !self.is_first {
+                self.attempts.push_front(self.attempt);
+            }
+            self.attempts.push_front(BaudAttempt { baud: shared.last_baud, settle: SETTLE });
+        } else if self.is_first && bytes <= echoes * QUESTION_BYTES + STRAY_BYTES {
+            self.may_be_stalled |= shared.last_baud.is_some();
+            if now < self.began + BOOT {
+                self.listen(shared, now);
+                return Ok(false);
+            }
+        }
+        self.next_attempt(shared, now)
+    }
+
+    fn next_attempt(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+        self.is_first = false;
+        let Some(attempt) = self.attempts.pop_front() else {
+            return Err(LinkError::NoSensor {
+                port: shared.given_name.clone(),
+                tried: std::mem::take(&mut self.tried),
+                bytes: self.bytes,
+                echoes: self.echoes,
+                asked: !shared.listen_only,
+            });
+        };
+        self.attempt = attempt;
+        match attempt.baud {
+            Some(baud) => {
+                self.stage = Stage::Switching;
+                shared.port_actions.push_back(PortAction::SetBaud(baud));
+            }
+            None => self.begin_attempt(shared, now),
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,178 @@
+//! What is done before the output of a sensor counts as that of the sensor measured so far: its
+//! serial number is read, and its settings are read or written again. It may be another sensor, or
+//! have lost its power and with it all settings that were not saved.
+
+use std::{collections::VecDeque, io, time::Duration};
+
+use vn100_protocol::{Answer, BaudRate, Command, DeviceError, Register, RequestFailure, Setting};
+
+use super::{PortAction, shared::Shared};
+use crate::{link_error::LinkError, output_plan::Change};
+
+/// Steps that are done one after the other; each waits for the result of its commands.
+pub(super) struct Verification {
+    steps: VecDeque<Step>,
+}
+
+enum Step {
+    /// Read the serial number. A sensor that does not report one is taken for the known one.
+    VerifySerialNumber,
+    /// Read the registers and compare them with the desired settings.
+    VerifySettings { left: VecDeque<Change> },
+    /// Write the desired settings while the output is paused.
+    ReapplySettings {
+        commands: VecDeque<Command>,
+        failure: Option<RequestFailure>,
+        /// The baud rate to change to where the present one is too low for the settings.
+        faster: Option<BaudRate>,
+    },
+    /// Change the baud rate of the sensor, then that of the port.
+    RaiseBaudRate(BaudRate),
+}
+
+impl Verification {
+    /// Of a sensor that was found by a baud scan at the rate `baud`.
+    pub(super) fn after_scan(shared: &mut Shared, baud: Option<u32>) -> Self {
+        let mut steps = VecDeque::new();
+        steps.extend(shared.serial_to_verify().is_some().then_some(Step::VerifySerialNumber));
+        if shared.was_connected {
+            let faster = shared.last_baud.filter(|last| shared.has_baud && *last > baud.unwrap_or_default());
+            steps.extend(reapply_settings(&shared.desired_settings, faster.and_then(BaudRate::new)));
+        }
+        Self::start(steps, shared)
+    }
+
+    /// Of a sensor that sends again after a silence.
+    pub(super) fn after_silence(shared: &mut Shared) -> Self {
+        shared.requests.cancel_own();
+        let mut steps = VecDeque::new();
+        steps.extend(shared.serial_to_verify().is_some().then_some(Step::VerifySerialNumber));
+        steps.push_back(Step::VerifySettings { left: shared.desired_settings.clone().into() });
+        Self::start(steps, shared)
+    }
+
+    fn start(steps: VecDeque<Step>, shared: &mut Shared) -> Self {
+        let mut verification = Self { steps };
+        verification.submit(shared);
+        verification
+    }
+
+    /// Whether all steps are done.
+    pub(super) fn is_done(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Whether the output of the sensor may be paused.
+    pub(super) fn may_have_paused_output(&self) -> bool {
+        matches!(self.steps.front(), Some(Step::ReapplySettings { .. } | Step::RaiseBaudRate(_)))
+    }
+
+    /// Handles the result of the command that was submitted last.
+    ///
+    /// # Errors
+    /// When the sensor is not the known one, or cannot be set.
+    pub(super) fn handle_answer(
+        &mut self,
+        shared: &mut Shared,
+        now: Duration,
+        result: Result<Answer, RequestFailure>,
+    ) -> Result<(), LinkError> {
+        match self.steps.front_mut() {
+            Some(Step::VerifySerialNumber) => {
+                let is_known = match &result {
+                    Ok(Answer::Register(contents)) => shared.serial_to_verify() == Some(contents.fields.as_str()),
+                    _ => true,
+                };
+                if is_known {
+                    self.steps.pop_front();
+                }
+            }
+            Some(Step::VerifySettings { left }) => {
+                let is_kept = |change: &Change| matches!(&result, Ok(Answer::Register(contents)) if contents.is_as_written(&change.after));
+                if !left.pop_front().is_some_and(|change| is_kept(&change)) {
+                    return Err(LinkError::SettingsLost);
+                }
+            }
+            Some(Step::ReapplySettings { commands, failure, faster }) => {
+                *failure = failure.take().or(result.err());
+                if commands.is_empty() {
+                    let (failure, faster) = (failure.take(), faster.take());
+                    // what was sent with other settings is no part of the measurement
+                    shared.discard_pending(now);
+                    match (failure, faster) {
+                        (Some(failure), Some(faster)) if is_baud_too_low(&failure) => {
+                            self.steps.push_front(Step::RaiseBaudRate(faster));
+                        }
+                        (Some(failure), _) => return Err(failure.into()),
+                        (None, _) => {}
+                    }
+                }
+            }
+            Some(Step::RaiseBaudRate(baud)) => {
+                result?;
+                shared.port_actions.push_back(PortAction::SetBaud(baud.bits_per_s()));
+                return Ok(());
+            }
+            None => {}
+        }
+        self.submit(shared);
+        Ok(())
+    }
+
+    /// The port was switched to the baud rate of the sensor, which is given; `None` where no step
+    /// waits for that.
+    ///
+    /// # Errors
+    /// When the port does not support it.
+    pub(super) fn handle_baud_set(
+        &mut self,
+        shared: &mut Shared,
+        result: io::Result<()>,
+    ) -> Result<Option<u32>, LinkError> {
+        let Some(Step::RaiseBaudRate(baud)) = self.steps.front() else { return Ok(None) };
+        let baud = baud.bits_per_s();
+        result?;
+        self.steps = reapply_settings(&shared.desired_settings, None).into_iter().collect();
+        self.submit(shared);
+        Ok(Some(baud))
+    }
+
+    /// Submits the next command; a step without one is done.
+    fn submit(&mut self, shared: &mut Shared) {
+        while let Some(step) = self.steps.front_mut() {
+            let command = match step {
+                Step::VerifySerialNumber => Some(Command::ReadRegister(Register::SERIAL_NUMBER)),
+                Step::VerifySettings { left } => left.front().map(|change| Command::ReadRegister(change.register)),
+                Step::ReapplySettings { commands, .. } => commands.pop_front(),
+                Step::RaiseBaudRate(baud) => {
+                    Some(Command::WriteRegister { register: Register::BAUD_RATE, fields: baud.fields() })
+                }
+            };
+            match command {
+                Some(command) => return shared.requests.submit_for_phase(command),
+                None => self.steps.pop_front(),
+            };
+        }
+    }
+}
+
+/// The step that writes the desired settings; `None` where there are none. The baud rate is not
+/// among them: the sensor is found at the one it has.
+fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
+    let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);
+    let writes: Vec<_> = changes
+        .map(|change| Command::WriteRegister { register: change.register, fields: change.after.clone() })
+        .collect();
+    if writes.is_empty() {
+        return None;
+    }
+    // by a read the session detects an echoing line: then it tells the echo of a write from the answer
+    let begin = [Command::ReadRegister(Register::MODEL), Command::Async(false)];
+    let commands = begin.into_iter().chain(writes).chain([Command::Async(true)]).collect();
+    Some(Step::ReapplySettings { commands, failure: None, faster })
+}
+
+/// Whether the sensor refused an output that its baud rate is too low for.
+fn is_baud_too_low(failure: &RequestFailure) -> bool {
+    matches!(failure, RequestFailure::Device { error: DeviceError::InsufficientBaudRate, .. })
+}
