@@ -50,7 +50,7 @@ pub struct Comparison {
 }
 
 /// What befell a record.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
     /// Its number.
     pub record: usize,

@@ -12,6 +12,7 @@ mod datasheet;
 mod figure;
 mod goal;
 mod plan;
+mod remedy;
 mod settings;
 mod snapshot;
 mod source_facts;
@@ -34,6 +35,7 @@ pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, Str
 pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
+pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,

@@ -4,6 +4,8 @@ pub(crate) mod advice;
 
 use std::fmt;
 
+use crate::remedy::{RemedyWords, Text};
+
 /// The kinds of warning, by the names scripts may rely on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
@@ -111,14 +113,22 @@ impl WarningKind {
 }
 
 /// One warning.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
     /// What kind it is.
     pub kind: WarningKind,
     /// The channels it concerns, by name; empty when it concerns all.
     pub channels: Vec<String>,
     /// What was seen, why it matters, what to try.
-    pub text: String,
+    pub text: Text,
+}
+
+impl Warning {
+    /// Kind and text, with what the user can do by the names of a face.
+    #[must_use]
+    pub fn in_words(&self, words: RemedyWords) -> String {
+        format!("{}: {}", self.kind.name(), self.text.in_words(words))
+    }
 }
 
 impl fmt::Display for Warning {

@@ -47,7 +47,7 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 pub enum CsvError {
     /// Rows of numbers, none of them known by name.
     #[error(
-        "no column of this CSV file is known: looked for {}; found {}; name the columns with a map (--columns), as in gyro_x=wx:deg/s,t=time:s",
+        "no column of this CSV file is known: looked for {}; found {}",
         header::Places::LOOKED_FOR,
         found.join(", ")
     )]
@@ -75,8 +75,7 @@ pub enum CsvError {
     },
     /// The unit of the stamps does not follow from them.
     #[error(
-        "the unit of the stamps in column {column:?} is not sure: they step by {step} from row to row, which {}; name the unit, as in \
-         --columns t={argument}:ms (or s, us, ns)",
+        "the unit of the stamps in column {column:?} is not sure: they step by {step} from row to row, which {}",
         stamp::may_be(units)
     )]
     StampUnit {
@@ -101,7 +100,26 @@ pub enum CsvError {
     },
 }
 
+/// What a [`ColumnMap`] would have to name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MapHint {
+    /// The columns; with an example of a map.
+    Columns(&'static str),
+    /// The unit of the stamps, one of s, ms, us and ns; with a map that does so.
+    StampUnit(String),
+}
+
 impl CsvError {
+    /// The map that would make the file readable, where one would.
+    #[must_use]
+    pub fn hint(&self) -> Option<MapHint> {
+        match self {
+            Self::UnknownColumns { .. } => Some(MapHint::Columns("gyro_x=wx:deg/s,t=time:s")),
+            Self::StampUnit { argument, .. } => Some(MapHint::StampUnit(format!("t={argument}:ms"))),
+            Self::MissingColumn { .. } | Self::SameColumn { .. } | Self::Stamps { .. } => None,
+        }
+    }
+
     /// Whether the columns are known, and only the stamps in them are not understood.
     fn is_about_stamps(&self) -> bool {
         matches!(self, Self::Stamps { .. } | Self::StampUnit { .. })

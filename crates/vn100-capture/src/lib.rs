@@ -40,7 +40,7 @@ mod timing_sidecar;
 
 pub use capture::{Capture, OpenError};
 pub use clock::Clock;
-pub use csv::{ColumnMap, ColumnMapError, CsvError};
+pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
 pub use event::{CsvReport, End, Event, RejectedRows};
 pub use lossy_sender::LossySender;

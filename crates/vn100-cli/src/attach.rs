@@ -27,6 +27,7 @@ use crate::{
     live_source::{LiveSource, Opened, changed, closed},
     log::{Entries, Log, takes_terminal},
     measured::{self, all_of, note_recording},
+    remedy_words::remedy_words,
     session_words::{self, Ceased},
     set_up::SetUp,
     status::Status,
@@ -199,7 +200,7 @@ async fn measure_one(
         measured.completion = measured.completion.max(Completion::Failed);
     }
     if job.telling == Telling::Ndjson {
-        tell_line(Document::of(&measured)).await?;
+        tell_line(Document::of(&measured, remedy_words)).await?;
     }
     Ok(measured)
 }
@@ -348,7 +349,7 @@ async fn measure(
                     // assessing takes milliseconds now and then: no more than writing shall it hold up the samples
                     let origin = origin.clone();
                     let telling = task::spawn_blocking(move || {
-                        let told = print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false));
+                        let told = print_line(&Document::new(&origin, &snapshot, &assessments.of(&snapshot), false, remedy_words));
                         (told, assessments)
                     });
                     (*told, assessments) = telling.await.context("the output stopped by a fault of this program")?;

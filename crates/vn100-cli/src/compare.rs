@@ -9,6 +9,7 @@ use crate::{
     datasheet::evaluation,
     exit::{Exit, print, print_json, report},
     files::{EachSecond, measure_files},
+    remedy_words::remedy_words,
     text,
 };
 
@@ -23,7 +24,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
     let records: Vec<Record<'_>> = all.iter().map(record).collect();
     let comparison = Comparison::of(&records, args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
     if args.json {
-        let document = ComparisonDocument::new(&all, &comparison);
+        let document = ComparisonDocument::new(&all, &comparison, remedy_words);
         print_json(&serde_json::to_string_pretty(&document)?)?;
     } else {
         print(&text::comparison(&all, &comparison))?;

@@ -16,7 +16,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Assessments, Settings, SourceFacts};
-use vn100_capture::{Capture, ColumnMap, Format, OpenError};
+use vn100_capture::{Capture, ColumnMap, Format, MapHint, OpenError};
 use vn100_pipeline::{Outcome, every_second, start};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Document, Evaluation, Measured};
@@ -28,6 +28,7 @@ use crate::{
     log::{Entries, Log, takes_terminal},
     measured::{self, recording_facts},
     progress::Progress,
+    remedy_words::remedy_words,
     teller::print_line,
 };
 
@@ -122,7 +123,7 @@ async fn measure_one(path: PathBuf, job: Arc<Job>) -> Result<Measured> {
         measured.note_interrupted();
     }
     if job.ndjson {
-        print_line(&Document::of(&measured))?;
+        print_line(&Document::of(&measured, remedy_words))?;
     }
     Ok(measured)
 }
@@ -145,7 +146,7 @@ async fn measure(
     let outcome = async {
         // ends with the measurement: it holds the only sender
         while let Some(snapshot) = each_second.recv().await {
-            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot), false))?;
+            print_line(&Document::new(origin, &snapshot, &assessments.of(&snapshot), false, remedy_words))?;
         }
         anyhow::Ok(measurement.outcome().await?)
     };
@@ -181,7 +182,7 @@ pub(crate) async fn open(
     let opening = move || open_capture(&from, columns.as_ref());
     let capture = match task::spawn_blocking(opening).await.context("the capture could not be opened")? {
         Ok(capture) => capture,
-        Err(error) => return Ok(Err(format!("{:#}", anyhow::Error::from(error)))),
+        Err(error) => return Ok(Err(unopened(error))),
     };
     let name = name(path);
     let metadata = capture.recorded.as_ref().map(|recorded| &recorded.metadata);
@@ -201,6 +202,20 @@ pub(crate) async fn open(
         ..SourceFacts::default()
     };
     Ok(Ok(Opened { capture, origin, settings }))
+}
+
+/// Why, and the option that would cure it.
+fn unopened(error: OpenError) -> String {
+    let hint = match &error {
+        OpenError::Csv { problem, .. } => problem.hint(),
+        _ => None,
+    };
+    let cure = match hint {
+        Some(MapHint::Columns(map)) => format!("; name the columns with a map (--columns), as in {map}"),
+        Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
+        None => String::new(),
+    };
+    format!("{:#}{cure}", anyhow::Error::from(error))
 }
 
 /// The result of a capture that could not be opened.

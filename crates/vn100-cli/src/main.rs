@@ -21,6 +21,7 @@ mod plan;
 mod plan_steps;
 mod ports;
 mod progress;
+mod remedy_words;
 mod replay;
 mod report;
 mod session_words;

@@ -15,6 +15,7 @@ use crate::{
     datasheet::evaluation,
     exit::{Exit, report as complain},
     files::{EachSecond, measure_files},
+    remedy_words::remedy_words,
 };
 use asked::in_words;
 use capture_file::capture_file;
@@ -64,6 +65,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
             asked: &in_words(args),
+            words: remedy_words,
             program: PROGRAM,
         };
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;

@@ -6,6 +6,7 @@ use vn100_report::{Document, Measured};
 use crate::{
     args::Telling,
     exit::{Exit, print, print_json, report},
+    remedy_words::remedy_words,
     text,
 };
 
@@ -26,7 +27,7 @@ impl Teller {
         self.exit = self.exit.max(measured.completion.into());
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.telling {
-            Telling::Json => self.documents.push(Document::of(measured)),
+            Telling::Json => self.documents.push(Document::of(measured, remedy_words)),
             Telling::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }

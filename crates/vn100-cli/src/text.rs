@@ -18,6 +18,7 @@ use vn100_analysis::{
     Assessment, Comparison, CsvFacts, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot, SourceFacts,
 };
 
+use crate::remedy_words::remedy_words;
 use deviations::write_deviations;
 use distribution::{write_distribution, write_parts};
 use filter_models::write_filter_models;
@@ -88,7 +89,7 @@ fn write_summary(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot, ass
         writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }
     for warning in snapshot.warnings.iter().chain(&assessment.warnings) {
-        writeln!(out, "{}", fill(&warning.to_string(), "! ", "  "))?;
+        writeln!(out, "{}", fill(&warning.in_words(remedy_words), "! ", "  "))?;
     }
     Ok(())
 }

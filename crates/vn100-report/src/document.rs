@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, Snapshot, SourceFacts, Verdicts};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts, Verdicts};
 
 use crate::{
     measured::Measured,
@@ -176,9 +176,16 @@ struct Warning {
 }
 
 impl Document {
-    /// The document of a measurement under way, or of one that has ended.
+    /// The document of a measurement under way, or of one that has `ended`; what the user can do is
+    /// in these `words`.
     #[must_use]
-    pub fn new(facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Self {
+    pub fn new(
+        facts: &SourceFacts,
+        snapshot: &Snapshot,
+        assessment: &Assessment,
+        ended: bool,
+        words: RemedyWords,
+    ) -> Self {
         Self {
             schema: "vn100.analysis/1",
             source: SourceDocument::new(facts, snapshot),
@@ -189,16 +196,16 @@ impl Document {
                 .collect(),
             norms: norm_values(snapshot).into_iter().map(norm).collect(),
             warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
-                .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.clone() })
+                .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
                 .collect(),
         }
     }
 
     /// The document of a result, with all that was made of it.
     #[must_use]
-    pub fn of(measured: &Measured) -> Self {
+    pub fn of(measured: &Measured, words: RemedyWords) -> Self {
         let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
-        let mut document = Self::new(facts, snapshot, assessment, true);
+        let mut document = Self::new(facts, snapshot, assessment, true, words);
         for (channel, models) in document.channels.iter_mut().zip(filter_models) {
             if let (Some(noise), Some(models)) = (&mut channel.noise, models) {
                 noise.add_filter_models(models);

@@ -88,7 +88,7 @@ impl Measured {
     /// The recording that was made meanwhile is not whole, as `text` says: a warning, and the
     /// measurement has failed.
     pub fn note_failed_recording(&mut self, text: String) {
-        let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text };
+        let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text: text.into() };
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
     }
@@ -125,6 +125,8 @@ fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment
 
 #[cfg(test)]
 mod tests {
+    use vn100_protocol::VNIMU;
+
     use super::*;
 
     fn facts(error: Option<&str>) -> SourceFacts {
@@ -162,7 +164,11 @@ mod tests {
     fn a_goal_that_was_not_reached_is_told_with_what_is_known() {
         let until = vec!["gyro N ±5%".parse().unwrap()];
         let mut snapshot = nothing();
-        Arc::make_mut(&mut snapshot).timing.samples = 3;
+        {
+            let snapshot = Arc::make_mut(&mut snapshot);
+            snapshot.layout = Some(Arc::new(VNIMU.clone()));
+            snapshot.timing.samples = 3;
+        }
         let measured = Measured::ended(facts(None), snapshot, &Settings { until, ..Settings::default() });
         assert_eq!(measured.completion, Completion::NotMet);
         let [unmet] = &measured.unmet[..] else { panic!("{:?}", measured.unmet) };
@@ -178,7 +184,7 @@ mod tests {
         assert_eq!(measured.completion, Completion::NoData);
         assert_eq!(measured.facts.error.as_deref(), Some("no such port"));
         let [warning] = &measured.snapshot.warnings[..] else { panic!() };
-        assert_eq!((warning.kind, &*warning.text), (WarningKind::RecordingFailed, "the disk is full"));
+        assert_eq!(warning.to_string(), "recording-failed: the disk is full");
         let mut whole = Measured::so_far(facts(None), nothing(), 0.95);
         whole.note_interrupted();
         assert_eq!(whole.completion, Completion::Complete);

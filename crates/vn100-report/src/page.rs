@@ -16,6 +16,7 @@ mod verdicts;
 use std::io::{self, Write};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use vn100_analysis::RemedyWords;
 
 use crate::{
     export::kalibr::KalibrYaml,
@@ -41,6 +42,8 @@ pub struct PageOptions<'a> {
     pub confidence: f64,
     /// What was asked for, as a user would ask for it again.
     pub asked: &'a str,
+    /// How what the user can do is called.
+    pub words: RemedyWords,
     /// What makes the page.
     pub program: Program<'a>,
 }
@@ -132,7 +135,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         return html! {
             p.warning { (lead(record)) }
             p { "There is nothing to conclude from. What is known of the capture follows." }
-            @if !record.snapshot().warnings.is_empty() { (section(1, warnings(record))) }
+            @if !record.snapshot().warnings.is_empty() { (section(1, warnings(record, options.words))) }
             (section(9, facts::facts(record, options)))
         };
     }
@@ -140,11 +143,11 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         p.lead { (lead(record)) }
         nav { @for (anchor, name) in sections { a href={ "#" (prefix) (anchor) } { (name) } " " } }
         (summary::summary(record, &findings))
-        (section(0, words(&findings)))
-        (section(1, warnings(record)))
-        (section(2, html! { (parameters::parameters(record)) (verdicts::verdicts(record)) }))
+        (section(0, answers(&findings, options.words)))
+        (section(1, warnings(record, options.words)))
+        (section(2, html! { (parameters::parameters(record)) (verdicts::verdicts(record, options.words)) }))
         (section(3, figures::allan(record, figures)))
-        (section(4, statistics::statistics(record)))
+        (section(4, statistics::statistics(record, options.words)))
         (section(5, figures::time(figures)))
         (section(6, figures::histograms(figures)))
         (section(7, figures::spectrum(figures)))
@@ -169,10 +172,10 @@ fn lead(record: &Record<'_>) -> String {
     }
 }
 
-fn words(findings: &Findings) -> Markup {
+fn answers(findings: &Findings, words: RemedyWords) -> Markup {
     html! {
         div.answers {
-            @for answer in conclusions(findings).iter().filter(|answer| !answer.sentences.is_empty()) {
+            @for answer in conclusions(findings, words).iter().filter(|answer| !answer.sentences.is_empty()) {
                 div.answer {
                     h3 { (answer.question) }
                     ul { @for sentence in &answer.sentences { li { (sentence) } } }
@@ -182,12 +185,12 @@ fn words(findings: &Findings) -> Markup {
     }
 }
 
-fn warnings(record: &Record<'_>) -> Markup {
+fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
     let warnings: Vec<_> = record.snapshot().warnings.iter().chain(&record.assessment().warnings).collect();
     html! {
         @if warnings.is_empty() { p { "None." } }
         @for warning in warnings {
-            p.warning { b { (warning.kind.name()) } ": " (warning.text.trim_end_matches('.')) "." }
+            p.warning { b { (warning.kind.name()) } ": " (warning.text.in_words(words).trim_end_matches('.')) "." }
         }
     }
 }

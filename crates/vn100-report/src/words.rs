@@ -9,6 +9,8 @@ mod noise;
 mod tests;
 mod trust;
 
+use vn100_analysis::RemedyWords;
+
 use super::findings::Findings;
 
 /// A question and its answer, in paragraphs.
@@ -19,14 +21,14 @@ pub(crate) struct Answer {
 }
 
 /// The questions a report is read for, in order.
-pub(crate) fn conclusions(findings: &Findings) -> Vec<Answer> {
+pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> Vec<Answer> {
     let answers = [
         ("How noisy is the sensor?", noise::noise(findings)),
         ("Can these numbers be trusted?", trust::trust(findings)),
-        ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings)),
+        ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings, words)),
         ("What limits this record?", limits::limits(findings)),
-        ("What would make a better one?", advice::advice(findings)),
-        ("What do I give a filter, or Kalibr?", filters::filters(findings)),
+        ("What would make a better one?", advice::advice(findings, words)),
+        ("What do I give a filter, or Kalibr?", filters::filters(findings, words)),
         ("What was not tested?", limits::not_tested(findings)),
     ];
     answers.into_iter().map(|(question, sentences)| Answer { question, sentences }).collect()

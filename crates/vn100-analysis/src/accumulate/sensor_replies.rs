@@ -77,7 +77,7 @@ impl SensorReplies {
                  each of them alone"
             )
         };
-        Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text })
+        Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text: text.into() })
     }
 }
 
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(replies.two_sensors(None), None);
         push(&mut replies, 3, "0100012345", 9, true);
         push(&mut replies, 3, "0100054321", 12, true);
-        let text = |change| replies.two_sensors(change).map(|warning| warning.text).unwrap_or_default();
+        let text = |change| replies.two_sensors(change).map_or(String::new(), |warning| warning.text.to_string());
         assert!(text(None).contains("0100099887") && text(None).contains("0100012345"), "{}", text(None));
         assert!(text(None).contains("mixes two sensors") && text(change(8)).contains("mixes two sensors"));
         assert!(text(change(9)).contains("that of the first"));

@@ -6,6 +6,7 @@ use std::fmt;
 use vn100_protocol::{Channel, Quantity};
 
 use crate::{
+    remedy::{Remedy, Text},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -55,11 +56,12 @@ impl Motion {
     }
 
     pub(super) fn warning(&self) -> Warning {
-        let text = format!(
+        let text = Text::from(format!(
             "{self}. All figures describe the motion, none of them the noise: nothing is compared with a data sheet, and neither vibration \
              lines nor disturbances, warm-up, gravity, magnetic field or heading are judged. Let the sensor lie still and record that, or \
-             cut the record to where it does (--skip, --duration)"
-        );
+             cut the record to where it does ("
+        ));
+        let text = text.remedy(Remedy::Skip(None)).then(", ").remedy(Remedy::EndEarlier).then(")");
         Warning { kind: WarningKind::NotStationary, channels: self.axes.clone(), text }
     }
 }

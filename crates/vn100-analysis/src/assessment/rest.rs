@@ -41,7 +41,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
                 "the mean acceleration is {gravity:.3} m/s^2 long, {off:+.3} from standard gravity: the sensor moved, or its bias or scale is \
                  off, or the columns hold another unit"
             );
-            warnings.push(Warning { kind: WarningKind::GravityMagnitude, channels: names(&accel), text });
+            warnings.push(Warning { kind: WarningKind::GravityMagnitude, channels: names(&accel), text: text.into() });
         }
     }
     let mag = of(Quantity::MagneticField);
@@ -52,7 +52,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             FIELD_GAUSS.start(),
             FIELD_GAUSS.end()
         );
-        warnings.push(Warning { kind: WarningKind::FieldMagnitude, channels: names(&mag), text });
+        warnings.push(Warning { kind: WarningKind::FieldMagnitude, channels: names(&mag), text: text.into() });
     }
     if let [yaw, pitch, roll] = of(Quantity::Angle)[..]
         && !mag.is_empty()
@@ -62,7 +62,11 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             "yaw deviates more than {YAW_FACTOR} times as much as pitch and roll: gravity holds those two, heading rests on the \
              magnetometer, whose noise and surroundings it shows"
         );
-        warnings.push(Warning { kind: WarningKind::YawFromMagnetometer, channels: vec![yaw.0.name.to_string()], text });
+        warnings.push(Warning {
+            kind: WarningKind::YawFromMagnetometer,
+            channels: vec![yaw.0.name.to_string()],
+            text: text.into(),
+        });
     }
     warnings
 }

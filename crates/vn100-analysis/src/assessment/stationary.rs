@@ -6,6 +6,7 @@ use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
 use crate::{
+    remedy::{Remedy, Text},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -96,7 +97,7 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
         "lines stand out of the spectrum: {told}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
          times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil{instead}"
     );
-    Some(Warning { kind: WarningKind::VibrationLine, channels: axes, text })
+    Some(Warning { kind: WarningKind::VibrationLine, channels: axes, text: text.into() })
 }
 
 /// Where else the strongest shake may be in truth; empty where the stream is too fast for any.
@@ -202,7 +203,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
     axes.sort();
     axes.dedup();
-    Some(Warning { kind: WarningKind::NotStationary, channels: axes, text })
+    Some(Warning { kind: WarningKind::NotStationary, channels: axes, text: text.into() })
 }
 
 fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
@@ -225,13 +226,14 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let cure = match longest {
         Some(skip_s) => {
             let minutes = ((skip_s + snapshot.skipped.as_secs_f64()) / 60.0).ceil();
-            format!("--skip {minutes}min leaves that out")
+            Text::default().remedy(Remedy::Skip(Some(minutes))).then(" leaves that out")
         }
         None => "the record is too short to leave that out: let the sensor warm up, and record longer".into(),
     };
-    let text = format!(
-        "the sensor was still warming up: {told}. At long tau a drift poses as rate random walk or ramp; {cure}"
-    );
+    let text = Text::from(format!(
+        "the sensor was still warming up: {told}. At long tau a drift poses as rate random walk or ramp; "
+    ));
+    let text = text.append(cure);
     Some(Warning { kind: WarningKind::WarmUp, channels: names(warm_ups.iter().map(|(channel, ..)| *channel)), text })
 }
 

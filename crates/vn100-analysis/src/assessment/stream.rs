@@ -6,6 +6,7 @@ use vn100_protocol::{Channel, Quantity};
 
 use super::{ChannelAssessment, Onboard, noise::LongTaus};
 use crate::{
+    remedy::{Remedy, Setting, Text},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -73,7 +74,7 @@ const fn sensor_name(quantity: Quantity) -> &'static str {
     }
 }
 
-fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<String> {
+fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text> {
     let Onboard { refresh_hz, window, window_known } = *onboard;
     let averaged = match window.length {
         0 | 1 => "averages none of them".into(),
@@ -90,20 +91,22 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Strin
     };
     let seen =
         format!("the {take} {refresh_hz} values a second; the sensor {averaged} ({said_by}) and sends {rate_hz}");
-    let cure = (onboard.refresh_hz > 250.0).then(|| {
-        format!(
-            "; a window of {} (vn100 configure PORT --window {0}) brings the sensor's own density into the stream",
-            onboard.honest_window()
-        )
-    });
-    let cure = cure.unwrap_or_default();
+    let window_to_set = onboard.honest_window();
+    let cure = match onboard.refresh_hz > 250.0 {
+        true => Text::from(format!("; a window of {window_to_set} ("))
+            .remedy(Remedy::Configure(Setting::Window(window_to_set)))
+            .then(") brings the sensor's own density into the stream"),
+        false => Text::default(),
+    };
     if window.overlaps() && window_known {
-        Some(format!("{seen}: neighbouring samples share values, and short taus read too low. N allows for it{cure}"))
+        let text = format!("{seen}: neighbouring samples share values, and short taus read too low. N allows for it");
+        Some(Text::from(text).append(cure))
     } else if factor > 1.0 + Onboard::UNCERTAINTY {
-        Some(format!(
+        let text = format!(
             "{seen}: white noise folds, and a healthy sensor reads {factor:.2} times its own density (±{percent:.0} %) in this stream, whatever \
-             reads it. A data sheet's density must be multiplied by that before it is compared{cure}"
-        ))
+             reads it. A data sheet's density must be multiplied by that before it is compared"
+        );
+        Some(Text::from(text).append(cure))
     } else {
         None
     }

@@ -8,7 +8,7 @@ use super::{
     means::are_of_several_sensors,
     pairs,
 };
-use crate::{Onboard, RateFrom, assessment::BEFORE_FILTER_S};
+use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,27 +49,27 @@ impl CaveatKind {
 }
 
 /// What could not be compared, or only in part.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Caveat {
     /// What kind it is.
     pub kind: CaveatKind,
     /// The records it concerns.
     pub records: Vec<usize>,
     /// What was found, and what follows.
-    pub text: String,
+    pub text: Text,
 }
 
 pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     for (number, record) in records.iter().enumerate().filter(|(_, record)| record.snapshot.timing.samples == 0) {
         let text = format!("{} holds no samples and is not compared", record.name);
-        caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text });
+        caveats.push(Caveat { kind: CaveatKind::NoSamples, records: vec![number], text: text.into() });
     }
     caveats.extend(rate_assumed(records));
     for (number, record) in records.iter().enumerate() {
         if let Some(motion) = &record.assessment.motion {
             let text = format!("{}: {motion}. Its means are no bias and are left out", record.name);
-            caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text });
+            caveats.push(Caveat { kind: CaveatKind::Moved, records: vec![number], text: text.into() });
         }
     }
     for pair in pairs(records.len()) {
@@ -78,7 +78,7 @@ pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
             continue;
         }
         let found = [channels(a, b), rates(a, b), sampling(a, b), compensation(a, b)].into_iter().flatten();
-        caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text }));
+        caveats.extend(found.map(|(kind, text)| Caveat { kind, records: pair.to_vec(), text: text.into() }));
     }
     if are_of_several_sensors(records) {
         let text = "the records tell of more than one serial number: their means are not repetitions of one sensor, and no turn-on to turn-on \
@@ -96,12 +96,14 @@ fn rate_assumed(records: &[Record<'_>]) -> Option<Caveat> {
     let assumed: Vec<usize> = (0..records.len()).filter(|number| is_assumed(&records[*number])).collect();
     let names: Vec<&str> = assumed.iter().map(|number| records[*number].name).collect();
     let first = &records[*assumed.first()?].snapshot.timing;
-    let text = format!(
-        "nothing tells the rate of {}; {} Hz are assumed, and every tau and N rests on that: give --rate, and compare captures of different \
-         rates as recordings, which keep theirs",
+    let text = Text::from(format!(
+        "nothing tells the rate of {}; {} Hz are assumed, and every tau and N rests on that: give ",
         names.join(", "),
         first.rate_hz
-    );
+    ));
+    let text = text
+        .remedy(Remedy::GiveRate(None))
+        .then(", and compare captures of different rates as recordings, which keep theirs");
     Some(Caveat { kind: CaveatKind::RateAssumed, records: assumed, text })
 }
 

@@ -11,6 +11,7 @@ use vn100_protocol::{Channel, Quantity, Tally};
 use self::{no_valid_lines::no_valid_lines, refused::refused};
 use crate::{
     accumulate::rate_authority::rates_hz,
+    remedy::{Remedy, Text},
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -46,12 +47,12 @@ struct Advice {
 }
 
 impl Advice {
-    fn warn(&mut self, kind: WarningKind, text: String) {
+    fn warn(&mut self, kind: WarningKind, text: impl Into<Text>) {
         self.warn_of(kind, Vec::new(), text);
     }
 
-    fn warn_of(&mut self, kind: WarningKind, channels: Vec<String>, text: String) {
-        self.warnings.push(Warning { kind, channels, text });
+    fn warn_of(&mut self, kind: WarningKind, channels: Vec<String>, text: impl Into<Text>) {
+        self.warnings.push(Warning { kind, channels, text: text.into() });
     }
 
     fn on_lines(&mut self, snapshot: &Snapshot, findings: &Findings) {
@@ -110,11 +111,9 @@ impl Advice {
         if tally.bad.unchecked > 0 {
             self.warn(
                 WarningKind::UncheckedLines,
-                format!(
-                    "{} without a checksum and left out; --accept-unchecked takes such lines, and then nothing but the form of a number \
-                     protects it",
-                    of_all_lines(tally.bad.unchecked, tally)
-                ),
+                Text::from(format!("{} without a checksum and left out; ", of_all_lines(tally.bad.unchecked, tally)))
+                    .remedy(Remedy::AcceptUnchecked)
+                    .then(" takes such lines, and then nothing but the form of a number protects it"),
             );
         }
         if tally.unchecked_lines > 0 {
@@ -133,12 +132,13 @@ impl Advice {
         if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.rate_change {
             self.warn(
                 WarningKind::RateChanged,
-                format!(
-                    "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; --skip leaves the \
-                     first part out instead",
+                Text::from(format!(
+                    "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; ",
                     samples(after_samples),
                     samples(timing.left_out)
-                ),
+                ))
+                .remedy(Remedy::Skip(None))
+                .then(" leaves the first part out instead"),
             );
         }
         if let Some(FalseRate { samples: left_out, told_hz, device_hz }) = snapshot.false_rate {
@@ -198,11 +198,12 @@ impl Advice {
         if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
             self.warn(
                 WarningKind::RateAssumed,
-                format!(
-                    "nothing in the recording tells its sample rate; {} Hz is the sensor's default. If it was set otherwise give --rate: \
-                     every tau scales with it",
+                Text::from(format!(
+                    "nothing in the recording tells its sample rate; {} Hz is the sensor's default. If it was set otherwise give ",
                     timing.rate_hz
-                ),
+                ))
+                .remedy(Remedy::GiveRate(None))
+                .then(": every tau scales with it"),
             );
         }
     }
@@ -224,12 +225,16 @@ impl Advice {
         if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
             self.warn(
                 WarningKind::BunchedArrival,
-                format!(
+                Text::from(format!(
                     "{:.0} % of the lines arrive together with the one before, {:.1} at a time: the latency timer of a USB serial adapter, \
-                     16 ms unless it is set to 1, holds them back; `vn100 attach` sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
-                     placed less finely",
+                     16 ms unless it is set to 1, holds them back; ",
                     100.0 * arrivals.share_together,
                     arrivals.samples_together
+                ))
+                .remedy(Remedy::MeasureLive)
+                .then(
+                    " sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
+                     placed less finely",
                 ),
             );
         }
@@ -244,18 +249,23 @@ impl Advice {
         if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
             self.warn(
                 WarningKind::RateOffNominal,
-                format!("lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give --rate if it is wrong"),
+                Text::from(format!(
+                    "lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give "
+                ))
+                .remedy(Remedy::GiveRate(None))
+                .then(" if it is wrong"),
             );
         } else if let (Some(hz), Some(ppm)) = (summary.measured_hz, summary.offset_ppm) {
             let drift_s = ppm.abs() * 1e-6 * summary.samples as f64 / nominal.hz();
             if ppm.abs() > CLOCK_PPM && drift_s > BUNCHING_S {
                 self.warn(
                     WarningKind::RateOffNominal,
-                    format!(
-                        "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give --rate {hz:.4} if the \
-                         stamps are right",
+                    Text::from(format!(
+                        "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give ",
                         nominal.hz()
-                    ),
+                    ))
+                    .remedy(Remedy::GiveRate(Some(hz)))
+                    .then(" if the stamps are right"),
                 );
             }
         }
@@ -275,8 +285,7 @@ impl Advice {
             self.warn_of(
                 WarningKind::AngleRestarted,
                 findings.restarted,
-                "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches"
-                    .into(),
+                "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches",
             );
         }
         let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.timing.rate_hz));
@@ -285,8 +294,7 @@ impl Advice {
                 WarningKind::StuckDigits,
                 stuck,
                 "the channel shows no more than two values: its noise lies below the last printed digit, or it is not alive; its deviations \
-                 are those of the rounding"
-                    .into(),
+                 are those of the rounding",
             );
         }
         let at_limit = channels_where(snapshot, reaches_limit);
@@ -295,8 +303,7 @@ impl Advice {
                 WarningKind::FullRange,
                 at_limit,
                 "the channel reaches the end of the sensor's range (2.5 gauss, 16 g, 2000 deg/s as quoted): beyond it values are cut, and \
-                 statistics of cut values are wrong"
-                    .into(),
+                 statistics of cut values are wrong",
             );
         }
     }

@@ -9,7 +9,7 @@ use std::{sync::Arc, time::Duration};
 
 use imu_noise::{ChannelAccumulator, Deviation, Estimator};
 use proptest::prelude::*;
-use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Settings, Snapshot, WarningKind};
+use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Remedy, Setting, Settings, Snapshot, WarningKind};
 use vn100_protocol::stream::{
     Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterReply, RowCounter, StreamCounts,
 };
@@ -80,7 +80,9 @@ fn a_sensor_that_only_answers_is_told_how_to_send() {
         batch.link.tally.good_line_bytes = 25 * replies;
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&batch);
-        analysis.snapshot().warnings.iter().any(|warning| warning.text.contains("--set-message"))
+        analysis.snapshot().warnings.iter().any(|warning| {
+            warning.text.remedies().any(|remedy| *remedy == Remedy::Configure(Setting::Message("VNYMR")))
+        })
     };
     assert!(told(1, 24, 0, 0));
     assert!(!told(1, 24, 40, 0), "measurements, all of them damaged");

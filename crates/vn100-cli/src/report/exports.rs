@@ -14,7 +14,10 @@ use vn100_report::{
 };
 
 use super::{PROGRAM, output::Output};
-use crate::args::{ExportForm, FileArgs, ReportArgs};
+use crate::{
+    args::{ExportForm, FileArgs, ReportArgs},
+    remedy_words::remedy_words,
+};
 
 /// What comes out of a report beside its page.
 pub(crate) struct Exports<'a> {
@@ -92,7 +95,7 @@ impl<'a> Exports<'a> {
                 CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending()), &table.text(record)))
             }
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&Document::of(record.measured()))?;
+                let document = serde_json::to_string_pretty(&Document::of(record.measured(), remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
             ExportForm::Kalibr => {

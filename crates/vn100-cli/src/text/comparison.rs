@@ -13,6 +13,7 @@ use vn100_report::{
 };
 
 use super::layout::fill;
+use crate::remedy_words::remedy_words;
 
 pub(super) fn write(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {
     writeln!(
@@ -33,7 +34,7 @@ pub(super) fn write(out: &mut String, all: &[Measured], comparison: &Comparison)
         writeln!(out, "{}", fill(&line, "  ", "     "))?;
     }
     for caveat in &comparison.caveats {
-        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text));
+        let text = format!("{}: {}", caveat.kind.name(), printable(&caveat.text.in_words(remedy_words)));
         writeln!(out, "{}", fill(&text, "! ", "  "))?;
     }
     for ranking in &comparison.rankings {
@@ -133,7 +134,11 @@ fn write_disturbances(out: &mut String, comparison: &Comparison) -> fmt::Result 
             [] => "all channels".into(),
             channels => channels.join(", "),
         };
-        let text = format!("{:<3}{channels}, {}", record_letter(disturbance.record), disturbance.warning);
+        let text = format!(
+            "{:<3}{channels}, {}",
+            record_letter(disturbance.record),
+            disturbance.warning.in_words(remedy_words)
+        );
         writeln!(out, "{}", fill(&text, "  ", "     "))?;
     }
     Ok(())

@@ -19,6 +19,7 @@ use super::{
     units::{convention, written},
     warnings::shortened,
 };
+use crate::remedy_words::remedy_words;
 
 /// Lines of a source, with one below.
 const LINES: usize = 5;
@@ -65,7 +66,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     };
     warned.extend(source.troubles());
     let broken = !warned.is_empty();
-    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.to_string())));
+    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.in_words(remedy_words))));
     let more = warned.len().saturating_sub(1);
     let warned = warned.into_iter().next();
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };

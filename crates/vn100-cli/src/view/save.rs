@@ -10,6 +10,7 @@ use std::{
 };
 
 use super::{curve::Plot, source::Source, state::State, svg};
+use crate::remedy_words::remedy_words;
 use vn100_report::{Document, Evaluation, Measured, json_line};
 
 /// Writes both; what to tell the user.
@@ -24,7 +25,7 @@ fn write(folder: &Path, state: &State, source: &Source, evaluation: &Evaluation)
     let confidence = source.assessment.confidence;
     // the one shown may be of a record a twentieth shorter
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
-    let document = Document::of(&evaluation.complete(measured));
+    let document = Document::of(&evaluation.complete(measured), remedy_words);
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let nothing = Plot { unit: String::new(), curves: Vec::new() };
     let plot = state.group(source).map_or(nothing, |group| Plot::new(state, source, &group));

@@ -162,7 +162,7 @@ fn every_warning_is_listed_and_read_in_full() {
     let warning = |kind: WarningKind| Warning {
         kind,
         channels: vec!["accel_x".into(), "accel_y".into()],
-        text: format!("of {}, {}and this is its end", kind.name(), "with much to be said about it, ".repeat(5)),
+        text: format!("of {}, {}and this is its end", kind.name(), "with much to be said about it, ".repeat(5)).into(),
     };
     let source = Source { warnings: every.map(warning).into(), ..measured() };
     check("warning-first", &State { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));

@@ -15,6 +15,7 @@ use super::{
     source::Source,
     state::Panel,
 };
+use crate::remedy_words::remedy_words;
 
 /// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
 /// behind the newest.
@@ -28,7 +29,8 @@ pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     const PRESS: &str = " press !";
     let theme = scene.theme;
     let mut texts: Vec<(String, Style)> = source.troubles().into_iter().map(|text| (text, theme.bad())).collect();
-    texts.extend(source.warnings.iter().map(|warning| (theme.spelled(warning.to_string()), theme.warning())));
+    texts
+        .extend(source.warnings.iter().map(|warning| (theme.spelled(warning.in_words(remedy_words)), theme.warning())));
     if texts.is_empty() {
         let samples = source.snapshot.timing.samples > 0;
         let text = if samples { " no warnings" } else { " no warnings yet" };
@@ -115,7 +117,7 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     frame.render_widget(Paragraph::new(lost).style(scene.theme.warning()), counts);
     frame.render_widget(Paragraph::new(lines), list);
     frame.render_widget(
-        Paragraph::new(scene.theme.spelled(warnings[chosen].text.as_str())).wrap(Wrap { trim: true }),
+        Paragraph::new(scene.theme.spelled(warnings[chosen].text.in_words(remedy_words))).wrap(Wrap { trim: true }),
         text,
     );
 }

@@ -6,7 +6,7 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking, RemedyWords};
 
 use crate::{
     measured::Measured,
@@ -169,7 +169,7 @@ struct CaveatDocument {
 impl ComparisonDocument {
     /// The results in the order in which they were compared.
     #[must_use]
-    pub fn new(all: &[Measured], comparison: &Comparison) -> Self {
+    pub fn new(all: &[Measured], comparison: &Comparison, words: RemedyWords) -> Self {
         let verdict = |chance: Chance| Verdict {
             p: chance.p,
             corrected: chance.corrected,
@@ -190,12 +190,12 @@ impl ComparisonDocument {
             record: disturbance.record,
             kind: disturbance.warning.kind.name(),
             channels: disturbance.warning.channels.clone(),
-            text: disturbance.warning.text.clone(),
+            text: disturbance.warning.text.in_words(words),
         });
         let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
             kind: caveat.kind.name(),
             records: caveat.records.clone(),
-            text: caveat.text.clone(),
+            text: caveat.text.in_words(words),
         });
         Self {
             schema: "vn100.comparison/1",

@@ -74,7 +74,7 @@ struct LevelChangeDocument {
     start_s: Option<f64>,
     /// Of a warm-up.
     time_constant_s: Option<f64>,
-    /// What `--skip` leaves it out.
+    /// The skip that leaves it out.
     skip_s: Option<f64>,
     sigmas: f64,
 }

@@ -1,7 +1,7 @@
 //! Several records side by side.
 
 use maud::{Markup, html};
-use vn100_analysis::{Chance, Comparison, OctaveTest};
+use vn100_analysis::{Chance, Comparison, OctaveTest, RemedyWords};
 
 use super::PageOptions;
 use super::figures::grid;
@@ -27,12 +27,12 @@ pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageO
         section id="comparison" {
             h2 { "Comparison" }
             (list(records))
-            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.trim_end_matches('.')) "." } }
+            @for caveat in &comparison.caveats { p.warning { b { (caveat.kind.name()) } ": " (caveat.text.in_words(options.words).trim_end_matches('.')) "." } }
             h3 { "Allan deviation" }
             (grid(&together.allan_axes))
             (rankings(&comparison))
             (octaves(&comparison))
-            (disturbances(&comparison))
+            (disturbances(&comparison, options.words))
             (means(&comparison))
         }
     }
@@ -130,12 +130,12 @@ fn octaves(comparison: &Comparison) -> Markup {
     }
 }
 
-fn disturbances(comparison: &Comparison) -> Markup {
+fn disturbances(comparison: &Comparison, words: RemedyWords) -> Markup {
     html! {
         @if !comparison.disturbances.is_empty() {
             h3 { "Disturbed records" }
             @for disturbance in &comparison.disturbances {
-                p.warning { b { (record_letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text.trim_end_matches('.')) "." }
+                p.warning { b { (record_letter(disturbance.record)) ", " (disturbance.warning.kind.name()) } ": " (disturbance.warning.text.in_words(words).trim_end_matches('.')) "." }
             }
         }
     }

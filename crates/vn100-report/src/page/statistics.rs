@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 
 use imu_noise::STANDARD_GRAVITY_M_S2;
 use maud::{Markup, html};
+use vn100_analysis::{Remedy, RemedyWords};
 use vn100_protocol::Quantity;
 
 use crate::{
@@ -27,7 +28,7 @@ pub(super) const ORDER: [(Quantity, &str); 7] = [
     (Quantity::Pressure, "Pressure"),
 ];
 
-pub(super) fn statistics(record: &Record<'_>) -> Markup {
+pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
     html! {
         @for (quantity, name) in ORDER {
             @let channels = record.of(quantity);
@@ -38,7 +39,7 @@ pub(super) fn statistics(record: &Record<'_>) -> Markup {
                 @for sentence in sentences(quantity, &channels, norm) { p { (sentence) } }
             } @else if quantity == Quantity::Temperature {
                 h3 { (name) }
-                p { "Not recorded: this message carries no temperature, and none was read between its lines. " code { "vn100 attach --temperature" } " reads it, the message VNIMU carries it." }
+                p { "Not recorded: this message carries no temperature, and none was read between its lines. " code { (words(&Remedy::ReadTemperature)) } " reads it, the message VNIMU carries it." }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The figures of the data sheet, and what the record says of each.
 
 use maud::{Markup, html};
+use vn100_analysis::{FigureVerdict, Remedy, RemedyWords, StreamUnknown};
 
 use super::statistics::ORDER;
 use crate::{
@@ -11,13 +12,12 @@ use crate::{
     units::ChannelValues,
     verdict_words::{grade, grade_name, shown_in, verdict_name},
 };
-use vn100_analysis::{FigureVerdict, StreamUnknown};
 
-pub(super) fn verdicts(record: &Record<'_>) -> Markup {
+pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
     let Some(verdicts) = &record.measured.verdicts else {
         return html! {
             h3 { "Data sheet" }
-            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { "--datasheet FILE.toml" } " gives those of another sensor." }
+            p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
         };
     };
     if let Some(motion) = &record.assessment().motion {

@@ -1,34 +1,34 @@
 //! What would make a better record, the greatest gain first.
 
 use imu_noise::{Sensor, Status};
-use vn100_analysis::{LongTaus, RateFrom, WarningKind};
+use vn100_analysis::{LongTaus, RateFrom, Remedy, RemedyWords, Setting, WarningKind};
 
 use crate::{
     findings::Findings,
     numbers::{duration, trimmed},
 };
 
-pub(super) fn advice(findings: &Findings) -> Vec<String> {
+pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let mut advice = Vec::new();
     if findings.motion.is_some() {
         advice.push("Let the sensor lie still, and record that.".into());
     }
     let is_ours = findings.message.is_some();
     if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTaus::Compensated) {
-        advice.push(
-            "Send VNIMU instead of a compensated message: it carries the sensor's own rates, and temperature and pressure too (vn100 attach PORT --set-message VNIMU). Only then can B and K of the gyroscope be measured."
-                .into(),
-        );
+        advice.push(format!(
+            "Send VNIMU instead of a compensated message: it carries the sensor's own rates, and temperature and pressure too ({}). Only then can B and K of the gyroscope be measured.",
+            words(&Remedy::MeasureWith(Setting::Message("VNIMU")))
+        ));
     }
     let window = findings.sensors.iter().filter_map(|sensor| sensor.onboard).find(|onboard| {
         onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.honest_window() || !onboard.window_known)
     });
     if let Some(onboard) = window {
         advice.push(format!(
-            "Average exactly as many refreshes as are skipped, {} at {} Hz, so that nothing folds and N can be compared with the data sheet (vn100 attach PORT --window {}).",
+            "Average exactly as many refreshes as are skipped, {} at {} Hz, so that nothing folds and N can be compared with the data sheet ({}).",
             onboard.honest_window(),
             trimmed(findings.rate_hz, 3),
-            onboard.honest_window()
+            words(&Remedy::MeasureWith(Setting::Window(onboard.honest_window())))
         ));
     }
     if findings.warns(WarningKind::VibrationLine) {
@@ -46,8 +46,9 @@ pub(super) fn advice(findings: &Findings) -> Vec<String> {
     let warm_up = findings.axes().filter_map(|axis| axis.warm_up_s).reduce(f64::max);
     if let Some(skip_s) = warm_up {
         advice.push(format!(
-            "Let the sensor warm up before, or leave the first {} out (--skip).",
-            duration((skip_s / 60.0).ceil() * 60.0)
+            "Let the sensor warm up before, or leave the first {} out ({}).",
+            duration((skip_s / 60.0).ceil() * 60.0),
+            words(&Remedy::Skip(None))
         ));
     }
     let unseen = findings
@@ -65,10 +66,10 @@ pub(super) fn advice(findings: &Findings) -> Vec<String> {
         advice.push("Record longer: N is known to a few percent after minutes, B of a sensor like this asks for an hour or more, K for many hours at a steady temperature.".into());
     }
     if is_ours && (!findings.has_stamps || !findings.has_registers || !findings.has_conditions) {
-        advice.push("Record with vn100 attach PORT --record FILE.mcap --temperature --meta CONDITIONS.toml: that keeps arrival times, registers, temperature and the conditions, which this record lacks in part.".into());
+        advice.push(format!("Record with {}: that keeps arrival times, registers, temperature and the conditions, which this record lacks in part.", words(&Remedy::Record)));
     }
     if findings.rate_from == RateFrom::Assumed {
-        advice.push("Say the rate (--rate), if it was not as assumed.".into());
+        advice.push(format!("Say the rate ({}), if it was not as assumed.", words(&Remedy::GiveRate(None))));
     }
     if advice.is_empty() {
         advice.push("Nothing in this record calls for another one; repeat it over power cycles and days to see how far the numbers hold.".into());

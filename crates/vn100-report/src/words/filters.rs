@@ -1,7 +1,7 @@
 //! What a filter that uses the stream is to be told.
 
 use imu_noise::{Sensor, Term, conventions};
-use vn100_analysis::LongTaus;
+use vn100_analysis::{LongTaus, Remedy, RemedyWords};
 
 use crate::{
     figure::pretty_unit,
@@ -9,7 +9,7 @@ use crate::{
     numbers::four_digits,
 };
 
-pub(super) fn filters(findings: &Findings) -> Vec<String> {
+pub(super) fn filters(findings: &Findings, words: RemedyWords) -> Vec<String> {
     if findings.motion.is_some() {
         return vec!["Nothing of this record: the sensor was moved, and its noise is not seen.".into()];
     }
@@ -21,12 +21,15 @@ pub(super) fn filters(findings: &Findings) -> Vec<String> {
     };
     if !sensors.is_empty() {
         let file = match sensors.len() == 2 && sensors.iter().all(is_complete) {
-            true => "--export kalibr writes the file",
+            true => String::new(),
             false => {
-                "--export kalibr writes the file only together with --filter-models, for not all of them are measured"
+                format!(" only together with {}, for not all of them are measured", words(&Remedy::FilterModels))
             }
         };
-        sentences.push(format!("The section on filters has these as the lines of Kalibr's imu.yaml; {file}."));
+        let export = words(&Remedy::ExportKalibr);
+        sentences.push(format!(
+            "The section on filters has these as the lines of Kalibr's imu.yaml; {export} writes the file{file}."
+        ));
     }
     sentences
 }

@@ -1,7 +1,7 @@
 //! What stands between the record and the sensor.
 
 use imu_noise::{Sensor, Term, Verdict, conventions};
-use vn100_analysis::{LongTaus, Onboard, WarningKind};
+use vn100_analysis::{LongTaus, Onboard, Remedy, RemedyWords, WarningKind};
 
 use super::listed;
 use crate::{
@@ -10,12 +10,12 @@ use crate::{
     numbers::{digits, duration, trimmed},
 };
 
-pub(super) fn against_data_sheet(findings: &Findings) -> Vec<String> {
+pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let Some(sheet) = &findings.datasheet else {
-        return vec![
-            "No data sheet was compared: the record is not known to be of a VN-100, and --datasheet names no other."
-                .into(),
-        ];
+        return vec![format!(
+            "No data sheet was compared: the record is not known to be of a VN-100, and {} names no other.",
+            words(&Remedy::GiveDatasheet)
+        )];
     };
     if findings.motion.is_some() {
         return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];

@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
+use vn100_analysis::{LongTaus, Motion, Onboard, Outages, RateFrom, Remedy, WarningKind};
 
 use super::*;
 use crate::findings::{AxisFindings, SensorFindings};
@@ -66,7 +66,11 @@ fn flawless() -> Findings {
 }
 
 fn told(findings: &Findings) -> String {
-    conclusions(findings).into_iter().flat_map(|answer| answer.sentences).collect::<Vec<_>>().join("\n")
+    conclusions(findings, Remedy::to_string)
+        .into_iter()
+        .flat_map(|answer| answer.sentences)
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// What is told once `change` has befallen the record, and was not told before.
@@ -94,7 +98,7 @@ fn a_flawless_record_is_not_talked_down() {
     ] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
     }
-    for part in ["warming", "--skip", "Record longer", "shook", "folds", "not known", "At most"] {
+    for part in ["warming", "a skip", "Record longer", "shook", "folds", "not known", "At most"] {
         assert!(!text.contains(part), "{part:?} is in:\n{text}");
     }
 }
@@ -153,7 +157,7 @@ fn what_stands_between_stream_and_sensor_is_told() {
         &[
             "2.24 ± 0.22 times",
             "which this record does not tell",
-            "--window 20",
+            "register 85 set to 20",
             "about gyro_x 2.6·10⁻³ and gyro_y 2.6·10⁻³ °/s/√Hz",
         ],
     );
@@ -194,13 +198,13 @@ fn what_befell_the_record_is_told_with_its_cure() {
         |findings| (findings.missing, findings.gaps) = (24, 1),
         &["24 of 1\u{202f}440\u{202f}024 samples are missing, in 1 gap."],
     );
-    changes(|findings| findings.rate_from = RateFrom::Assumed, &["is assumed", "--rate"]);
+    changes(|findings| findings.rate_from = RateFrom::Assumed, &["is assumed", "Say the rate (the sample rate)"]);
     changes(|findings| findings.warnings.push(WarningKind::RateOffNominal), &["not the one taken"]);
     changes(
         |findings| (findings.has_stamps, findings.has_registers, findings.has_conditions) = (false, false, false),
         &[
             "for want of arrival times",
-            "--record FILE.mcap",
+            "Record with a recording",
             "registers are not in the record",
             "were not written down",
         ],
@@ -230,11 +234,11 @@ fn the_file_for_kalibr_is_promised_only_where_nothing_lacks() {
         SensorFindings { sensor: Sensor::Accelerometer, name: "accelerometer", ..findings.sensors[0].clone() };
     findings.sensors.push(accelerometer);
     let complete = told(&findings);
-    assert!(complete.contains("kalibr writes the file.") && !complete.contains("--filter-models"), "{complete}");
+    assert!(complete.contains("Kalibr writes the file.") && !complete.contains("the models for filters"), "{complete}");
     findings.sensors[1].axes.iter_mut().for_each(|axis| axis.random_walk = Some(bounded(5e-7)));
     let lacking = told(&findings);
     assert!(lacking.contains("accelerometer: no random walk was seen"), "{lacking}");
-    assert!(lacking.contains("only together with --filter-models"), "{lacking}");
+    assert!(lacking.contains("only together with the models for filters"), "{lacking}");
 }
 
 #[test]

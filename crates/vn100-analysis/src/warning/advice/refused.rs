@@ -2,10 +2,13 @@
 
 use imu_noise::Refusal;
 
-use crate::snapshot::{RateFrom, Snapshot};
+use crate::{
+    remedy::{Remedy, Text},
+    snapshot::{RateFrom, Snapshot},
+};
 
 /// `over` when the link was lost since, and the stamps that came then are used again.
-pub(super) fn refused(refusal: Refusal, over: bool, snapshot: &Snapshot) -> String {
+pub(super) fn refused(refusal: Refusal, over: bool, snapshot: &Snapshot) -> Text {
     let timing = &snapshot.timing;
     // the stamps of a link are those of its reads
     let is_link = snapshot.link.connects > 0;
@@ -18,15 +21,17 @@ pub(super) fn refused(refusal: Refusal, over: bool, snapshot: &Snapshot) -> Stri
     let unseen = match refusal {
         // says so itself
         Refusal::OtherRate { known_hz, .. } if known_hz == timing.rate_hz => match timing.rate_from {
-            RateFrom::Option => ". --rate gave that rate: if the stamps are right, give none",
-            RateFrom::Device => ". The sensor says that rate",
-            RateFrom::Arrival | RateFrom::Assumed => ". The lines before told that rate by their arrival",
+            RateFrom::Option => Text::from(". ")
+                .remedy(Remedy::GiveRate(None))
+                .then(" gave that rate: if the stamps are right, give none"),
+            RateFrom::Device => ". The sensor says that rate".into(),
+            RateFrom::Arrival | RateFrom::Assumed => ". The lines before told that rate by their arrival".into(),
         },
-        Refusal::OtherRate { .. } => ". The lines before told that rate by their arrival",
+        Refusal::OtherRate { .. } => ". The lines before told that rate by their arrival".into(),
         Refusal::Backwards { .. } | Refusal::TooFast { .. } | Refusal::NoTimePasses { .. } => {
-            ". Lines lost whole cannot be seen from there on"
+            ". Lines lost whole cannot be seen from there on".into()
         }
     };
     let until = if over { ". That was so until the link was lost" } else { "" };
-    format!("{refusal}{advice}{unseen}{until}")
+    Text::from(format!("{refusal}{advice}")).append(unseen).then(until)
 }

@@ -83,7 +83,7 @@ fn rows_with_too_many_fields_are_odd() {
 
 #[test]
 fn a_column_of_other_data_is_no_column_of_sentences() {
-    assert_eq!(plan("t,data\n1,2\n", None).unwrap_err().to_string().matches("found t, data;").count(), 1);
+    assert!(plan("t,data\n1,2\n", None).unwrap_err().to_string().ends_with("found t, data"));
     let plan = plan("t,data,gyro_x\n1,2,3\n", None).unwrap().unwrap();
     assert!(matches!(plan.kind, Kind::Values(_)));
     assert_eq!(plan.ignored_columns, ["data"]);

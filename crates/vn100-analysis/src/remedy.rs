@@ -1,0 +1,177 @@
+//! What a user can do about what was found, as data: each face calls it by its own names.
+
+use std::fmt;
+
+/// What a user can do.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Give the nominal sample rate: this one in hertz, where one is measured.
+    GiveRate(Option<f64>),
+    /// Leave out the beginning of the record: so many minutes, where that is known.
+    Skip(Option<f64>),
+    /// End the record before its end.
+    EndEarlier,
+    /// Take lines that carry no checksum.
+    AcceptUnchecked,
+    /// Name the columns of a CSV file, and their units.
+    MapColumns,
+    /// Give the data sheet of the sensor.
+    GiveDatasheet,
+    /// Set the sensor, for good.
+    Configure(Setting),
+    /// Set the sensor for one measurement.
+    MeasureWith(Setting),
+    /// Measure the live sensor, which shortens the latency of its port.
+    MeasureLive,
+    /// Read the temperature between the lines of a live sensor.
+    ReadTemperature,
+    /// Record the live sensor, with its temperature and the conditions.
+    Record,
+    /// Write the file for Kalibr.
+    ExportKalibr,
+    /// Fit the models for filters, which bound what is not estimated.
+    FilterModels,
+}
+
+/// A setting of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Setting {
+    /// The message it sends, by its header.
+    Message(&'static str),
+    /// The averaging window of register 85, in refreshes.
+    Window(u32),
+}
+
+/// How a face calls what a user can do there.
+pub type RemedyWords = fn(&Remedy) -> String;
+
+/// Without a face: by what is set.
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::GiveRate(None) => f.write_str("the sample rate"),
+            Self::GiveRate(Some(hz)) => write!(f, "the sample rate {hz:.4} Hz"),
+            Self::Skip(None) => f.write_str("a skip"),
+            Self::Skip(Some(minutes)) => write!(f, "a skip of {minutes} min"),
+            Self::EndEarlier => f.write_str("a duration"),
+            Self::AcceptUnchecked => f.write_str("the option for unchecked lines"),
+            Self::MapColumns => f.write_str("a map of columns"),
+            Self::GiveDatasheet => f.write_str("a data sheet"),
+            Self::Configure(setting) | Self::MeasureWith(setting) => setting.fmt(f),
+            Self::MeasureLive => f.write_str("a live measurement"),
+            Self::ReadTemperature => f.write_str("the option for the temperature"),
+            Self::Record => f.write_str("a recording"),
+            Self::ExportKalibr => f.write_str("the export for Kalibr"),
+            Self::FilterModels => f.write_str("the models for filters"),
+        }
+    }
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Message(header) => write!(f, "register 6 set to {header}"),
+            Self::Window(refreshes) => write!(f, "register 85 set to {refreshes}"),
+        }
+    }
+}
+
+/// Sentences, with places for what the user can do.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Text {
+    parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Part {
+    Words(String),
+    Remedy(Remedy),
+}
+
+impl Text {
+    /// The same, and then these words.
+    #[must_use]
+    pub fn then(mut self, words: impl Into<String>) -> Self {
+        self.parts.push(Part::Words(words.into()));
+        self
+    }
+
+    /// The same, and then what the user can do.
+    #[must_use]
+    pub fn remedy(mut self, remedy: Remedy) -> Self {
+        self.parts.push(Part::Remedy(remedy));
+        self
+    }
+
+    /// The same, and then another text.
+    #[must_use]
+    pub fn append(mut self, text: Self) -> Self {
+        self.parts.extend(text.parts);
+        self
+    }
+
+    /// What the user can do, in the order of the sentences.
+    pub fn remedies(&self) -> impl Iterator<Item = &Remedy> {
+        self.parts.iter().filter_map(|part| match part {
+            Part::Words(_) => None,
+            Part::Remedy(remedy) => Some(remedy),
+        })
+    }
+
+    /// The sentences, with what the user can do by the names of a face.
+    #[must_use]
+    pub fn in_words(&self, words: RemedyWords) -> String {
+        let part = |part: &Part| match part {
+            Part::Words(words) => words.clone(),
+            Part::Remedy(remedy) => words(remedy),
+        };
+        self.parts.iter().map(part).collect()
+    }
+}
+
+impl From<String> for Text {
+    fn from(words: String) -> Self {
+        Self::default().then(words)
+    }
+}
+
+impl From<&str> for Text {
+    fn from(words: &str) -> Self {
+        Self::default().then(words)
+    }
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.in_words(Remedy::to_string))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_face_names_what_can_be_done_and_keeps_the_rest() {
+        let text = Text::from("if it is wrong give ").remedy(Remedy::GiveRate(Some(40.000_04))).then("; or ");
+        let text = text.append(Text::default().remedy(Remedy::Skip(Some(11.0))).then(" leaves that out"));
+        assert_eq!(
+            text.to_string(),
+            "if it is wrong give the sample rate 40.0000 Hz; or a skip of 11 min leaves that out"
+        );
+        assert_eq!(text.in_words(|_| "*".into()), "if it is wrong give *; or * leaves that out");
+        let remedies: Vec<_> = text.remedies().cloned().collect();
+        assert_eq!(remedies, [Remedy::GiveRate(Some(40.000_04)), Remedy::Skip(Some(11.0))]);
+    }
+
+    #[test]
+    fn settings_are_told_by_their_registers() {
+        let [message, window] = [Setting::Message("VNIMU"), Setting::Window(20)].map(|setting| setting.to_string());
+        assert_eq!((&*message, &*window), ("register 6 set to VNIMU", "register 85 set to 20"));
+        assert_eq!(
+            Remedy::Configure(Setting::Window(4)).to_string(),
+            Remedy::MeasureWith(Setting::Window(4)).to_string()
+        );
+    }
+}
