@@ -116,9 +116,6 @@ impl BaudScan {
 
     /// Handles what was received, all of it pending. Whether the sensor is found, with its frames
     /// still pending.
-    ///
-    /// # Errors
-    /// When no rate is left to try.
     pub(super) fn handle_received(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
         match self.stage {
             Stage::Listening { .. } | Stage::Asking { .. } if shared.pending.has_sensor() => {
@@ -129,9 +126,6 @@ impl BaudScan {
     }
 
     /// The port has been switched to the baud rate, or does not support it.
-    ///
-    /// # Errors
-    /// When no rate is left to try.
     pub(super) fn handle_baud_set(
         &mut self,
         shared: &mut Shared,
@@ -147,9 +141,6 @@ impl BaudScan {
     }
 
     /// Handles the end of a stage. Whether the sensor is found.
-    ///
-    /// # Errors
-    /// When no rate is left to try.
     pub(super) fn handle_timeout(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
         match self.stage {
             Stage::Settling { until } if now >= until => {

@@ -82,9 +82,6 @@ impl Connected {
 
     /// Forwards what was pending while the sensor was verified. Only those replies in it are handled
     /// that `is_open` gives: the others answered the baud scan and the verification.
-    ///
-    /// # Errors
-    /// When the link is lost; the rest is still pending.
     pub(super) fn forward_pending(
         &mut self,
         shared: &mut Shared,
@@ -101,9 +98,6 @@ impl Connected {
 
     /// Handles an input: forwards it, unless the sensor has to be verified first, because it sends
     /// again after a silence. Then the input is given back.
-    ///
-    /// # Errors
-    /// When the link is lost.
     pub(super) fn handle_received(
         &mut self,
         shared: &mut Shared,
@@ -120,9 +114,6 @@ impl Connected {
     }
 
     /// Checks a silent output and open commands.
-    ///
-    /// # Errors
-    /// When the link is lost.
     pub(super) fn handle_timeout(&mut self, shared: &mut Shared, now: Duration) -> Result<(), LinkError> {
         if now >= self.next_silence_check() {
             if shared.listen_only && self.silence.is_some() {
@@ -232,9 +223,6 @@ impl Connected {
     }
 
     /// Handles what follows from a reply or a timeout.
-    ///
-    /// # Errors
-    /// When the link is lost.
     pub(super) fn handle_request_event(
         &mut self,
         shared: &mut Shared,

@@ -158,9 +158,6 @@ impl Shared {
 
     /// Compares a reply with the serial number that is known. Whether the number must be read
     /// again: one reply in a few million is damaged in spite of its checksum, but not two alike.
-    ///
-    /// # Errors
-    /// When another sensor has reported its number twice.
     pub(super) fn check_serial_number(&mut self, reply: &Reply) -> Result<bool, LinkError> {
         let Reply::Register(RegisterContents { register: Register::SERIAL_NUMBER, fields, .. }) = reply else {
             return Ok(false);

@@ -68,9 +68,6 @@ impl Verification {
     }
 
     /// Handles the result of the command that was submitted last.
-    ///
-    /// # Errors
-    /// When the sensor is not the known one, or cannot be set.
     pub(super) fn handle_answer(
         &mut self,
         shared: &mut Shared,
@@ -121,9 +118,6 @@ impl Verification {
 
     /// The port was switched to the baud rate of the sensor, which is given; `None` where no step
     /// waits for that.
-    ///
-    /// # Errors
-    /// When the port does not support it.
     pub(super) fn handle_baud_set(
         &mut self,
         shared: &mut Shared,
