@@ -13,41 +13,40 @@ use crate::{
     output_plan::PlanError, output_plan::plan,
 };
 
-/// How long after the output was paused the last of it may still come: a long line at the slowest
-/// speed.
+/// How long after a pause the last of the output may still arrive: a long frame at the lowest baud
+/// rate.
 const DRAIN: Duration = Duration::from_millis(150);
 
-/// How long to leave the output to settle, at least, and how long to count it.
+/// How long the output settles, at least, and how long its frames are counted.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How long to listen for a line: longer than the pause between two of the slowest output, 1 Hz,
-/// and as often is looked whether one came.
+/// How long to wait for a frame, longer than a period of the slowest output, 1 Hz, and how often to
+/// check whether one has arrived.
 const LISTEN: Duration = Duration::from_millis(1200);
-const LOOK: Duration = Duration::from_millis(50);
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// How often it is tried where the link is lost meanwhile, and how long the sensor is waited for
-/// then: the longest pause before a link is opened again, the start of the sensor and the search
-/// for its speed.
+/// The attempts where the link is lost meanwhile, and the timeout of the reconnection: the longest
+/// delay of the back-off, the boot of the sensor and a baud scan.
 const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
 
 /// What was changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configured {
-    /// The registers in the order they were written; empty where all was as asked.
+    /// The registers in the order in which they were written; empty where none differed.
     pub changes: Vec<Change>,
-    /// Lines a second of the message that the sensor is set to, counted for two seconds after.
-    /// Others that come beside them, as those that the other port is set to, are not among them.
+    /// Frames a second of the message that the sensor is set to, counted for two seconds. Other
+    /// messages, as the other port may send, are not counted.
     pub measured_hz: f64,
-    /// The rate the sensor is set to; 0 where it sends no lines.
+    /// The rate that the sensor is set to; 0 where its output is off.
     pub rate_hz: u32,
-    /// Whether its output was found paused, as a program leaves it that breaks off. It is on now.
+    /// Whether the output was found paused, as a program that was killed leaves it. It is on now.
     pub was_paused: bool,
 }
 
 impl Configured {
-    /// Whether as many lines come as the sensor is set to send: within a line and 5 %.
+    /// Whether the measured rate is the one that the sensor is set to: within one frame and 5 %.
     #[must_use]
     pub fn rate_is_kept(&self) -> bool {
         (self.measured_hz - f64::from(self.rate_hz)).abs()
@@ -55,43 +54,43 @@ impl Configured {
     }
 }
 
-/// Why a sensor is not set as asked. What was written by then is put back, and its output goes on,
-/// as far as the link is up.
+/// Why a sensor is not set as requested. What was written by then is restored, and the output
+/// resumed, as far as the link is up.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigureError {
-    /// It cannot be.
+    /// The settings are not possible.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// A command failed.
     #[error(transparent)]
     Command(#[from] CommandError),
-    /// A register says something else than what was written.
+    /// A register does not read back as it was written.
     #[error("register {register} was to be {asked} and reads {got}")]
     ReadBack {
         /// Which one.
         register: Register,
         /// What was written.
         asked: Fields,
-        /// What it says.
+        /// What it reads.
         got: String,
     },
-    /// It was told to stop.
+    /// It was stopped.
     #[error("interrupted{}", if undone.is_empty() { "" } else { ", and put back as it was" })]
     Interrupted {
-        /// What had been written by then, and is put back.
+        /// What had been written by then, and is restored.
         undone: Vec<Change>,
     },
-    /// What was written stays written, or the output paused.
+    /// What was written could not be restored, or the output may be paused.
     #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
     Left {
-        /// Why it is not set as asked.
+        /// Why it is not set as requested.
         cause: Box<ConfigureError>,
         /// What was written, or may have been.
         changes: Vec<Change>,
-        /// Whether the sensor says so; else it may have them.
+        /// Whether this was read from the sensor; otherwise it may have them.
         is_read: bool,
-        /// Whether its output may be paused still: it did not take the command to go on.
+        /// Whether the output may still be paused: the command to resume it failed.
         may_be_paused: bool,
     },
 }
@@ -102,20 +101,19 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
     list.join(", ")
 }
 
-/// Sets the sensor: reads how it is, checks that its output will fit the line, pauses the output,
-/// writes, reads back, resumes it and counts what comes; all of it once more where the link was
-/// lost meanwhile. Nothing is kept through switching off unless `settings` say so.
+/// Sets the sensor: reads its settings, checks that the new output fits the baud rate, pauses the
+/// output, writes, reads back, resumes the output and measures its rate; once more where the link
+/// was lost meanwhile. The settings are lost with the power unless `settings.save` is set.
 ///
-/// All or nothing: when anything fails, or on `stop`, what was written is put back before this
-/// returns, and an output that was found paused is paused again. Only what the sensor was told to
-/// keep through switching off stays. When all is well the output is on, however it was found:
-/// whoever sets it wants it.
+/// All or nothing: on a failure, or on `stop`, what was written is restored before this returns,
+/// and an output that was found paused is paused again. Only settings that were saved stay. On
+/// success the output is on, however it was found.
 ///
-/// The events of the link must be taken meanwhile. Dropped before it returns, it leaves the sensor
-/// as it is then, with its output paused perhaps: cancel `stop` instead.
+/// The events of the link must be received meanwhile. If the future is dropped the sensor stays as
+/// it is then, perhaps with its output paused: cancel `stop` instead.
 ///
 /// # Errors
-/// When it cannot be so, when the sensor refuses, or when it does not keep what was written.
+/// When the settings are not possible, the sensor refuses them, or does not keep them.
 pub async fn configure(
     link: &LinkHandle,
     settings: &OutputSettings,
@@ -131,7 +129,7 @@ pub async fn configure(
         Err(cause) => cause,
     };
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
-    // also where nothing was written, and answered: whoever asked may close the link right behind this
+    // also where nothing was written, and awaited: the caller may close the link next
     let is_as_found = !touched || link.request(Command::Async(!was_paused)).await.is_ok();
     let may_be_paused = !is_as_found && !was_paused;
     let (left, is_read) = if is_back { (Vec::new(), true) } else { left(link, &changes).await };
@@ -144,31 +142,30 @@ pub async fn configure(
     })
 }
 
-/// What was done to a sensor so far.
+/// What has been changed on a sensor so far.
 #[derive(Default)]
 struct Written {
     changes: Vec<Change>,
-    /// Whether it was told to keep them: the flash may hold them then.
+    /// Whether they may be saved in the flash of the sensor.
     kept: bool,
     /// Whether its output was found paused.
     was_paused: bool,
-    /// Whether it was told to pause its output, or to go on where it was found paused: whether it
-    /// took that, nobody knows.
+    /// Whether a command to pause or resume the output was sent; it may not have been carried out.
     touched: bool,
 }
 
-/// What came of an attempt.
+/// The result of an attempt.
 struct Counted {
-    /// Lines a second that come.
+    /// The measured rate.
     measured_hz: f64,
-    /// Those the sensor is set to send.
+    /// The rate that the sensor is set to.
     rate_hz: u32,
     /// Whether the link was lost or silent meanwhile: the sensor may have been without power, and
     /// what was written is gone then.
     is_disturbed: bool,
 }
 
-/// Sets it, once more where the link was lost meanwhile.
+/// Sets the sensor, once more where the link was lost meanwhile.
 async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<Counted, ConfigureError> {
     for _ in 1..ATTEMPTS {
         let counted = attempt(link, settings, written).await;
@@ -190,7 +187,7 @@ async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written
     Ok(counted)
 }
 
-/// Reads how the sensor is set, sets what is not as asked, and counts what comes.
+/// Reads the settings, writes those that differ, and measures the rate.
 async fn attempt(
     link: &LinkHandle,
     settings: &OutputSettings,
@@ -218,20 +215,20 @@ async fn attempt(
     let (before, began) = (link.lines(message), Instant::now());
     tokio::time::sleep(MEASURE).await;
     let measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
-    // one that was without power for so short a time that nobody noticed tells so itself
+    // a loss of power that was too short for the link to notice shows in the registers
     let is_undisturbed =
         is_same_link && !state.has_changed().unwrap_or(true) && read_all_back(link, &written.changes).await.is_ok();
     Ok(Counted { measured_hz, rate_hz: rate.hz(), is_disturbed: !is_undisturbed })
 }
 
-/// From line to line of the output as it was: the first one of another output may come as late.
+/// The period of the output as it was: the first frame of the new output may be as late.
 fn period(current: &[RegisterContents]) -> Duration {
     let rate = current.iter().find(|contents| contents.register == Register::ASYNC_RATE);
     let rate = rate.and_then(|contents| contents.value::<AsyncRate>().ok());
     Duration::from_secs(1).checked_div(rate.map_or(0, AsyncRate::hz)).unwrap_or_default()
 }
 
-/// Since when a link is up that is.
+/// When the link came up, where it is up.
 fn up_since(state: &LinkState) -> Option<i64> {
     match state {
         LinkState::Up(up) | LinkState::Silent(up) => Some(up.since_ns),
@@ -239,7 +236,7 @@ fn up_since(state: &LinkState) -> Option<i64> {
     }
 }
 
-/// Waits for a while until the sensor answers on a link that was lost.
+/// Waits until the sensor answers on a link that was lost, up to a timeout.
 async fn until_back(link: &LinkHandle) {
     let mut state = link.state();
     let answers = async {
@@ -253,19 +250,19 @@ async fn until_back(link: &LinkHandle) {
             }
         }
     };
-    // what is asked next tells that it is not
+    // after the timeout the next command fails
     let _ = tokio::time::timeout(RETURN, answers).await;
 }
 
-/// Puts back what [`configure`] changed, the last first. An output that is paused stays so.
+/// Restores what [`configure`] changed, the last change first. An output that is paused stays so.
 ///
 /// # Errors
-/// As [`configure`]; what could not be put back stays.
+/// As [`configure`]; what could not be restored stays.
 pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     if changes.is_empty() {
         return Ok(());
     }
-    // one that does not say is not put back either
+    // where that cannot be read, nothing can be restored either
     let was_paused = is_paused(link).await.unwrap_or(false);
     let back = write_back(link, changes).await;
     let output = link.request(Command::Async(!was_paused)).await;
@@ -278,8 +275,8 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     Err(ConfigureError::Left { cause: Box::new(cause), changes, is_read, may_be_paused })
 }
 
-/// Writes how it was where it is not so already, as behind a loss of power, and leaves the output
-/// paused.
+/// Writes the former values where the registers differ from them, which they do not after a loss of
+/// power, and leaves the output paused.
 async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let mut written = Written::default();
     pause(link, &mut written).await?;
@@ -292,8 +289,7 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// Those of the changes that the sensor has still, and whether it says so; all that it may have
-/// where it does not.
+/// The changes that the sensor still has, and whether they could be read; otherwise all changes.
 async fn left(link: &LinkHandle, changes: &[Change]) -> (Vec<Change>, bool) {
     let mut left = Vec::new();
     for change in changes {
@@ -306,10 +302,10 @@ async fn left(link: &LinkHandle, changes: &[Change]) -> (Vec<Change>, bool) {
     (left, true)
 }
 
-/// Whether the output of the sensor is paused: it is set to send, and nothing comes.
+/// Whether the output of the sensor is paused: it is set to send, and sends nothing.
 async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     let end = Instant::now() + LISTEN;
-    // lines that came before a silence say nothing of now
+    // frames that arrived before a silence do not show the present state
     let is_silent = matches!(*link.state().borrow(), LinkState::Silent(_));
     let before = if is_silent { link.lines_of_all() } else { 0 };
     while link.lines_of_all() == before {
@@ -317,11 +313,11 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
             let message = link.read(Register::ASYNC_TYPE).await?.and_then(|contents| contents.value().ok());
             let rate = link.read(Register::ASYNC_RATE).await?.and_then(|contents| contents.value().ok());
             let sends = |message: AsyncType, rate: AsyncRate| message != AsyncType::OFF && rate.hz() > 0;
-            // behind a stall of this machine lines come before the answers
+            // after a stall of this machine frames arrive before the replies
             let is_silent = link.lines_of_all() == before;
             return Ok(is_silent && message.zip(rate).is_some_and(|(message, rate)| sends(message, rate)));
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(CHECK_INTERVAL).await;
     }
     Ok(false)
 }
@@ -329,30 +325,30 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
 async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
     let mut current = Vec::new();
     for register in settings.registers() {
-        // the plan decides whether it can do without
+        // the plan decides whether a missing register matters
         current.extend(link.read(register).await?);
     }
     Ok(current)
 }
 
-/// Pauses the output. Whoever calls it has the output go on, however all ends.
+/// Pauses the output. The caller resumes it, whatever happens.
 async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), ConfigureError> {
     written.touched = true;
-    // commands that come between lines of a busy port lose bytes
+    // commands lose bytes while the port is busy with frames
     link.request(Command::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
     Ok(())
 }
 
-/// Writes what is `planned`, and notes in `written` each change before it is made.
+/// Writes what is `planned`, and adds each change to `written` before it is made.
 async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
     for mut change in planned {
         let is_same = |earlier: &mut Change| earlier.register == change.register;
         if let Some(earlier) = written.changes.extract_if(.., is_same).next() {
-            // lost with the power of the sensor: how it was before that is what it had first
+            // written again after a loss of power: the first value is the one to restore
             change.before = earlier.before;
         }
-        // whether a write that was not answered was carried out, nobody knows
+        // a write that is not answered may have been carried out
         written.changes.push(change.clone());
         let write = Command::WriteRegister { register: change.register, fields: change.after.clone() };
         let answer = link.request(write).await;

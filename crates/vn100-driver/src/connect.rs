@@ -1,5 +1,4 @@
-//! The seam between the link's owner and whatever carries the bytes: a port, a socket, a script in
-//! a test.
+//! The transport of a link: a serial port, a socket, or a script in a test.
 
 use std::{future::Future, io};
 
@@ -7,15 +6,15 @@ use crate::{connect_error::ConnectError, low_latency::LatencyTimer};
 use vn100_capture::Source;
 use vn100_protocol::stream::Input;
 
-/// Opens a link, and opens it again after it went down.
+/// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {
     /// An open link.
     type Connection: Connection;
 
-    /// Whether the link has a speed that must be right for anything to be understood.
+    /// Whether the link has a baud rate that must be that of the sensor.
     const HAS_BAUD: bool;
 
-    /// Opens the link at a speed, which links without one ignore.
+    /// Opens the link at a baud rate, which links without one ignore.
     ///
     /// # Errors
     /// Why not, and what to do about it.
@@ -29,15 +28,15 @@ pub trait Connect: Send + 'static {
     fn name(&self) -> String;
 }
 
-/// An open link: a [`Source`] whose end means that the link went down, and the way back.
+/// An open connection: a [`Source`] whose end means that the link is lost, and the way back.
 pub trait Connection: Source {
     /// The name it was opened by, such as `/dev/ttyUSB0`.
     fn name(&self) -> &str;
 
-    /// Changes the speed of the line. Bytes that came at the old one may still be handed out.
+    /// Changes the baud rate. Bytes that were received at the old one may still be handed out.
     ///
     /// # Errors
-    /// When the port refuses that speed.
+    /// When the port does not support it.
     fn set_baud(&mut self, baud: u32) -> io::Result<()>;
 
     /// Sends bytes.
@@ -46,8 +45,8 @@ pub trait Connection: Source {
     /// When they cannot all be handed to the system, as after an unplug.
     fn write(&mut self, bytes: &[u8]) -> impl Future<Output = io::Result<()>> + Send;
 
-    /// Closes it. When this is done the port can be opened again. Gives what had been read by then
-    /// and was not taken, so that no byte is lost uncounted.
+    /// Closes it. When this is done the port can be opened again. Gives the inputs that were read
+    /// and not taken, so that every byte is counted.
     fn close(self) -> impl Future<Output = Vec<Input>> + Send;
 
     /// The latency timer of the adapter, where it has one.

@@ -2,9 +2,12 @@
 //!
 //! # A sensor on a port
 //!
-//! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), finds the speed, hands
-//! out [`Event`]s, and opens the link again when it is lost. [`LinkHandle`] asks the sensor for
-//! things meanwhile; [`configure`](configure()) changes what it sends.
+//! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), scans the baud rates,
+//! hands out [`Event`]s, and reconnects when the link is lost. [`LinkHandle`] sends commands to the
+//! sensor meanwhile; [`configure`](configure()) changes its output.
+//!
+//! The link itself is a state machine without I/O (`link_machine`) and a task that performs what it
+//! asks for (`link_task`).
 //!
 //! ```no_run
 //! use tokio_util::sync::CancellationToken;

@@ -34,8 +34,8 @@ pub struct LinkOptions {
     /// How the bytes are read.
     pub read: ReadOptions,
     /// Where a copy of everything that is received is sent, in order. What it does not take at once
-    /// is dropped and reported in it as [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays
-    /// measuring.
+    /// is dropped and reported in it as
+    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays measuring.
     pub recording: Option<mpsc::Sender<Input>>,
     /// Read the temperature and the uncompensated measurements (register 54) this often between the
     /// lines, where the line has room for it. The answers are among the
@@ -169,8 +169,8 @@ impl Counters {
 /// Opens a link and keeps it: scans the baud rates for the sensor, hands out what it sends, and
 /// reconnects when the link is lost.
 ///
-/// The events are those of [`read_samples`](vn100_capture::read_samples), with one [`Event::Link`] for each
-/// change of the link. They end on `stop`, and with an error when the first connection fails:
+/// The events are those of [`read_samples`](vn100_capture::read_samples), with one [`Event::Link`]
+/// for each change of the link. They end on `stop`, and with an error when the first connection fails:
 /// a link that never was up is not retried for long.
 ///
 /// When the events are not taken, the link waits; a port then loses bytes, which are counted.

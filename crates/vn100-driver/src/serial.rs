@@ -24,8 +24,8 @@ use crate::{
 use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, Input};
 
-/// How long a read waits for a byte before it looks whether to stop: twenty wake-ups a second, 0.01
-/// % of a core. A piece of a line that is not gone on with in this time is handed on as it is.
+/// The timeout of a read, after which it is checked whether to stop: twenty wake-ups a second, 0.01
+/// % of a core. A part of a line that is not continued in this time is handed on as it is.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
 /// Bytes that are handed on together, and how many such may wait to be used: together 256 KiB at
@@ -136,7 +136,7 @@ pub struct SerialConnection {
     latency_timer: Option<LatencyTimer>,
 }
 
-/// Tells the reading thread to stop when the connection is gone, however that came.
+/// Stops the reading thread when the connection is dropped.
 struct StopOnDrop(Arc<AtomicBool>);
 
 impl Drop for StopOnDrop {
@@ -215,8 +215,8 @@ struct Reader {
 }
 
 impl Reader {
-    /// Reads until told to stop or until the port is gone. The port is closed before the channel
-    /// is, which tells the other side so.
+    /// Reads until it is stopped or the port is gone. The port is closed before the channel is, by
+    /// which the receiver knows that it is closed.
     ///
     /// An adapter hands a line on in up to a dozen pieces, and to wake whoever uses them costs far
     /// more than their use. So pieces are kept until a line ends, which is when the first of them

@@ -80,8 +80,8 @@ impl Connected {
         connected
     }
 
-    /// Forwards what was pending while the sensor was verified. Only those replies in it are handled
-    /// that `is_open` gives: the others answered the baud scan and the verification.
+    /// Forwards what was pending while the sensor was verified. Only those replies in it are
+    /// handled that `is_open` gives: the others answered the baud scan and the verification.
     pub(super) fn forward_pending(
         &mut self,
         shared: &mut Shared,

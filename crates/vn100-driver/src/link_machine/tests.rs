@@ -186,11 +186,9 @@ impl Bench {
     }
 
     fn down_cause(&self) -> &str {
-        let cause = |kind| match kind {
-            &LinkEventKind::Down { ref cause } => Some(cause.as_str()),
-            _ => None,
-        };
-        self.link.iter().rev().find_map(cause).unwrap()
+        let down = self.link.iter().rev().find(|kind| matches!(kind, LinkEventKind::Down { .. }));
+        let Some(LinkEventKind::Down { cause }) = down else { panic!("it was not lost") };
+        cause
     }
 
     /// That every byte is counted and recorded, now that the link has ended.
