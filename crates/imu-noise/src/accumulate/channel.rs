@@ -69,11 +69,6 @@ impl ChannelAccumulator {
         }
     }
 
-    /// Announces about `samples` samples without a gap, see [`Octaves::reserve`].
-    pub fn reserve(&mut self, samples: usize) {
-        self.octaves.reserve(samples);
-    }
-
     /// Mean, spread, shape and extremes.
     #[must_use]
     pub const fn moments(&self) -> &Moments {

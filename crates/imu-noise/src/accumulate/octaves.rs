@@ -110,14 +110,6 @@ impl Octaves {
         }
     }
 
-    /// Announces that about `samples` samples follow without a gap, so that [`Estimator::Full`]
-    /// allocates once. The other estimators need nothing.
-    pub fn reserve(&mut self, samples: usize) {
-        if let Windows::Full(overlapping) = &mut self.windows {
-            overlapping.reserve(samples);
-        }
-    }
-
     /// The octaves that have at least one window, from m = 1 up. Empty below two samples (Hadamard:
     /// three).
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {

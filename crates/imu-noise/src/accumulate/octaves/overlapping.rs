@@ -28,10 +28,6 @@ impl Overlapping {
         self.terms = Some(Vec::new());
     }
 
-    pub(super) fn reserve(&mut self, samples: usize) {
-        self.prefix.reserve(samples.saturating_add(1));
-    }
-
     pub(super) fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {
             self.push_block(block);
