@@ -74,6 +74,25 @@ mod tests {
     }
 
     #[test]
+    fn three_axes_of_one_sensor_with_the_same_decimals_and_scale_are_a_vector() {
+        let vectors =
+            |channels: &[Channel]| Norm::all(&Layout { channels: channels.to_vec().into(), ..VNYMR.clone() }).len();
+        let axes = &VNYMR.channels[6..9];
+        assert_eq!((vectors(axes), vectors(&axes[..2]), vectors(&VNYMR.channels[..3])), (1, 0, 0));
+        assert_eq!(vectors(&[axes, axes].concat()), 1, "the first three");
+        for axis in 0..3 {
+            let with = |change: fn(&mut Channel)| {
+                let mut axes = axes.to_vec();
+                change(&mut axes[axis]);
+                vectors(&axes)
+            };
+            assert_eq!(with(|axis| axis.decimals += 1), 0, "axis {axis}");
+            assert_eq!(with(|axis| axis.scale *= 2.0), 0, "axis {axis}");
+            assert_eq!(with(|axis| axis.quantity = Quantity::Temperature), 0, "axis {axis}");
+        }
+    }
+
+    #[test]
     fn lengths_are_those_of_pythagoras() {
         let mut norm = Norm::all(&VNYMR).remove(1);
         let mut row = [0; 12];
