@@ -17,7 +17,7 @@ use vn100_protocol::Channel;
 pub use filter_models::FilterModels;
 pub use motion::Motion;
 pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, LongTaus, WalkSeenLater};
+pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity};
 pub use onboard::Onboard;
 pub use stationary::Disturbed;
 pub(crate) use stream::is_rounded_away;

@@ -24,8 +24,8 @@ pub use accumulate::{
     vector_norm::Norm,
 };
 pub use assessment::{
-    Assessment, Assessments, ChannelAssessment, ChannelNoise, Disturbed, FilterModels, LongTaus, Motion,
-    OctaveAssessment, Onboard, WalkSeenLater,
+    Assessment, Assessments, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LongTauValidity,
+    Motion, OctaveAssessment, Onboard,
 };
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,

@@ -1,7 +1,7 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
 use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{FigureVerdict, LongTaus, Motion, Onboard, Outages, RateFrom, WarningKind};
+use vn100_analysis::{FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, WarningKind};
 use vn100_protocol::Quantity;
 
 use super::record::Record;
@@ -39,7 +39,7 @@ pub(crate) struct SensorFindings {
     pub(crate) sensor: Sensor,
     /// In the middle of a sentence.
     pub(crate) name: &'static str,
-    pub(crate) long_taus: LongTaus,
+    pub(crate) long_taus: LongTauValidity,
     pub(crate) onboard: Option<Onboard>,
     pub(crate) axes: Vec<AxisFindings>,
 }

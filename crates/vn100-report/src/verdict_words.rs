@@ -1,7 +1,7 @@
 //! Verdicts and grades in words, the same in text, documents and reports.
 
 use imu_noise::{Claim, Grade, Parameter, Sensor, Term, Verdict, conventions};
-use vn100_analysis::{ChannelNoise, FigureVerdict, LongTaus, StreamUnknown};
+use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, StreamUnknown};
 
 use crate::short_numbers::four_digits;
 
@@ -26,14 +26,14 @@ pub fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str
     }
     let bias_instability = noise.parameter(Term::BiasInstability);
     Some(match noise.long_taus {
-        LongTaus::Sensor => {
+        LongTauValidity::Sensor => {
             let range = bias_instability.as_ref().and_then(Grade::range);
             range.ok_or("the record says nothing of the bias instability")
         }
-        LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Surroundings => {
+        LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Surroundings => {
             Err("the stream does not carry the sensor's bias instability")
         }
-        LongTaus::Motion => Err("the sensor was moved"),
+        LongTauValidity::Motion => Err("the sensor was moved"),
     })
 }
 

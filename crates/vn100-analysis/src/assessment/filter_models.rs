@@ -4,7 +4,7 @@
 use imu_noise::{GaussMarkovFit, NoiseModel, OverBound, Terms, over_bound};
 use vn100_protocol::Channel;
 
-use super::{ChannelAssessment, Curve, noise::LongTaus};
+use super::{ChannelAssessment, Curve, noise::LongTauValidity};
 use crate::snapshot::{ChannelSnapshot, Snapshot};
 
 /// With fewer degrees of freedom the upper bound of an octave says nothing.
@@ -42,7 +42,7 @@ impl FilterModels {
     ) -> Option<Self> {
         let noise = assessed.noise.as_ref()?;
         let curve = Curve::new(channel, results, snapshot.shape());
-        let gauss_markov = (noise.long_taus == LongTaus::Sensor).then(|| {
+        let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
             // octaves that vibration spoils are none of the fit's
             let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
             let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();

@@ -32,38 +32,38 @@ pub struct ChannelNoise {
     pub classical: ClassicalReading,
     /// What a longer record would show, where this one is too short for the random walk, and where
     /// that is less than it already excludes.
-    pub walk_seen_later: Option<WalkSeenLater>,
+    pub detectable_rrw: Option<DetectableRrw>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
-    pub long_taus: LongTaus,
+    pub long_taus: LongTauValidity,
 }
 
-/// What long averaging times show.
+/// Whether long averaging times show the sensor's own noise: bias instability, random walk, ramp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LongTaus {
-    /// The sensor.
+pub enum LongTauValidity {
+    /// They do.
     Sensor,
-    /// The sensor's attitude filter, which takes the bias out: the message says so.
+    /// No: the message is that of the attitude filter, which removes the bias.
     Compensated,
-    /// Something that takes the bias out: the curve falls below what any noise that is white at
-    /// short averaging times can show.
+    /// No: something removes the bias, because the curve falls below any noise that is white at
+    /// short averaging times.
     LooksCompensated,
-    /// The surroundings: a magnetic field is never quiet for long.
+    /// No: the ambient magnetic field dominates.
     Surroundings,
-    /// How the sensor was moved.
+    /// No: the sensor was moved.
     Motion,
 }
 
-/// The random walk that a record would show above the white noise if it went on.
+/// The minimum detectable rate random walk of a longer record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WalkSeenLater {
+pub struct DetectableRrw {
     /// Length of that record in seconds.
     pub duration_s: f64,
-    /// Smallest K that about nine of ten such records estimate beside the N and B of this one, in
+    /// Smallest K that about nine of ten such records estimate with the N and B of this one, in
     /// unit/√s; a B that is only bounded is taken at its bound. See [`NoiseModel::least_found`].
     pub at_least: f64,
 }
 
-impl WalkSeenLater {
+impl DetectableRrw {
     /// Seconds added to the record.
     pub const MORE_S: f64 = 6.0 * 3600.0;
 }
@@ -101,18 +101,18 @@ impl ChannelNoise {
         };
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
         let (fit, long_taus) = match sensor {
-            Sensor::Magnetometer => (part(curve.octaves.len()), LongTaus::Surroundings),
-            Sensor::Gyroscope if compensated => (part(before_filter), LongTaus::Compensated),
+            Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
+            Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
                 let before_filter = (sensor == Sensor::Gyroscope).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
-                    Some(before_filter) => (before_filter, LongTaus::LooksCompensated),
+                    Some(before_filter) => (before_filter, LongTauValidity::LooksCompensated),
                     None => {
                         let spoiled = spoiled.min(curve.octaves.len() / 2);
                         let model = models.of(&curve.octaves[spoiled..], rate, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        (model.fit(&curve.variances[spoiled..], slope_unit_s, confidence), LongTaus::Sensor)
+                        (model.fit(&curve.variances[spoiled..], slope_unit_s, confidence), LongTauValidity::Sensor)
                     }
                 }
             }
@@ -124,12 +124,12 @@ impl ChannelNoise {
             // the recipes are for the Allan deviation
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
-        let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTaus::Sensor);
-        let walk_seen_later = walk.filter(|walk| walk.value.is_none()).and_then(|_| models.walk_seen_later(&fit));
+        let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTauValidity::Sensor);
+        let detectable_rrw = walk.filter(|walk| walk.value.is_none()).and_then(|_| models.detectable_rrw(&fit));
         let is_rejected = fit.parameter(Term::White).is_some_and(|white| white.status == Status::ModelRejected);
         // windows that share samples read low
         let white_bound = (is_rejected && window.is_none()).then(|| white_bound(curve, confidence)).flatten();
-        Some(Self { sensor, fit, window, white_bound, classical, walk_seen_later, long_taus })
+        Some(Self { sensor, fit, window, white_bound, classical, detectable_rrw, long_taus })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
@@ -143,19 +143,19 @@ impl ChannelNoise {
                 Some(Parameter { upper: self.white_bound, ..Parameter::without_value(Status::Bounded) })
             }
             _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
-            LongTaus::Sensor => self.fit.parameter(term),
-            LongTaus::Compensated | LongTaus::LooksCompensated | LongTaus::Motion => {
+            LongTauValidity::Sensor => self.fit.parameter(term),
+            LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Motion => {
                 Some(Parameter::without_value(Status::NotMeasurable))
             }
-            LongTaus::Surroundings => None,
+            LongTauValidity::Surroundings => None,
         }
     }
 
     /// Where the sensor was moved long averaging times show that; a message that lacks the bias
     /// lacks it all the same.
     pub(super) fn was_moved(&mut self) {
-        if let LongTaus::Sensor | LongTaus::LooksCompensated = self.long_taus {
-            (self.long_taus, self.walk_seen_later) = (LongTaus::Motion, None);
+        if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
+            (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
         }
     }
 
@@ -224,7 +224,7 @@ impl Models {
 
     /// Beside the white noise that this record shows, and as much bias instability as it leaves;
     /// `None` where the record excludes such a walk already.
-    fn walk_seen_later(&mut self, fit: &NoiseFit) -> Option<WalkSeenLater> {
+    fn detectable_rrw(&mut self, fit: &NoiseFit) -> Option<DetectableRrw> {
         let [white, bias_instability, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
         let (white, walk) = (white?.value?, walk?.upper);
@@ -232,11 +232,11 @@ impl Models {
         let longer = self.longer.get_or_insert_with(|| Longer::new(&self.shape));
         let others = [(Term::White, white), (Term::BiasInstability, bias_instability)];
         let at_least = longer.model.least_found(&others, Term::RateRandomWalk)?;
-        walk.is_none_or(|walk| at_least < walk).then_some(WalkSeenLater { duration_s: longer.duration_s, at_least })
+        walk.is_none_or(|walk| at_least < walk).then_some(DetectableRrw { duration_s: longer.duration_s, at_least })
     }
 }
 
-/// A record without gaps, longer by [`WalkSeenLater::MORE_S`].
+/// A record without gaps, longer by [`DetectableRrw::MORE_S`].
 struct Longer {
     duration_s: f64,
     model: NoiseModel,
@@ -246,7 +246,7 @@ impl Longer {
     fn new(shape: &RecordShape) -> Self {
         /// With more of the shortest, the answer is the same.
         const LONGEST_OCTAVES: usize = 14;
-        let more = (WalkSeenLater::MORE_S / shape.interval_s) as u64;
+        let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
         let shape = RecordShape { samples: shape.samples + more, ..*shape };
         let octaves = shape.octaves();
         let model =
@@ -279,8 +279,8 @@ mod tests {
     #[test]
     fn a_longer_record_promises_no_more_than_its_bias_instability_allows() {
         let (shape, fit) = fit_of(600.0);
-        let later = Models::new(shape).walk_seen_later(&fit).unwrap();
-        assert_eq!(later.duration_s, 600.0 + WalkSeenLater::MORE_S);
+        let later = Models::new(shape).detectable_rrw(&fit).unwrap();
+        assert_eq!(later.duration_s, 600.0 + DetectableRrw::MORE_S);
         assert!(later.at_least < fit.parameter(Term::RateRandomWalk).unwrap().upper.unwrap(), "{later:?}");
         // flicker noise that ten minutes leave possible hides more than none would
         let white_alone = Longer::new(&shape).model.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
@@ -290,6 +290,6 @@ mod tests {
     #[test]
     fn a_record_that_excludes_it_already_promises_nothing() {
         let (shape, fit) = fit_of(100.0 * 3600.0);
-        assert_eq!(Models::new(shape).walk_seen_later(&fit), None);
+        assert_eq!(Models::new(shape).detectable_rrw(&fit), None);
     }
 }

@@ -4,7 +4,7 @@
 use imu_noise::counts_to_unit;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{ChannelAssessment, Onboard, noise::LongTaus};
+use super::{ChannelAssessment, Onboard, noise::LongTauValidity};
 use crate::{
     remedy::{Remedy, Setting, Text},
     snapshot::{ChannelSnapshot, Snapshot},
@@ -44,7 +44,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         }
     }
     let tracked = names(&|_, _, assessed| {
-        assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTaus::LooksCompensated)
+        assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTauValidity::LooksCompensated)
     });
     if !tracked.is_empty() {
         let text = "the deviation falls, at long tau, below the line of the channel's own white noise, which no sensor does: a filter takes \

@@ -4,7 +4,7 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
-use vn100_analysis::{Assessment, ChannelNoise, LongTaus, Motion, WalkSeenLater};
+use vn100_analysis::{Assessment, ChannelNoise, DetectableRrw, LongTauValidity, Motion};
 use vn100_report::{
     names::{in_words, sensor},
     short_numbers::{four_digits, short},
@@ -95,12 +95,12 @@ fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str)
 
 /// How small a walk a longer record would show.
 fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    if group.iter().all(|(_, noise)| noise.walk_seen_later.is_none()) {
+    if group.iter().all(|(_, noise)| noise.detectable_rrw.is_none()) {
         return Ok(());
     }
-    let label = format!("  {} h more show", short(WalkSeenLater::MORE_S / 3600.0));
+    let label = format!("  {} h more show", short(DetectableRrw::MORE_S / 3600.0));
     row(out, &label, group, |(_, noise)| {
-        noise.walk_seen_later.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
+        noise.detectable_rrw.map_or("-".into(), |later| format!(">= {}", four_digits(later.at_least)))
     })
 }
 
@@ -154,19 +154,19 @@ fn read_by_rule(noise: &ChannelNoise, term: Term) -> Option<f64> {
     }
 }
 
-fn reason(long_taus: LongTaus) -> Option<&'static str> {
+fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
-        LongTaus::Sensor => None,
-        LongTaus::Compensated => Some(
+        LongTauValidity::Sensor => None,
+        LongTauValidity::Compensated => Some(
             "B, K and R of the sensor are not in this message: its attitude filter takes the bias out. The minimum of the curve, and the \
              shoulder before it, are the filter's. The message VNIMU carries the sensor's own rates.",
         ),
-        LongTaus::LooksCompensated => Some(
+        LongTauValidity::LooksCompensated => Some(
             "B, K and R are not given: at long tau the curve falls below its own white noise, so that something takes the bias out.",
         ),
-        LongTaus::Surroundings => {
+        LongTauValidity::Surroundings => {
             Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
         }
-        LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+        LongTauValidity::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
     }
 }

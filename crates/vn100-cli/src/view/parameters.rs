@@ -8,7 +8,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_analysis::{DatasheetFigure, FigureVerdict, LongTaus, Onboard, WalkSeenLater, WarningKind};
+use vn100_analysis::{DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Onboard, WarningKind};
 use vn100_protocol::Quantity;
 use vn100_report::{units::ChannelValues, verdict_words::verdict_name};
 
@@ -231,9 +231,9 @@ fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
 
 /// How small a walk a longer record would show.
 fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
-    let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.walk_seen_later);
+    let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.detectable_rrw);
     let least = later.map(|later| later.at_least).reduce(f64::max)?;
-    Some(format!("K ≥ {} would be seen after {} more", digits(least * factor, 2), time(WalkSeenLater::MORE_S)))
+    Some(format!("K ≥ {} would be seen after {} more", digits(least * factor, 2), time(DetectableRrw::MORE_S)))
 }
 
 /// Why the numbers are not, or not quite, those of the sensor.
@@ -244,16 +244,16 @@ fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
     }
     let long_taus = axes.first().and_then(|axis| axis.noise.as_ref()).map(|noise| noise.long_taus);
     match long_taus {
-        Some(LongTaus::Compensated) => {
+        Some(LongTauValidity::Compensated) => {
             doubts.push("! no B, K in this message: its filter takes the bias out; VNIMU has them".to_owned());
         }
-        Some(LongTaus::LooksCompensated) => {
+        Some(LongTauValidity::LooksCompensated) => {
             doubts.push("! something takes the bias out: B and K are not given".to_owned());
         }
-        Some(LongTaus::Surroundings) => {
+        Some(LongTauValidity::Surroundings) => {
             doubts.push("! at long τ the field around shows: N alone is given".to_owned());
         }
-        Some(LongTaus::Sensor | LongTaus::Motion) | None => {}
+        Some(LongTauValidity::Sensor | LongTauValidity::Motion) | None => {}
     }
     // what concerns these axes, or all; told in full among the warnings
     let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));

@@ -138,7 +138,7 @@ impl NoiseDocument {
             rate_ramp: parameter(Term::RateRamp),
             quantization: parameter(Term::Quantization),
             rate_random_walk_seen_later: noise
-                .walk_seen_later
+                .detectable_rrw
                 .map(|later| SeenLater { duration_s: later.duration_s, at_least: later.at_least }),
             correlations,
             classical: Classical {

@@ -2,7 +2,7 @@
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
-use vn100_analysis::{ChannelNoise, LongTaus, WalkSeenLater};
+use vn100_analysis::{ChannelNoise, DetectableRrw, LongTauValidity};
 use vn100_protocol::Quantity;
 
 use crate::{
@@ -78,9 +78,9 @@ fn table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) -> Markup
                             (row(axes, &format!("correlation of {name}"), "", |noise| noise.fit.correlation(a, b).filter(|_| shown(noise, a, b)).map(|value| format!("{value:.2}").replace('-', "−"))))
                         }
                     }
-                    @if axes.iter().any(|(_, noise)| noise.walk_seen_later.is_some()) {
-                        @let name = format!("K that {} more would show", duration(WalkSeenLater::MORE_S));
-                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.walk_seen_later.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
+                    @if axes.iter().any(|(_, noise)| noise.detectable_rrw.is_some()) {
+                        @let name = format!("K that {} more would show", duration(DetectableRrw::MORE_S));
+                        (row(axes, &name, &pretty_unit(conventions(sensor, Term::RateRandomWalk)[0].unit), |noise| noise.detectable_rrw.map(|later| format!("≥ {}", digits(later.at_least, 2)))))
                     }
                 }
                 @if sensor != Sensor::Magnetometer && deviation == Deviation::Allan { (read_by_rule(axes, sensor)) }
@@ -140,19 +140,19 @@ fn cell(parameter: Option<Parameter>, factor: f64, first: bool) -> String {
     }
 }
 
-fn reason(long_taus: LongTaus) -> Option<&'static str> {
+fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
     match long_taus {
-        LongTaus::Sensor => None,
-        LongTaus::Compensated => Some(
+        LongTauValidity::Sensor => None,
+        LongTauValidity::Compensated => Some(
             "B, K and R of the gyroscope are not in this message: the sensor's attitude filter takes the bias out before it is sent. The minimum of \
              the curve, and the shoulder before it, are the filter's, whatever a rule reads there.",
         ),
-        LongTaus::LooksCompensated => Some(
+        LongTauValidity::LooksCompensated => Some(
             "B, K and R are not given: at long averaging times the curve falls below its own white noise, so that something takes the bias out.",
         ),
-        LongTaus::Surroundings => {
+        LongTauValidity::Surroundings => {
             Some("Only the white noise is the sensor's: at long averaging times the curve shows the field around it.")
         }
-        LongTaus::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+        LongTauValidity::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
     }
 }

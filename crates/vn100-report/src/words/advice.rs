@@ -1,7 +1,7 @@
 //! What would make a better record, the greatest gain first.
 
 use imu_noise::{Sensor, Status};
-use vn100_analysis::{LongTaus, RateFrom, Remedy, RemedyWords, Setting, WarningKind};
+use vn100_analysis::{LongTauValidity, RateFrom, Remedy, RemedyWords, Setting, WarningKind};
 
 use crate::{
     findings::Findings,
@@ -14,7 +14,8 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         advice.push("Let the sensor lie still, and record that.".into());
     }
     let is_ours = findings.message.is_some();
-    if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTaus::Compensated) {
+    if is_ours && findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated)
+    {
         advice.push(format!(
             "Send VNIMU instead of a compensated message: it carries the sensor's own rates, and temperature and pressure too ({}). Only then can B and K of the gyroscope be measured.",
             words(&Remedy::MeasureWith(Setting::Message("VNIMU")))

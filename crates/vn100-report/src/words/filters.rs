@@ -1,7 +1,7 @@
 //! What a filter that uses the stream is to be told.
 
 use imu_noise::{Sensor, Term, conventions};
-use vn100_analysis::{LongTaus, Remedy, RemedyWords};
+use vn100_analysis::{LongTauValidity, Remedy, RemedyWords};
 
 use crate::{
     figure::pretty_unit,
@@ -60,7 +60,7 @@ fn walk(sensor: &SensorFindings) -> String {
         );
     }
     let absent = match sensor.long_taus {
-        LongTaus::Sensor => "no random walk was seen",
+        LongTauValidity::Sensor => "no random walk was seen",
         _ => "its random walk is not in this stream",
     };
     let instead = match sensor.axes.iter().any(|axis| axis.known_to_s.is_some()) {

@@ -1,7 +1,7 @@
 //! What stands between the record and the sensor.
 
 use imu_noise::{Sensor, Term, Verdict, conventions};
-use vn100_analysis::{LongTaus, Onboard, Remedy, RemedyWords, WarningKind};
+use vn100_analysis::{LongTauValidity, Onboard, Remedy, RemedyWords, WarningKind};
 
 use super::listed;
 use crate::{
@@ -24,7 +24,7 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
     let explained: Vec<String> =
         findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)).collect();
     sentences.extend(explained);
-    if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTaus::Compensated) {
+    if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated) {
         sentences.push(
             "In-run bias stability of the gyroscope cannot be compared: the message carries rates from which the sensor has taken its own estimate of the bias. A minimum read off \
              that curve is often ten times lower than the data sheet, and means nothing."

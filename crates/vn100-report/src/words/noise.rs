@@ -1,7 +1,7 @@
 //! How noisy each axis is.
 
 use imu_noise::{Parameter, Sensor, Status, Term, conventions};
-use vn100_analysis::{LongTaus, Motion};
+use vn100_analysis::{LongTauValidity, Motion};
 
 use super::listed;
 use crate::{
@@ -24,7 +24,7 @@ pub(super) fn noise(findings: &Findings) -> Vec<String> {
 
 fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
     let mut sentences: Vec<String> = sensor.axes.iter().map(|axis| white(sensor.sensor, axis, rate_hz)).collect();
-    if sensor.long_taus == LongTaus::Sensor {
+    if sensor.long_taus == LongTauValidity::Sensor {
         let slow = [
             (
                 Term::BiasInstability,
@@ -38,15 +38,15 @@ fn of_sensor(sensor: &SensorFindings, rate_hz: f64) -> Vec<String> {
         }
     }
     sentences.extend(match sensor.long_taus {
-        LongTaus::Compensated => Some(format!(
+        LongTauValidity::Compensated => Some(format!(
             "Bias instability and rate random walk of the {} cannot be given from this message, however long the record: its bias is taken out inside the sensor.",
             sensor.name
         )),
-        LongTaus::LooksCompensated => Some(format!(
+        LongTauValidity::LooksCompensated => Some(format!(
             "Bias instability and rate random walk of the {} are not given: the curve falls below its own white noise, so that something takes the bias out.",
             sensor.name
         )),
-        LongTaus::Sensor | LongTaus::Surroundings | LongTaus::Motion => None,
+        LongTauValidity::Sensor | LongTauValidity::Surroundings | LongTauValidity::Motion => None,
     });
     sentences
 }

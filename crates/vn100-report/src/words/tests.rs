@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{LongTaus, Motion, Onboard, Outages, RateFrom, Remedy, WarningKind};
+use vn100_analysis::{LongTauValidity, Motion, Onboard, Outages, RateFrom, Remedy, WarningKind};
 
 use super::*;
 use crate::findings::{AxisFindings, SensorFindings};
@@ -40,7 +40,7 @@ fn flawless() -> Findings {
     let gyro = SensorFindings {
         sensor: Sensor::Gyroscope,
         name: "gyroscope",
-        long_taus: LongTaus::Sensor,
+        long_taus: LongTauValidity::Sensor,
         onboard: Some(Onboard { refresh_hz: 800.0, window, window_known: true }),
         axes: vec![axis("gyro_x"), axis("gyro_y")],
     };
@@ -144,11 +144,14 @@ fn what_stands_between_stream_and_sensor_is_told() {
     changes(
         |findings| {
             findings.compensated = true;
-            findings.sensors[0].long_taus = LongTaus::Compensated;
+            findings.sensors[0].long_taus = LongTauValidity::Compensated;
         },
         &["taken out inside the sensor", "Send VNIMU", "compensated values", "cannot be compared: the message carries"],
     );
-    changes(|findings| findings.sensors[0].long_taus = LongTaus::LooksCompensated, &["something takes the bias out"]);
+    changes(
+        |findings| findings.sensors[0].long_taus = LongTauValidity::LooksCompensated,
+        &["something takes the bias out"],
+    );
     changes(
         |findings| {
             let onboard = findings.sensors[0].onboard.as_mut().unwrap();
