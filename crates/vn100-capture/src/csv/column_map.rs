@@ -10,14 +10,16 @@ use super::{
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
-/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `mag_`
-/// `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or `t` for the stamp of the row.
+/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_` with
+/// `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or `t` for
+/// the stamp of the row.
 /// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
 /// the column or its number, from 1. `UNIT` is
 ///
 /// - `rad/s` `deg/s` `deg/h` `mdeg/s` for a rate, `m/s^2` `g` `mg` for an acceleration, where g is
 ///   9.80665 m/s²,
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
+///   `1` for an element of the quaternion,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the
 ///   stamp.
 ///
@@ -225,7 +227,8 @@ mod tests {
     fn what_is_wrong_is_named_with_the_cure() {
         assert_eq!(
             ChannelNames.to_string(),
-            "yaw pitch roll mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature pressure t"
+            "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \
+             pressure t"
         );
         for (text, message) in [
             ("", "no channel is mapped: name at least one of CHANNELS"),

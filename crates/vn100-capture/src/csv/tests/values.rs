@@ -1,6 +1,6 @@
 //! Files with the fields of the sensor's lines in columns.
 
-use vn100_protocol::VNIMU;
+use vn100_protocol::{VNIMU, VNMAR, VNQMR};
 
 use super::*;
 
@@ -74,6 +74,17 @@ fn uncompensated_is_what_says_so() {
     assert_eq!(unsaid.channels, VNIMU.channels);
     assert_eq!(read_layout(format!("# $VNIMU at 40 Hz\n{IMU_HEADER}\n{row}\n")), VNIMU);
     assert_eq!(read_layout(format!("# uncompensated\n{IMU_HEADER}\n{row}\n")), VNIMU);
+}
+
+#[test]
+fn what_any_inertial_sensor_measures_is_a_message_only_by_name() {
+    let header = "mag_x,mag_y,mag_z,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z";
+    let row = "+00.0443,+00.2479,-00.3381,-00.222,-00.035,-09.851,-00.005406,-00.000484,+00.000833";
+    let read_layout = |text: String| layout(&plan(text, None).unwrap().unwrap()).clone();
+    assert_eq!(read_layout(format!("{header}\n{row}\n")).message, "CSV");
+    assert_eq!(read_layout(format!("# VNMAR\n{header}\n{row}\n")), VNMAR);
+    let quaternion = "quat_x,quat_y,quat_z,quat_w";
+    assert_eq!(read_layout(format!("{header},{quaternion}\n{row},+0.6,-0.0,+0.0,-0.8\n")), VNQMR);
 }
 
 #[test]
