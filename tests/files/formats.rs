@@ -30,6 +30,47 @@ fn stamped(folder: &Path, rate_hz: f64, lost: impl Fn(usize) -> bool) -> PathBuf
 }
 
 #[test]
+fn every_message_of_the_emulated_sensor_is_measured_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let (clean, _) = replay(&replay_log(CLEAN), &[]);
+    for (message, channels) in [("VNMAR", 9), ("VNQMR", 13)] {
+        let options = ["sim", "--message", message, "--profile", "lab3", "--duration", "60s", "--seed", "1", "-o"];
+        for name in ["text", "recorded.mcap"] {
+            let path = folder.path().join(format!("{message}-{name}"));
+            assert!(vn100().args(options).arg(&path).status().unwrap().success());
+            let (document, exit) = replay(&path, &[]);
+            assert_eq!((exit, &document["source"]["message"]), (0, &message.into()), "{}", document["source"]);
+            assert_eq!(
+                (&document["source"]["compensated"], &document["timing"]["samples"]),
+                (&true.into(), &2400.into())
+            );
+            assert_eq!(document["channels"].as_array().unwrap().len(), channels);
+            // the same sensor and seed: the same values as in the message with angles
+            for name in ["mag_x", "accel_z", "gyro_y"] {
+                let (found, expected) = (channel(&document, name), channel(&clean, name));
+                assert_eq!(
+                    (&found["statistics"], &found["unit"]),
+                    (&expected["statistics"], &expected["unit"]),
+                    "{name}"
+                );
+            }
+            if message == "VNQMR" {
+                let elements = ["quat_x", "quat_y", "quat_z", "quat_w"].map(|name| channel(&document, name));
+                assert!(elements.iter().all(|element| element["unit"] == "1" && element["noise"].is_null()));
+                let squares = elements.map(|element| element["statistics"]["mean"].as_f64().unwrap().powi(2));
+                assert!((squares.iter().sum::<f64>() - 1.0).abs() < 1e-5, "{squares:?}");
+            }
+        }
+        let capture = folder.path().join(format!("{message}-text"));
+        let report = folder.path().join(format!("{message}.html"));
+        let written = vn100().arg("report").arg("-o").arg(&report).arg(&capture).output().unwrap();
+        assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+        let page = fs::read_to_string(report).unwrap();
+        assert_eq!(page.contains("quat_w"), message == "VNQMR");
+    }
+}
+
+#[test]
 fn lines_lost_whole_are_found_by_the_times_of_their_reads() {
     let folder = tempfile::tempdir().unwrap();
     let whole = stamped(folder.path(), 40.0, |_| false);

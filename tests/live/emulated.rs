@@ -74,6 +74,22 @@ fn what_is_configured_is_read_back_and_what_attach_changes_is_put_back() {
 }
 
 #[test]
+fn messages_with_a_quaternion_or_without_attitude_are_measured() {
+    let sensor = Sensor::start(&[]);
+    for (message, rate, channels) in [("VNMAR", "100", 9), ("VNQMR", "50", 13)] {
+        let options = ["--set-message", message, "--set-rate", rate, "--duration", "2s", "--json"];
+        let measured = document(&sensor.run("attach", &options));
+        assert_eq!(measured["source"]["message"], message);
+        assert_eq!(measured["timing"]["rate_hz"], rate.parse::<f64>().unwrap());
+        assert_eq!(measured["channels"].as_array().unwrap().len(), channels);
+        assert_conserved(&measured);
+    }
+    let refused = sensor.run("configure", &["--set-message", "VNQMR", "--set-rate", "100"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("at most 50 Hz fit"));
+}
+
+#[test]
 fn a_counter_in_each_line_makes_the_losses_exact() {
     let sensor = Sensor::start(&["--faults", "flip@0.02%"]);
     assert_eq!(sensor.run("configure", &["--count"]).status.code(), Some(0));

@@ -11,6 +11,7 @@ mod gaps;
 mod imu_register;
 mod measured_span;
 mod pending_rows;
+mod quaternion;
 pub(crate) mod rate_authority;
 pub(crate) mod recent;
 mod repeats;

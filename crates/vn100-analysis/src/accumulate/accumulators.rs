@@ -5,7 +5,9 @@ use std::sync::Arc;
 use imu_noise::{RecordShape, SpectrumPlan};
 use vn100_protocol::{Layout, PrintFormat};
 
-use super::{channel_state::ChannelState, recent::Recent, repeats::Repeats, vector_norm::Norm};
+use super::{
+    channel_state::ChannelState, quaternion::QuaternionSign, recent::Recent, repeats::Repeats, vector_norm::Norm,
+};
 use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::Findings};
 
 /// Rows of at least so many channels never repeat while a sensor works; a few coarse channels do by
@@ -18,6 +20,8 @@ pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
     pub(super) norms: Vec<Norm>,
+    /// Only if the message has a quaternion.
+    quaternion: Option<QuaternionSign>,
     /// Only if asked for.
     recent: Option<Recent>,
     /// Samples of one channel, for reuse.
@@ -35,6 +39,7 @@ impl Accumulators {
             layout: None,
             channels: Vec::new(),
             norms: Vec::new(),
+            quaternion: None,
             recent: None,
             column: Vec::new(),
             repeats: Repeats::default(),
@@ -49,6 +54,7 @@ impl Accumulators {
         let plan = SpectrumPlan::new();
         self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
         self.norms = Norm::all(&layout);
+        self.quaternion = QuaternionSign::of(&layout);
         self.repeats = Repeats::default();
         self.layout = Some(layout);
     }
@@ -62,6 +68,10 @@ impl Accumulators {
     /// them.
     pub(crate) fn push(&mut self, counts: &[i32], first_index: u64, rate_hz: f64, keep_recent: bool) {
         let width = self.width();
+        let counts = match &mut self.quaternion {
+            Some(quaternion) => quaternion.continued(counts, width),
+            None => counts,
+        };
         if keep_recent && self.recent.as_ref().is_none_or(|recent| recent.rate_hz() != rate_hz) {
             self.recent = Some(Recent::new(width, rate_hz));
         }
