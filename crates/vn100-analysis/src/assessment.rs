@@ -186,13 +186,12 @@ struct Curve {
 
 impl Curve {
     fn new(channel: &Channel, results: &ChannelSnapshot, shape: RecordShape) -> Self {
-        let unit = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
         let variance = |counts2| counts_to_unit(counts2, 2 * channel.decimals) * channel.scale * channel.scale;
         Self {
             shape,
             octaves: results.octaves.iter().map(imu_noise::OctaveSum::octave).collect(),
             variances: (results.octaves.iter()).map(|sum| sum.variance_counts2().map_or(f64::NAN, variance)).collect(),
-            slope_unit_s: results.slope_counts.map(|slope| unit(slope) / shape.interval_s),
+            slope_unit_s: results.slope_counts.map(|slope| channel.in_unit(slope) / shape.interval_s),
         }
     }
 

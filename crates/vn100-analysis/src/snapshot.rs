@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
     ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, Refusal,
-    TimebaseSummary, counts_to_unit,
+    TimebaseSummary,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
@@ -74,9 +74,7 @@ impl Snapshot {
         let axes = layout.channels.iter().zip(&self.channels).filter(|(channel, _)| channel.quantity == quantity);
         let means: Vec<f64> = axes
             .take(3)
-            .filter_map(|(channel, results)| {
-                Some(counts_to_unit(results.moments.mean_counts()?, channel.decimals) * channel.scale)
-            })
+            .filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)))
             .collect();
         means.try_into().ok()
     }

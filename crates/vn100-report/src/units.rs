@@ -210,7 +210,7 @@ fn values(
     assessed: Option<&ChannelAssessment>,
     snapshot: &Snapshot,
 ) -> ChannelValues {
-    let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+    let value = |counts| channel.in_unit(counts);
     let moments = &results.moments;
     let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
     ChannelValues {

@@ -89,7 +89,7 @@ fn limit(channel: &Channel) -> Option<f64> {
 }
 
 fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
-    Some(imu_noise::counts_to_unit(results.moments.std_counts()?, channel.decimals) * channel.scale.abs())
+    Some(channel.in_unit(results.moments.std_counts()?).abs())
 }
 
 /// The standard deviation without the least and the greatest values, one in two hundred of each:
@@ -110,5 +110,5 @@ fn inner_std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     }
     let kept = to.checked_sub(from).filter(|kept| *kept > 1)? as f64;
     let variance = ((squares - sum * sum / kept) / (kept - 1.0)).max(0.0);
-    Some(imu_noise::counts_to_unit(variance.sqrt(), channel.decimals) * channel.scale.abs())
+    Some(channel.in_unit(variance.sqrt()).abs())
 }

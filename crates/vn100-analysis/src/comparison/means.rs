@@ -1,7 +1,7 @@
 //! The mean of each channel in each record, and how far these lie apart: the turn-on to turn-on
 //! bias, if each record is a power cycle.
 
-use imu_noise::{Spread, VarianceEstimate, counts_to_unit};
+use imu_noise::{Spread, VarianceEstimate};
 use vn100_protocol::{Channel, Quantity, Register};
 
 use super::{Chance, Record, chances};
@@ -114,7 +114,7 @@ fn is_of_a_sensor(channel: &Channel) -> bool {
 }
 
 fn mean(record: &Record<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {
-    let value = |counts| counts_to_unit(counts, channel.decimals) * channel.scale;
+    let value = |counts| channel.in_unit(counts);
     let results = record.snapshot.channels.get(index)?;
     let mean = value(results.moments.mean_counts()? - results.branch_counts as f64);
     let octaves = record.assessment.channels.get(index).map_or(&[][..], |assessed| &assessed.octaves);

@@ -1,6 +1,6 @@
 //! Octave by octave: an F-test of the two variances at the same averaging time.
 
-use imu_noise::{counts_to_unit, f_test};
+use imu_noise::f_test;
 use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, Record, chances, pairs};
@@ -101,7 +101,7 @@ fn points(record: &Record<'_>, index: usize) -> Vec<Point> {
     }
     (results.octaves.iter().zip(&assessed.octaves))
         .filter_map(|(octave, assessed)| {
-            let deviation = counts_to_unit(octave.deviation_counts()?, channel.decimals) * channel.scale;
+            let deviation = channel.in_unit(octave.deviation_counts()?);
             let edf = assessed.relative?.edf;
             let tau_s = octave.m as f64 / snapshot.timing.rate_hz;
             (deviation > 0.0 && edf >= LEAST_EDF).then_some(Point { tau_s, deviation, edf })

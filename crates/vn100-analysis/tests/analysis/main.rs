@@ -7,13 +7,13 @@ mod link;
 
 use std::{sync::Arc, time::Duration};
 
-use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+use imu_noise::{ChannelAccumulator, Deviation, Estimator, Term};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, Assessment, MissingFrom, RateFrom, Remedy, Setting, Settings, Snapshot, WarningKind};
 use vn100_protocol::stream::{
     Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterReply, RowCounter, StreamCounts,
 };
-use vn100_protocol::{Layout, PrintFormat, VNIMU, VNYMR};
+use vn100_protocol::{Channel, Layout, PrintFormat, VNIMU, VNQMR, VNYMR};
 
 /// One thing on a stream.
 #[derive(Debug, Clone, Copy)]
@@ -216,6 +216,87 @@ fn temperature_and_pressure_may_stand_still_for_minutes() {
     };
     assert!(stuck(599).is_empty(), "five minutes are 600 samples");
     assert_eq!(stuck(600), ["temperature", "pressure"]);
+}
+
+/// Rows of white noise about zero, but for a level of `level` counts; the same for the same seed.
+fn noisy(channels: usize, rows: usize, level: i32) -> Vec<i32> {
+    let mut state = 1_u64;
+    let counts = (0..channels * rows).map(|_| {
+        let uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 52) as i32
+        };
+        level + std::iter::repeat_with(uniform).take(4).sum::<i32>() - 4 * 2048
+    });
+    counts.collect()
+}
+
+/// All values of an assessed record in units of their channels, bit by bit.
+fn values(channels: Vec<Channel>, counts: Vec<i32>) -> Vec<Option<f64>> {
+    let layout = Layout { channels: channels.into(), ..VNIMU.clone() };
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(40.0), ..Settings::default() });
+    analysis.absorb(&Batch { layout: Some(Arc::new(layout.clone())), counts, ..Batch::default() });
+    let snapshot = analysis.snapshot();
+    let assessment = Assessment::new(&snapshot, 0.95);
+    let mut values: Vec<_> = snapshot.norms.iter().map(|norm| Some(norm.scale)).collect();
+    for ((channel, results), assessed) in layout.channels.iter().zip(&snapshot.channels).zip(&assessment.channels) {
+        let moments = &results.moments;
+        values.extend([moments.mean_counts(), moments.std_counts()].map(|counts| Some(channel.in_unit(counts?))));
+        values.extend([moments.min_counts(), moments.max_counts()].map(|count| Some(channel.value(count?))));
+        values.extend(results.octaves.iter().map(|octave| Some(channel.in_unit(octave.deviation_counts()?))));
+        let white = assessed.noise.as_ref().and_then(|noise| noise.parameter(Term::White));
+        values.push(white.and_then(|white| white.value));
+        values.extend(assessed.disturbed.lines.iter().map(|line| Some(line.amplitude)));
+    }
+    values
+}
+
+#[test]
+fn a_scale_that_is_a_power_of_two_scales_every_value_exactly() {
+    let channels = |bits: i32| {
+        let of_floats = |channel: &Channel| Channel { decimals: 0, scale: 2_f64.powi(-bits), ..channel.clone() };
+        VNIMU.channels[3..9].iter().map(of_floats).collect::<Vec<_>>()
+    };
+    let counts = noisy(6, 2000, 77_777);
+    let (coarse, fine) = (values(channels(20), counts.clone()), values(channels(27), counts));
+    assert!(coarse.len() > 6 * 12 && coarse.iter().all(Option::is_some));
+    let scaled: Vec<_> = coarse.iter().map(|value| value.map(|value| value / 128.0)).collect();
+    assert_eq!(scaled, fine);
+}
+
+#[test]
+fn a_quaternion_that_changes_its_sign_stands_still() {
+    let attitude = [300_000, -400_000, 500_000, 707_107];
+    let row = |index: usize| {
+        let sign = if index % 3 == 0 { -1 } else { 1 };
+        let mut row = vec![0; VNQMR.channels.len()];
+        // one count of noise, so that nothing is stuck
+        row[..4].copy_from_slice(&attitude.map(|count| sign * (count + (index % 5) as i32)));
+        row
+    };
+    let rows: Vec<i32> = (0..600).flat_map(row).collect();
+    let layout = Arc::new(VNQMR.clone());
+    let analysed = |rows_per_batch: usize| {
+        let mut analysis = Analysis::new(Settings::default());
+        for counts in rows.chunks(rows_per_batch * 13) {
+            let (layout, mark) = (Some(Arc::clone(&layout)), Mark { before_row: 1, kind: MarkKind::BadLine });
+            // a gap of one sample in each batch of two rows or more
+            let marks = if counts.len() > 13 && rows_per_batch == 600 { vec![mark] } else { Vec::new() };
+            analysis.absorb(&Batch { layout, counts: counts.to_vec(), marks, ..Batch::default() });
+        }
+        analysis.snapshot()
+    };
+    for snapshot in [analysed(600), analysed(1), analysed(7)] {
+        let sign = -1; // of the first row
+        for (channel, expected) in snapshot.channels.iter().zip(attitude) {
+            let extremes = (channel.moments.min_counts().unwrap(), channel.moments.max_counts().unwrap());
+            let ends = (sign * expected, sign * (expected + 4));
+            assert_eq!(extremes, (ends.0.min(ends.1), ends.0.max(ends.1)));
+        }
+        let assessment = Assessment::new(&snapshot, 0.95);
+        assert!(assessment.channels[..4].iter().all(|channel| channel.noise.is_none()));
+        assert!(!named(&snapshot, WarningKind::StuckDigits).contains(&"quat_x".to_owned()));
+    }
 }
 
 #[test]

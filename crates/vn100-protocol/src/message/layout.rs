@@ -26,7 +26,8 @@ pub struct Channel {
     /// The digits behind the point: a count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
     /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for
-    /// a file in other units.
+    /// a file in other units. Binary floats have no decimals and a power of two here, by which every
+    /// count and every mean of counts is scaled exactly.
     pub scale: f64,
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,
@@ -87,8 +88,14 @@ impl Channel {
     /// printed decimal, for up to 22 decimals.
     #[must_use]
     pub fn value(&self, count: i32) -> f64 {
-        let counts_per_unit = (0..self.decimals).fold(1.0, |power, _| power * 10.0);
-        f64::from(count) / counts_per_unit * self.scale
+        self.in_unit(count.into())
+    }
+
+    /// A mean, a deviation or a difference of counts in [`unit`](Self::unit): divided once by a
+    /// power of ten, which is exact up to 22 decimals, and multiplied once by the scale.
+    #[must_use]
+    pub fn in_unit(&self, counts: f64) -> f64 {
+        counts / (0..self.decimals).fold(1.0, |power, _| power * 10.0) * self.scale
     }
 }
 

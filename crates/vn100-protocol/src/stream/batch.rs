@@ -17,11 +17,14 @@ use crate::{Layout, PrintFormat, RegisterContents};
 pub struct Batch {
     /// The message these samples came in; `None` while the stream has shown none.
     pub layout: Option<Arc<Layout>>,
-    /// The samples, one row of exact integer counts per line, in the order of `layout`; each count
-    /// is in units of its channel's last decimal.
+    /// The samples, one row of exact integer counts each, in the order of `layout`; what a count is
+    /// worth stands in its channel.
     pub counts: Vec<i32>,
     /// When the rows arrived, in the order of the rows; empty where the source does not know.
     pub arrivals: Vec<Arrival>,
+    /// The sensor's own time of each row, in nanoseconds since it was switched on; `None` where the
+    /// message carries none, as no sentence does.
+    pub device_times_ns: Option<Vec<u64>>,
     /// The counters of the rows that carry one, in order.
     pub counters: Vec<RowCounter>,
     /// What stood between the rows, by position.
