@@ -30,9 +30,9 @@
 //!
 //! # Asking the sensor
 //!
-//! A [`Command`] reads or writes a [`Register`], or tells the sensor to do something; a [`Reply`]
-//! is what it says to that. A [`Session`] sends one after the other and finds the answers among the
-//! lines that keep coming; it has neither link nor clock, and is told the time.
+//! A [`Command`] reads or writes a [`Register`], or starts an action of the sensor; a [`Reply`] is
+//! what it answers. A [`Session`] sends one after the other and finds the answers among the
+//! lines that keep coming; it has neither link nor clock: the time is an argument.
 //!
 //! ```
 //! use std::time::Duration;

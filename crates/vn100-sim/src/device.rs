@@ -31,8 +31,8 @@
 mod binary;
 mod command;
 mod error_code;
+mod execute;
 mod firmware;
-mod obey;
 mod output;
 mod register_table;
 mod registers;
@@ -188,7 +188,7 @@ impl Device {
             }
             match self.buffer.push(*byte) {
                 Some(Ok(line)) if self.flash_until_ns.is_some() => self.queue(line),
-                Some(Ok(line)) => self.obey(&line),
+                Some(Ok(line)) => self.execute_line(&line),
                 Some(Err(code)) => self.report(code),
                 None => {}
             }
@@ -309,7 +309,7 @@ impl Device {
         // commands that came meanwhile
         while self.flash_until_ns.is_none() && self.restart_ns.is_none() {
             let Some(line) = self.waiting.pop_front() else { break };
-            self.obey(&line);
+            self.execute_line(&line);
         }
     }
 

@@ -1,4 +1,4 @@
-//! What can befall a serial link, as a plan written in one line of text.
+//! The faults of a serial link, as a plan written in one line of text.
 //!
 //! ```
 //! use vn100_sim::fault::FaultPlan;
@@ -32,7 +32,7 @@ pub use plan_error::PlanError;
 
 use crate::device::BAUD_RATES;
 
-/// Which bytes a fault befalls.
+/// Which bytes a fault strikes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bytes {
     /// The first at this time or later.
@@ -73,7 +73,7 @@ pub enum Fault {
     BadOpen(f64),
 }
 
-/// What befalls a link, in the order it was written.
+/// The faults of a link, in the order they were written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultPlan {
     /// The faults.

@@ -121,7 +121,7 @@ mod tests {
         ] {
             assert_eq!(wrapped_deg(angle), wrapped, "{angle}");
         }
-        // both lie nearer to the end than single precision can tell
+        // both lie nearer to the end than single precision resolves
         for angle in [(-180.0_f64).next_up(), 180.0_f64.next_up(), (-180.0_f64).next_down()] {
             assert_eq!(wrapped_deg(angle), 180.0);
         }

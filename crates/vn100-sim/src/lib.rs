@@ -28,7 +28,7 @@
 //! | [`message`] | the sentences of the sensor, a row each |
 //! | [`capture`] | many rows as a file |
 //! | [`device`] | registers, commands and paced output |
-//! | [`fault`] | what can befall a link, as a plan in one line of text |
+//! | [`fault`] | the faults of a link, as a plan in one line of text |
 //! | [`usb`] | the buffer of a USB adapter |
 //! | [`wire`] | all between the sensor and its host |
 //! | [`pty`] | the sensor on a pseudo-terminal |

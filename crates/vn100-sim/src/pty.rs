@@ -47,7 +47,7 @@ pub struct PtyOptions {
     pub link: Option<PathBuf>,
     /// The latency timer of a USB adapter; `None`: bytes are handed on as they come.
     pub usb_latency: Option<Duration>,
-    /// What befalls the link.
+    /// The faults of the link.
     pub faults: FaultPlan,
     /// Seed of the faults.
     pub seed: u64,

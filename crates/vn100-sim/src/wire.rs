@@ -41,7 +41,7 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire that nobody has opened yet. `usb_latency` is the timer of a USB adapter; `None` hands
+    /// A wire that is not open yet. `usb_latency` is the timer of a USB adapter; `None` hands
     /// bytes on as they come.
     #[must_use]
     pub fn new(
@@ -158,7 +158,7 @@ impl Wire {
         None
     }
 
-    /// When to poll again. While nobody reads it is seldom.
+    /// When to poll again; seldom while no host reads.
     #[must_use]
     pub fn next_wakeup(&self, now: Duration) -> Duration {
         let idle = now + Duration::from_secs(1);

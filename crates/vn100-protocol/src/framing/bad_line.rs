@@ -1,4 +1,4 @@
-//! A sentence that was not let in, with the evidence.
+//! A rejected sentence, with the evidence.
 
 use thiserror::Error;
 

@@ -38,8 +38,8 @@ pub struct Framer {
     pub(crate) tally: Tally,
     /// Bytes consumed.
     offset: u64,
-    /// The line that CR and LF at this place would belong to.
-    line: Line,
+    /// What CR and LF at this place would belong to.
+    line_end_of: LineEndOf,
 }
 
 /// What [`Framer::next`] found.
@@ -65,8 +65,8 @@ pub enum Frame<'a> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Line {
-    None,
+enum LineEndOf {
+    Nothing,
     Good,
     Bad,
 }
@@ -78,7 +78,7 @@ enum Start {
     Ends {
         body: usize,
         length: usize,
-        verdict: Result<Check, BadKind>,
+        checked: Result<Check, BadKind>,
     },
 }
 
@@ -86,13 +86,13 @@ impl Framer {
     /// A framer at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { options, tally: Tally::default(), offset: 0, line: Line::None }
+        Self { options, tally: Tally::default(), offset: 0, line_end_of: LineEndOf::Nothing }
     }
 
     /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
     /// consumed.
     ///
-    /// `end_of_input` says that no more bytes will follow: then what is incomplete is judged as it
+    /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as it
     /// stands, and all is consumed when `item` comes back `None`.
     #[inline]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
@@ -121,17 +121,17 @@ impl Framer {
         }
         self.skip(input.len() - at);
         if end_of_input {
-            self.line = Line::None;
+            self.line_end_of = LineEndOf::Nothing;
         }
         Step { consumed: input.len(), item: None }
     }
 
-    /// Accounts for a good sentence of `length` bytes that somebody else has found.
+    /// Counts a good sentence of `length` bytes that the fast path has found.
     #[inline]
     pub(crate) fn accept(&mut self, length: usize) {
         self.advance(length);
         self.tally.good_line_bytes += length as u64;
-        self.line = Line::Good;
+        self.line_end_of = LineEndOf::Good;
     }
 
     /// Turns the sentence found last into a bad line.
@@ -139,17 +139,17 @@ impl Framer {
         self.tally.good_line_bytes -= sentence.raw.len() as u64;
         self.tally.bad_line_bytes += sentence.raw.len() as u64;
         self.tally.bad.count(kind);
-        self.line = Line::Bad;
+        self.line_end_of = LineEndOf::Bad;
         BadLine { kind, raw: sentence.raw, offset: sentence.offset }
     }
 
     /// Gives CR and LF at the head of `input` to the line before them.
     #[inline]
     pub(crate) fn take_line_end(&mut self, input: &[u8]) -> usize {
-        let bytes = match self.line {
-            Line::None => return 0,
-            Line::Good => &mut self.tally.good_line_bytes,
-            Line::Bad => &mut self.tally.bad_line_bytes,
+        let bytes = match self.line_end_of {
+            LineEndOf::Nothing => return 0,
+            LineEndOf::Good => &mut self.tally.good_line_bytes,
+            LineEndOf::Bad => &mut self.tally.bad_line_bytes,
         };
         let length = input.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         *bytes += length as u64;
@@ -158,15 +158,15 @@ impl Framer {
     }
 
     fn sentence<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
-        let Start::Ends { body, length, verdict } = judge(input, end_of_input) else {
+        let Start::Ends { body, length, checked } = classify(input, end_of_input) else {
             return Found::Incomplete;
         };
         let (raw, offset) = (&input[..length], self.offset);
-        let verdict = match verdict {
+        let checked = match checked {
             Err(BadKind::Unchecked) if self.options.accept_unchecked => Ok(Check::None),
-            verdict => verdict,
+            checked => checked,
         };
-        let frame = match verdict {
+        let frame = match checked {
             Ok(check) => {
                 self.accept(length);
                 Frame::Sentence(Sentence { body: &input[1..1 + body], raw, check, offset })
@@ -175,7 +175,7 @@ impl Framer {
                 self.advance(length);
                 self.tally.bad_line_bytes += length as u64;
                 self.tally.bad.count(kind);
-                self.line = Line::Bad;
+                self.line_end_of = LineEndOf::Bad;
                 Frame::Bad(BadLine { kind, raw, offset })
             }
         };
@@ -183,7 +183,7 @@ impl Framer {
     }
 
     fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
-        let length = match packet::judge(input) {
+        let length = match packet::classify(input) {
             Candidate::Incomplete => return Found::Incomplete,
             Candidate::No => return Found::Nothing,
             Candidate::Packet(length) => length,
@@ -196,7 +196,7 @@ impl Framer {
                 self.advance(length);
                 self.tally.packet_bytes += length as u64;
                 self.tally.packets += 1;
-                self.line = Line::None;
+                self.line_end_of = LineEndOf::Nothing;
                 Found::Frame(length, Frame::Packet(packet))
             }
         }
@@ -206,7 +206,7 @@ impl Framer {
         if length > 0 {
             self.advance(length);
             self.tally.skipped_bytes += length as u64;
-            self.line = Line::None;
+            self.line_end_of = LineEndOf::Nothing;
         }
     }
 
@@ -222,16 +222,16 @@ enum Found<'a> {
     Nothing,
 }
 
-/// Judges the sentence that begins with the `$` at the head of `input`.
-fn judge(input: &[u8], end_of_input: bool) -> Start {
+/// Classifies the sentence that begins with the `$` at the head of `input`.
+fn classify(input: &[u8], end_of_input: bool) -> Start {
     let behind_start = &input[1..];
     let body = body_length(&behind_start[..behind_start.len().min(MAX_BODY + 1)]);
-    let without_digits = |kind| Start::Ends { body, length: 1 + body, verdict: Err(kind) };
+    let without_digits = |kind| Start::Ends { body, length: 1 + body, checked: Err(kind) };
     if body > MAX_BODY {
         return without_digits(BadKind::TooLong);
     }
     match behind_start.get(body) {
-        Some(b'*') => judge_digits(&behind_start[..body], &behind_start[body + 1..], end_of_input),
+        Some(b'*') => check_digits(&behind_start[..body], &behind_start[body + 1..], end_of_input),
         Some(b'\r' | b'\n') => without_digits(BadKind::Unchecked),
         Some(_) => without_digits(BadKind::Truncated),
         None if end_of_input => without_digits(BadKind::Truncated),
@@ -241,24 +241,24 @@ fn judge(input: &[u8], end_of_input: bool) -> Start {
 
 /// Whether a packet of `length` bytes was cut short, and is whole only with the beginning of a good
 /// sentence behind it: a CRC is right by chance once in 256 times where one byte is borrowed.
-/// `None` when more bytes must tell.
+/// `None` when that depends on bytes not yet received.
 fn is_completed_by_sentence(input: &[u8], length: usize, end_of_input: bool) -> Option<bool> {
     for at in memchr_iter(b'$', &input[..length]) {
-        match judge(&input[at..], end_of_input) {
+        match classify(&input[at..], end_of_input) {
             Start::Incomplete => return None,
-            Start::Ends { length: sentence, verdict: Ok(_), .. } if at + sentence > length => return Some(true),
+            Start::Ends { length: sentence, checked: Ok(_), .. } if at + sentence > length => return Some(true),
             Start::Ends { .. } => {}
         }
     }
     Some(false)
 }
 
-/// Judges a sentence by its `body` and the bytes behind its `*`.
-fn judge_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
+/// Checks a sentence by its `body` and the bytes behind its `*`.
+fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
     let head = &tail[..tail.len().min(5)];
     let runs_on = |length| length < 5 && length == tail.len() && !end_of_input;
     let ends =
-        |behind_body, verdict| Start::Ends { body: body.len(), length: 1 + body.len() + 1 + behind_body, verdict };
+        |behind_body, checked| Start::Ends { body: body.len(), length: 1 + body.len() + 1 + behind_body, checked };
 
     let digits = head.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F')).count();
     if runs_on(digits) {

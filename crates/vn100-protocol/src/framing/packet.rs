@@ -51,8 +51,8 @@ const GROUPS: [(u8, [u8; 16]); 4] = [
 
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
-/// Judges `input`, which begins with 0xFA.
-pub(crate) fn judge(input: &[u8]) -> Candidate {
+/// Classifies `input`, which begins with 0xFA.
+pub(crate) fn classify(input: &[u8]) -> Candidate {
     let Some(&groups) = input.get(1) else {
         return Candidate::Incomplete;
     };
@@ -122,9 +122,9 @@ mod tests {
         for (hex, length) in RECORDED.iter().zip([18, 24, 26, 110]) {
             let packet = bytes(hex);
             assert_eq!(packet.len(), length);
-            assert_eq!(judge(&packet), Candidate::Packet(length));
+            assert_eq!(classify(&packet), Candidate::Packet(length));
             for cut in 1..length {
-                assert_eq!(judge(&packet[..cut]), Candidate::Incomplete, "{cut} of {length} bytes");
+                assert_eq!(classify(&packet[..cut]), Candidate::Incomplete, "{cut} of {length} bytes");
             }
         }
     }
@@ -135,7 +135,7 @@ mod tests {
             let mut packet = bytes(hex);
             for at in 6..packet.len() {
                 packet[at] ^= 0x10;
-                assert_eq!(judge(&packet), Candidate::No, "byte {at}");
+                assert_eq!(classify(&packet), Candidate::No, "byte {at}");
                 packet[at] ^= 0x10;
             }
         }
@@ -156,7 +156,7 @@ mod tests {
             "FA 04 0010",
             "FA 10 0002",
         ] {
-            assert_eq!(judge(&bytes(head)), Candidate::No, "{head}");
+            assert_eq!(classify(&bytes(head)), Candidate::No, "{head}");
         }
     }
 
@@ -166,6 +166,6 @@ mod tests {
         let mut packet = [&header[..], &[0x5A; 198 + 59 + 112 + 142]].concat();
         packet.extend(crc16(&packet[1..]).to_be_bytes());
         assert_eq!(packet.len(), MAX_PACKET);
-        assert_eq!(judge(&packet), Candidate::Packet(MAX_PACKET));
+        assert_eq!(classify(&packet), Candidate::Packet(MAX_PACKET));
     }
 }

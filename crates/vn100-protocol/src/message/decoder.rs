@@ -56,7 +56,7 @@ pub enum Item<'a> {
     Other(Sentence<'a>),
     /// A binary packet.
     Packet(Packet<'a>),
-    /// A line that was not let in.
+    /// A rejected sentence.
     Bad(BadLine<'a>),
 }
 
@@ -88,7 +88,7 @@ impl Decoder {
         self.carried = rest.len();
     }
 
-    /// Tells the decoder that the stream has ended: what waits is judged as it stands.
+    /// Ends the stream: bytes kept back are decoded as they stand.
     ///
     /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally) go on.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {

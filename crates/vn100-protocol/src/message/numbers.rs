@@ -1,9 +1,8 @@
 //! The numbers of a good line, quickly: their decimals known beforehand, all digits of one joined
 //! at once.
 //!
-//! [`None`] says that something is wrong or unusual, not what: the exact way through
-//! [`Decimal`](crate::Decimal) reads the line again and judges it. What is read here is read there
-//! alike.
+//! [`None`] means that something is wrong or unusual, not what: the exact reader of `sample.rs`
+//! reads the sentence again and diagnoses it. What is read here is read there alike.
 
 use crate::{
     framing::sentence::Sentence,
@@ -95,7 +94,7 @@ impl Numbers<'_> {
         let [b',', sign, digits @ ..] = self.body.get(self.at..)? else {
             return None;
         };
-        // one test for both signs, which are random: a branch that tells them apart is mispredicted half of the time
+        // one test for both signs, which are random: a branch on the sign is mispredicted half of the time
         if sign.wrapping_sub(b'+') & !2 != 0 {
             return None;
         }

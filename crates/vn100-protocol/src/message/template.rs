@@ -16,7 +16,7 @@ use crate::{
 pub(crate) const LENGTH: usize = 120;
 
 /// The usual line: `0` for a digit, `+` for a sign, all else as it stands. The digits behind the
-/// `*` are judged by their value.
+/// `*` are checked by their value.
 const LINE: &[u8; LENGTH] = b"$VNYMR,+000.000,+000.000,+000.000,+00.0000,+00.0000,+00.0000,+00.000,+00.000,+00.000,\
     +00.000000,+00.000000,+00.000000*00";
 

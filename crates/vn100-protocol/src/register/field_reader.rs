@@ -54,7 +54,7 @@ impl<'a> FieldReader<'a> {
         Ok(values)
     }
 
-    /// The port, which the sensor repeats where it was told one.
+    /// The port, which the sensor repeats where the command named one.
     pub(super) fn optional_port(&mut self) -> Result<(), ValueError> {
         if self.fields.clone().next().is_some() {
             self.value("port", "1 or 2", |text| matches!(text, "1" | "2").then_some(()))?;

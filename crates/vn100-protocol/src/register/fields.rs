@@ -91,7 +91,7 @@ fn is_field_character(character: char) -> bool {
 }
 
 fn is_same(asked: &str, got: &str) -> bool {
-    // a point tells a number from a hexadecimal mask such as 01E5
+    // a point distinguishes a number from a hexadecimal mask such as 01E5
     if asked.contains('.') || got.contains('.') {
         return match (asked.parse::<f64>(), got.parse::<f64>()) {
             // the sensor keeps 32-bit floats and prints six digits of them

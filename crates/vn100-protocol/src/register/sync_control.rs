@@ -17,7 +17,7 @@ pub struct SyncControl {
     pub in_skip: u16,
     /// Reserved, 0.
     pub reserved_in: u32,
-    /// What SyncOut tells: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an attitude is
+    /// What an edge of SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an attitude is
     /// ready.
     pub out_mode: u8,
     /// 0 pulses go low, 1 high.

@@ -1,4 +1,4 @@
-//! What the sensor can be told.
+//! The commands that the sensor takes.
 
 use alloc::string::ToString;
 use core::{fmt, time::Duration};

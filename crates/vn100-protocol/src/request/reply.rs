@@ -11,7 +11,7 @@ use crate::{
     request::device_error::DeviceError,
 };
 
-/// An answer of the sensor, an error that it reports unasked, or a question that the line brings
+/// An answer of the sensor, an unsolicited device error, or a question that the line brings
 /// back.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {

@@ -101,7 +101,7 @@ pub struct Mark {
 /// What a [`Mark`] marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
-    /// A line that was not let in; the tally says why.
+    /// A rejected sentence or row; the tally counts the reasons.
     BadLine,
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),

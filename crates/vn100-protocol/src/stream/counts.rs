@@ -27,13 +27,13 @@ pub struct StreamCounts {
     pub echoes: u64,
     /// Unsolicited device errors: `VNERR` messages that answer no command of this program.
     pub unsolicited_errors: UnsolicitedErrors,
-    /// How often its output was found paused by somebody else, and was made to go on.
+    /// How often its output was found paused and was resumed.
     pub outputs_resumed: u64,
     /// How often the link came up; 0 for a capture that has no link.
     pub connects: u64,
     /// The first good sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
-    /// Rows of a CSV file that were not let in; they are part of the bad lines. `None` where the
+    /// Rejected rows of a CSV file; they are part of the bad lines. `None` where the
     /// source is none.
     pub odd_rows: Option<RejectedRowCounts>,
 }

@@ -1,4 +1,4 @@
-//! What passes on a stream beside its samples, for whoever looks for a fault.
+//! What passes on a stream beside its samples, to troubleshoot a link.
 
 use alloc::{
     boxed::Box,
@@ -16,7 +16,7 @@ pub enum Diagnostic {
     Sent(Box<[u8]>),
     /// The sensor answered, or reported an error.
     Reply(Box<[u8]>),
-    /// A line was not let in.
+    /// A sentence was rejected.
     Refused {
         /// Why, in words.
         reason: String,

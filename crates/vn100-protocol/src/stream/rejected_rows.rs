@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// Why a row of a CSV file was not let in.
+/// Why a row of a CSV file was rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RejectedRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
@@ -22,7 +22,7 @@ pub enum RejectedRow {
     Truncated,
 }
 
-/// Rows of a CSV file that were not let in, by reason.
+/// Rejected rows of a CSV file, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RejectedRowCounts {
     counts: [u64; RejectedRow::ALL.len()],

@@ -19,7 +19,7 @@ pub struct ReadOptions {
     /// sample.
     pub line_by_line: bool,
     /// Keep commands, answers and refused lines in the batches, as
-    /// [`diagnostics`](Batch::diagnostics). The rows of a CSV file that are not let in are not
+    /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not
     /// among them: its [report](crate::CsvReport) names the first of each kind.
     pub diagnostics: bool,
 }
@@ -46,7 +46,7 @@ struct Stream {
     other_lines: BTreeMap<u8, u64>,
     open: Batch,
     sealed: Vec<Batch>,
-    /// Answers, where somebody takes them.
+    /// Replies since they were last taken, where they are kept.
     replies: Option<Vec<Reply>>,
     /// Whether diagnostics are kept.
     is_diagnosed: bool,
@@ -145,7 +145,7 @@ impl SampleReader {
         }
     }
 
-    /// Notes that a line of the source was not let in, and why is counted there.
+    /// Marks a row that the source has rejected, and counted by its reason.
     pub fn mark_bad_line(&mut self) {
         self.stream.mark(MarkKind::BadLine);
     }

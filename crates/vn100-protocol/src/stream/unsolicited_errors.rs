@@ -1,4 +1,4 @@
-//! How often the sensor told which error unasked.
+//! How often each unsolicited device error came.
 
 use crate::DeviceError;
 
@@ -24,7 +24,7 @@ impl UnsolicitedErrors {
         }
     }
 
-    /// Those that were told, with how often, by code. Codes that the manual does not have count as
+    /// Those that came, with how often, by code. Codes that the manual does not have count as
     /// the first of them.
     pub fn iter(&self) -> impl Iterator<Item = (DeviceError, u64)> {
         let codes = KNOWN.into_iter().map(Some).chain([self.first_unknown]);

@@ -19,7 +19,7 @@ impl CommandBuffer {
     /// Takes one byte; `Some` when it ends a command: its text between `$` and the line end, or why
     /// there is none.
     ///
-    /// Bytes before a `$` are nobody's; a `$` always begins anew.
+    /// Bytes before a `$` are discarded; a `$` always begins a new command.
     pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, ErrorCode>> {
         match byte {
             b'$' => {

@@ -1,4 +1,4 @@
-//! Lets a plan of faults befall the bytes of a link.
+//! Injects the faults of a plan into the bytes of a link.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -16,7 +16,7 @@ const SPLICED_BYTES: u8 = 60;
 /// The bit that a bad session inverts, as seen on a real host.
 const BAD_SESSION_BIT: u8 = 6;
 
-/// What befalls more than bytes.
+/// Faults of the whole link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Event {
     Unplug,
@@ -108,13 +108,13 @@ impl Injector {
         let rng = &mut self.rng;
         let splice = &mut self.splice;
         self.faults.retain(|fault| {
-            let (befalls, once) = match *fault {
-                Fault::Drop(bytes) | Fault::Flip(bytes, _) => befalls(bytes, at, rng),
+            let (strikes, once) = match *fault {
+                Fault::Drop(bytes) | Fault::Flip(bytes, _) => strikes_now(bytes, at, rng),
                 Fault::Splice(time) => (at >= time, true),
                 Fault::Stall(from, length) => (at >= from && at < from.saturating_add(length), false),
                 _ => (false, false),
             };
-            if !befalls {
+            if !strikes {
                 return true;
             }
             match *fault {
@@ -150,8 +150,8 @@ impl Injector {
     }
 }
 
-/// Whether a byte is among those a fault befalls, and whether the fault is over with it.
-fn befalls(bytes: Bytes, at: Duration, rng: &mut ChaCha8Rng) -> (bool, bool) {
+/// Whether a fault strikes this byte, and whether it ends with it.
+fn strikes_now(bytes: Bytes, at: Duration, rng: &mut ChaCha8Rng) -> (bool, bool) {
     match bytes {
         Bytes::At(time) => (at >= time, true),
         Bytes::During(from, length) => (at >= from && at < from.saturating_add(length), false),

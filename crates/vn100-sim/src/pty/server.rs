@@ -124,7 +124,7 @@ impl PtySensor {
 
 impl Drop for PtySensor {
     fn drop(&mut self) {
-        // nobody is left to be told
+        // the receiver is gone
         _ = self.end();
     }
 }
@@ -223,7 +223,7 @@ impl Server {
         Ok(())
     }
 
-    /// Nobody has the port open any more: what waits for room is for nobody.
+    /// The host has closed the port: bytes that wait for room are dropped.
     fn hang_up(&mut self, now: Duration) {
         self.wire.close(now);
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;

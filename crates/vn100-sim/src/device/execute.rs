@@ -8,8 +8,8 @@ use super::{
 use crate::message::MESSAGES;
 
 impl Device {
-    /// Answers a command, or tells of the error in it.
-    pub(super) fn obey(&mut self, line: &[u8]) {
+    /// Executes a command and answers it, or reports the error in it.
+    pub(super) fn execute_line(&mut self, line: &[u8]) {
         let outcome = Command::parse(line).and_then(|command| self.execute(&command));
         if let Err(code) = outcome {
             self.report(code);
