@@ -16,8 +16,8 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-pipeline",
-        &["vn100-protocol", "vn100-capture", "vn100-analysis"],
-        &["serialport", "clap", "ratatui", "anyhow", "serde"],
+        &["vn100-protocol", "vn100-capture", "vn100-driver", "vn100-analysis"],
+        &["serialport", "clap", "ratatui", "indicatif", "anyhow", "serde"],
     ),
     (
         "vn100-report",

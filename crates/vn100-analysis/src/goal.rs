@@ -64,6 +64,39 @@ impl Goal {
     }
 }
 
+/// A goal that a measurement ended without.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnmetGoal {
+    /// The goal.
+    pub goal: Goal,
+    /// Why.
+    pub why: WhyUnmet,
+}
+
+/// Why a goal is not met.
+#[derive(Debug, Clone, PartialEq)]
+pub enum WhyUnmet {
+    /// The message of the stream does not show the parameter; the reason in words.
+    OutOfReach(String),
+    /// The data ended before. For each axis half the width of the interval over the value, `None`
+    /// where the parameter is not estimated; no axis where the stream has no such channel.
+    EndedBefore(Vec<(String, Option<f64>)>),
+}
+
+impl UnmetGoal {
+    /// Those of the goals that are not met.
+    #[must_use]
+    pub fn of(goals: &[Goal], snapshot: &Snapshot, assessment: &Assessment) -> Vec<Self> {
+        let why = |goal: &Goal| match goal.out_of_reach(snapshot) {
+            Some(reason) => WhyUnmet::OutOfReach(reason),
+            None => WhyUnmet::EndedBefore(goal.relative_half_widths(snapshot, assessment)),
+        };
+        (goals.iter().filter(|goal| !goal.is_met(snapshot, assessment)))
+            .map(|goal| Self { goal: goal.clone(), why: why(goal) })
+            .collect()
+    }
+}
+
 impl FromStr for Goal {
     type Err = GoalError;
 

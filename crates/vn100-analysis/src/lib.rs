@@ -33,7 +33,7 @@ pub use comparison::{
 };
 pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, Verdicts, not_passed};
 pub use figure::{Figure, FigureChannels, FigureError};
-pub use goal::{Goal, GoalError};
+pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};

@@ -2,15 +2,14 @@
 
 use anyhow::{Context, Result, bail};
 use tokio::runtime::Runtime;
-use vn100_driver::{Change, Configured, LinkHandle, OutputSettings, restore};
-use vn100_protocol::Register;
+use vn100_driver::{Configured, OutputSettings};
 use vn100_report::printable;
 
 use crate::{
     args::ConfigureArgs,
     exit::{Exit, print},
     interrupt::{HangUp, stop_on_interrupt},
-    live_source::LiveSource,
+    live_source::live_source,
     log::Log,
 };
 
@@ -37,8 +36,9 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     let name = args.source.to_string();
     let configured = runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
-        let live = LiveSource::new(args.source, args.link, log.entries())?;
-        live.ask(&stop, async |link| Ok(vn100_driver::configure(&link, &settings, &stop).await?)).await
+        let (source, _emulated) = live_source(&args.source, &args.link, &log.entries())?;
+        let configure = async |link| anyhow::Ok(vn100_driver::configure(&link, &settings, &stop).await?);
+        source.with_link(None, &stop, configure).await
     })?;
     let kept = match (settings.save, configured.changes.is_empty()) {
         (true, _) => "; the sensor keeps all its settings when it is switched off",
@@ -47,22 +47,6 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     };
     print(&format!("{}: {}{kept}\n", printable(&name), describe(&configured)))?;
     Ok(if configured.rate_is_kept() { Exit::Good } else { Exit::Failed })
-}
-
-/// The serial number of a sensor; `None` where it does not say.
-pub(crate) async fn serial(link: &LinkHandle) -> Option<String> {
-    let contents = link.read(Register::SERIAL_NUMBER).await;
-    contents.ok().flatten().map(|contents| contents.fields.to_string())
-}
-
-/// Puts back what was changed on the sensor of that serial number; another one is left as it is.
-pub(crate) async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<()> {
-    if let (Some(known), Some(now)) = (known, serial(link).await)
-        && now != known
-    {
-        bail!("another sensor, serial {now}, is on the port; it was {known}");
-    }
-    Ok(restore(link, changes).await?)
 }
 
 /// What was changed, and whether the sensor does what it is set to.

@@ -16,7 +16,7 @@ use crate::{
     args::InfoArgs,
     exit::{Exit, print, print_json},
     interrupt::{HangUp, stop_on_interrupt},
-    live_source::LiveSource,
+    live_source::live_source,
     log::Log,
 };
 
@@ -35,8 +35,8 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
     let name = args.source.to_string();
     let info = runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
-        let live = LiveSource::new(args.source, args.link, log.entries())?;
-        let asked = live.ask(&stop, async |link| {
+        let (source, _emulated) = live_source(&args.source, &args.link, &log.entries())?;
+        let asked = source.with_link(None, &stop, async |link| {
             stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
         });
         asked.await

@@ -18,9 +18,9 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use tokio::sync::mpsc;
 use vn100_capture::{CsvReport, Event};
 use vn100_driver::LinkState;
+use vn100_pipeline::EventObserver;
 use vn100_protocol::stream::{LinkEventKind, ReadOptions};
 use vn100_report::printable;
 
@@ -29,9 +29,6 @@ use crate::{args::LogArgs, exit::report};
 /// Entries that may wait to be written; a stream of nothing but refused lines fills them within a
 /// second of a slow disk.
 const WAITING_ENTRIES: usize = 4096;
-
-/// Events that may wait between a source and its measurement beside those of the source itself.
-const WAITING_EVENTS: usize = 1;
 
 /// Diagnostics as the options ask for them, from here on until it is dropped.
 pub(crate) struct Log {
@@ -107,35 +104,21 @@ impl Drop for Log {
 }
 
 impl Entries {
-    /// What to ask a source for.
-    pub(crate) fn asked(&self, read: ReadOptions) -> ReadOptions {
-        ReadOptions { diagnostics: self.sender.is_some(), ..read }
+    /// Whether a log is kept.
+    pub(crate) fn is_open(&self) -> bool {
+        self.sender.is_some()
     }
 
-    /// The events of the source of that name, told on the way.
-    pub(crate) fn watch(&self, name: &str, mut events: mpsc::Receiver<Event>) -> mpsc::Receiver<Event> {
-        if self.sender.is_none() {
-            return events;
-        }
-        let (sender, watched) = mpsc::channel(WAITING_EVENTS);
+    /// What to ask a source for.
+    pub(crate) fn asked(&self, read: ReadOptions) -> ReadOptions {
+        ReadOptions { diagnostics: self.is_open(), ..read }
+    }
+
+    /// What sees the events of the source of that name; nothing where no log is kept.
+    pub(crate) fn observer(&self, name: &str) -> Option<EventObserver> {
+        self.sender.as_ref()?;
         let (entries, name) = (self.clone(), name.to_owned());
-        // ends with the source, or when nobody takes its events any more
-        tokio::spawn(async move {
-            loop {
-                let event = tokio::select! {
-                    // a source of which nobody takes anything any more may bring nothing for ever
-                    biased;
-                    () = sender.closed() => return,
-                    event = events.recv() => event,
-                };
-                let Some(event) = event else { return };
-                entries.tell(&name, &event);
-                if sender.send(event).await.is_err() {
-                    return;
-                }
-            }
-        });
-        watched
+        Some(Arc::new(move |event| entries.tell(&name, event)))
     }
 
     /// Tells what an event holds beside samples.

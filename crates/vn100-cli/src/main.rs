@@ -25,7 +25,6 @@ mod remedy_words;
 mod replay;
 mod report;
 mod session_words;
-mod set_up;
 mod sim;
 mod status;
 mod teller;
@@ -35,11 +34,11 @@ mod view;
 use std::process::ExitCode;
 
 use clap::Parser;
+use vn100_pipeline::LiveError;
 
 use crate::{
     args::{Args, Command},
     exit::Exit,
-    live_source::Unheard,
 };
 
 fn main() -> ExitCode {
@@ -62,8 +61,13 @@ fn main() -> ExitCode {
         Err(error) if exit::is_broken_pipe(&error) => Exit::Good,
         Err(error) => {
             exit::report(&format!("{error:#}"));
-            if error.is::<Unheard>() { Exit::NoData } else { Exit::Failed }
+            if is_not_heard(&error) { Exit::NoData } else { Exit::Failed }
         }
     };
     exit.into()
+}
+
+/// Whether no sensor was heard.
+fn is_not_heard(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(LiveError::NotHeard(_)))
 }

@@ -1,58 +1,52 @@
-//! What the measurement of one source came to.
+//! What a session came to, with what stands in the way of a good result in words.
 
-use std::io;
+use std::{io, sync::Arc};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use indicatif::HumanBytes;
-use tokio::task::JoinHandle;
-use vn100_analysis::{CsvFacts, RecordingEndFacts, RecordingFacts, RejectedRows, Settings, SourceFacts};
-use vn100_capture::{CsvReport, Recorded, RecordingState};
-use vn100_pipeline::Outcome;
-use vn100_report::Measured;
+use tokio::task;
+use vn100_capture::RecordingState;
+use vn100_pipeline::{EndReason, SessionResult, StartError};
+use vn100_report::{Completion, Evaluation, Measured};
 
-use crate::exit::about;
+use crate::session_words;
 
-/// The result of a source that ended.
-pub(crate) fn of(mut facts: SourceFacts, outcome: Outcome, settings: &Settings) -> Measured {
-    let Outcome { snapshot, source_error, csv } = outcome;
-    facts.csv = csv.map(csv_facts);
-    facts.error = source_error.map(|error| failure(&facts.name, snapshot.link.tally.bytes(), &error));
-    Measured::ended(facts, snapshot, settings)
+/// A task of the measurement died.
+pub(crate) const FAULT: &str = "the measurement stopped by a fault of this program";
+
+/// The result of a session, evaluated.
+pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
+    let evaluation = Arc::clone(evaluation);
+    // it takes its time, in which other sources are measured
+    Ok(task::spawn_blocking(move || evaluation.complete(of(result))).await?)
 }
 
-/// What a recording says of itself, as far as it was read.
-pub(crate) fn recording_facts(recorded: &Recorded) -> RecordingFacts {
-    RecordingFacts {
-        program: recorded.program.clone(),
-        started_ns: recorded.started_ns,
-        end: recorded.end.get().map(|end| RecordingEndFacts {
-            ended_ns: end.ended_ns,
-            complete: end.complete,
-            reason: end.reason.clone(),
-        }),
+fn of(result: SessionResult) -> Measured {
+    let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
+    let error = session_words::end(&facts.name, &end, &snapshot);
+    let (failed, cut_short) = match *end {
+        EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
+        _ => (None, error),
+    };
+    facts.error = failed;
+    let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
+    if matches!(*end, EndReason::NotStarted(StartError::Recording(_))) {
+        // the source itself may be well
+        measured.completion = Completion::Failed;
     }
-}
-
-fn csv_facts(report: CsvReport) -> CsvFacts {
-    let rejected = report.odd.into_iter().map(|odd| RejectedRows {
-        reason: odd.reason,
-        count: odd.count,
-        first_line: odd.first_line,
-        first_text: odd.first_text,
-    });
-    CsvFacts {
-        lines: report.lines,
-        rows: report.rows,
-        skipped_lines: report.skipped_lines,
-        rejected: rejected.collect(),
-        ignored_columns: report.ignored_columns,
-        rounded: report.rounded,
+    cut_short.into_iter().for_each(|text| measured.note_failure(text));
+    if let Some(recording) = &result.recording {
+        note_recording(&mut measured, recording, result.unrecorded_bytes);
     }
+    if !result.is_restored {
+        measured.completion = measured.completion.max(Completion::Failed);
+    }
+    measured
 }
 
 /// What became of the recording that was made meanwhile. Where it failed the result says so, and
 /// the command has failed.
-pub(crate) fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64) {
+fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64) {
     let path = recording.path.display();
     let text = match &recording.error {
         Some(error) => {
@@ -69,21 +63,4 @@ pub(crate) fn note_recording(measured: &mut Measured, recording: &RecordingState
         None => return,
     };
     measured.note_failed_recording(text);
-}
-
-/// The results of all sources of a command, in their order.
-pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
-    let mut all = Vec::new();
-    for source in sources {
-        all.push(source.await.context("the measurement stopped by a fault of this program")??);
-    }
-    Ok(all)
-}
-
-/// A source on which no sensor was heard was not cut short.
-fn failure(name: &str, bytes: u64, error: &io::Error) -> String {
-    match bytes {
-        0 => about(name, &error.to_string()),
-        _ => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
-    }
 }

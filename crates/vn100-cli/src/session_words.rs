@@ -1,50 +1,129 @@
-//! What happens in a session, in words for the user.
+//! What happens in a session, and why it ended, in words for the user.
+
+use std::time::Duration;
 
 use vn100_analysis::{RateChange, Snapshot};
-use vn100_pipeline::{NO_MEASUREMENT_AFTER, RateEvent};
+use vn100_capture::{MapHint, OpenError};
+use vn100_pipeline::{
+    EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, Refusal, SessionEvent, SetupError, StartError,
+};
 
-/// That the rate has changed, or is again what it was.
-pub(crate) fn rate_event(event: RateEvent) -> String {
-    match event {
-        RateEvent::Changed(RateChange { from_hz, to_hz, .. }) => {
+use crate::{configure::describe, exit::about, view::format::time};
+
+const PUT_BACK: &str = "put back as it was";
+
+/// An event of the session of that source; `None` where there is nothing to say.
+pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
+    let text = match event {
+        SessionEvent::SensorConfigured(configured) => describe(&configured),
+        SessionEvent::SettingsRestored { output_paused: false } => PUT_BACK.into(),
+        SessionEvent::SettingsRestored { output_paused: true } => format!("{PUT_BACK}, with its output paused"),
+        // it says itself what stays
+        SessionEvent::SettingsNotRestored { error: error @ SetupError::Configure(_), .. } => {
+            format!("could not be put back as it was: {}", chain(&error))
+        }
+        SessionEvent::SettingsNotRestored { error, changes, output } => {
+            let output = output.map(|output| match output {
+                OutputLeft::On => "its output is on".to_owned(),
+                OutputLeft::MaybePaused => "its output may be paused".to_owned(),
+            });
+            let changes: Vec<_> = changes.iter().map(ToString::to_string).chain(output).collect();
+            let (changes, error) = (changes.join(", "), chain(&error));
+            format!("could not be put back as it was, and may stay changed: {changes}: {error}")
+        }
+        SessionEvent::OutputPausedAgain => "its output is paused again, as it was found".into(),
+        SessionEvent::OutputNotPausedAgain => {
+            "its output was found paused, and could not be paused again: $VNASY,0*4F pauses it".into()
+        }
+        SessionEvent::Rate(RateEvent::Changed(RateChange { from_hz, to_hz, .. })) => {
             format!("the rate changed from {from_hz} to {to_hz} Hz: what comes so is left out")
         }
-        RateEvent::Restored(hz) => format!("lines come at {hz} Hz again"),
+        SessionEvent::Rate(RateEvent::Restored(hz)) => format!("lines come at {hz} Hz again"),
+        SessionEvent::WarmUpEnded { excluded: Duration::ZERO, .. } => return None,
+        SessionEvent::WarmUpEnded { warm_up, excluded } => {
+            format!("the first {} are left out, as by {}", time(warm_up.as_secs_f64()), skip_option(excluded))
+        }
+        SessionEvent::StartedOver { after } => format!("started over after {}", time(after.as_secs_f64())),
+        SessionEvent::StillExcluded { first } => {
+            format!("the first {} are still left out", time(first.as_secs_f64()))
+        }
+        SessionEvent::NoLongerExcluded { until } => {
+            let until = time(until.as_secs_f64());
+            format!("nothing is left out by hand any more: the mark was at {until}, behind this place")
+        }
+        SessionEvent::Refused(Refusal::NotCounted) => "its samples are still being counted, or cannot be".into(),
+        SessionEvent::Refused(Refusal::AtEnd) => "nothing more comes; [ or g goes back, and pauses there".into(),
+        SessionEvent::Refused(Refusal::Over) => return Some("the capture is over".into()),
+    };
+    Some(format!("{name}: {text}"))
+}
+
+/// Why the result of that source is not whole; `None` where it is.
+pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option<String> {
+    const LOST: &str =
+        ", as after a restart that lost settings that were not saved; the result holds what came before. ";
+    match reason {
+        EndReason::NotStarted(error) => Some(not_started(name, error)),
+        EndReason::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
+            // no sensor was heard: nothing was cut short
+            0 => about(name, &error.to_string()),
+            bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
+        }),
+        EndReason::OtherMessages { message, other, rate_hz } => {
+            let instead = other.map_or("binary packets".into(), |other| format!("other messages, such as {other}"));
+            let rate = rate_hz.map_or(String::new(), |hz| format!(" --set-rate {hz}"));
+            let seconds = NO_MEASUREMENT_AFTER.as_secs();
+            Some(format!(
+                "{name}: no {message} has come for {seconds} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` \
+                 cures it; --save keeps it"
+            ))
+        }
+        EndReason::OtherRate(RateChange { from_hz, to_hz, .. }) => Some(format!(
+            "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` cures it; --save \
+             keeps it"
+        )),
+        EndReason::SourceEnded
+        | EndReason::DurationReached
+        | EndReason::GoalsDecided
+        | EndReason::Stopped
+        | EndReason::NoMeasurement => None,
     }
 }
 
-/// Why a stream that still brings lines is over.
-#[derive(Debug)]
-pub(crate) struct Ceased {
-    /// In a word, for a recording.
-    pub(crate) reason: &'static str,
-    /// With what cures it.
-    pub(crate) told: String,
+fn not_started(name: &str, error: &StartError) -> String {
+    let text = chain(error);
+    match error {
+        // the error names its file
+        StartError::Capture(error) => format!("{text}{}", cure(error)),
+        _ => about(name, &text),
+    }
 }
 
-/// Of a stream whose measurements have ceased while others come; `None` where there never was one,
-/// which the warnings say.
-pub(crate) fn other_messages(name: &str, snapshot: &Snapshot) -> Option<Ceased> {
-    let message = &snapshot.layout.as_ref()?.message;
-    let instead =
-        snapshot.link.other_message.map_or("binary packets".into(), |name| format!("other messages, such as {name}"));
-    let rate = snapshot.rate_change.map_or(String::new(), |change| format!(" --set-rate {}", change.from_hz));
-    let told = format!(
-        "{name}: no {message} has come for {} s but {instead}{LOST}`vn100 configure {name} --set-message {message}{rate}` cures it; --save \
-         keeps it",
-        NO_MEASUREMENT_AFTER.as_secs()
-    );
-    Some(Ceased { reason: "the sensor sends another message", told })
+/// The option that would make the capture readable.
+fn cure(error: &OpenError) -> String {
+    let hint = match error {
+        OpenError::Csv { problem, .. } => problem.hint(),
+        _ => None,
+    };
+    match hint {
+        Some(MapHint::Columns(map)) => format!("; name the columns with a map (--columns), as in {map}"),
+        Some(MapHint::StampUnit(map)) => format!("; name the unit, as in --columns {map} (or s, us, ns)"),
+        None => String::new(),
+    }
 }
 
-/// Of a stream that ends behind a change of its rate; `None` where there was none.
-pub(crate) fn other_rate(name: &str, snapshot: &Snapshot) -> Option<Ceased> {
-    let RateChange { from_hz, to_hz, .. } = snapshot.rate_change?;
-    let told = format!(
-        "{name}: lines come at {to_hz} Hz, no longer at {from_hz}{LOST}`vn100 configure {name} --set-rate {from_hz}` cures it; --save \
-         keeps it"
-    );
-    Some(Ceased { reason: "the sensor sends at another rate", told })
+/// An error with all its causes.
+fn chain(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
-const LOST: &str = ", as after a restart that lost settings that were not saved; the result holds what came before. ";
+/// The option by which a replay excludes the same beginning.
+fn skip_option(excluded: Duration) -> String {
+    format!("--skip {:.3}s", excluded.as_secs_f64())
+}
+
+/// What a recording says of a beginning that was excluded by command: it has all samples.
+pub(crate) fn excluded_note(excluded: Duration) -> String {
+    format!("left out by hand, as by {}", skip_option(excluded))
+}

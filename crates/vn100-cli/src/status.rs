@@ -11,14 +11,14 @@ use vn100_report::printable;
 
 use crate::{
     exit::{about, report},
-    view::Notices,
+    view::MessageQueue,
 };
 
 /// The lines of all sources. Where stderr is no terminal, only what befalls a link is written.
 pub(crate) struct Status {
     lines: MultiProgress,
     /// Where words go while a view has the terminal.
-    view: Option<Notices>,
+    view: Option<MessageQueue>,
 }
 
 impl Status {
@@ -27,7 +27,7 @@ impl Status {
 
     /// Lines on stderr, or none where a view takes what is to be told, or something `else_is_told`
     /// there all the time.
-    pub(crate) fn new(view: Option<Notices>, else_is_told: bool) -> Self {
+    pub(crate) fn new(view: Option<MessageQueue>, else_is_told: bool) -> Self {
         let target = if view.is_some() || else_is_told {
             ProgressDrawTarget::hidden()
         } else {
@@ -39,7 +39,7 @@ impl Status {
     /// Tells something for good.
     pub(crate) fn report(&self, text: &str) {
         match &self.view {
-            Some(view) => view.tell(text.to_owned()),
+            Some(view) => view.push(text.to_owned()),
             None => self.suspend(|| report(text)),
         }
     }
@@ -70,7 +70,7 @@ impl Status {
 /// The line of one source.
 pub(crate) struct StatusLine {
     bar: ProgressBar,
-    view: Option<Notices>,
+    view: Option<MessageQueue>,
     name: String,
     /// What of the link was last told for good.
     told: Option<LinkState>,
@@ -117,7 +117,7 @@ impl StatusLine {
 
     fn report(&self, text: &str) {
         match &self.view {
-            Some(view) => view.tell(text.to_owned()),
+            Some(view) => view.push(text.to_owned()),
             None => self.bar.suspend(|| report(text)),
         }
     }
@@ -272,15 +272,15 @@ mod tests {
 
     #[test]
     fn how_to_shorten_the_latency_is_told_once_where_the_program_may_not() {
-        let notices = Notices::default();
-        let mut line = Status::new(Some(notices.clone()), false).line("/dev/imu");
+        let messages = MessageQueue::default();
+        let mut line = Status::new(Some(messages.clone()), false).line("/dev/imu");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
         let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };
         line.tell(&LinkState::Up(up));
         line.tell(&down("the port is gone", false));
         line.tell(&LinkState::Up(again));
-        let told = notices.take();
+        let told = messages.take();
         assert_eq!(told.iter().filter(|told| told.contains("up to 16 ms")).count(), 1, "{told:?}");
     }
 

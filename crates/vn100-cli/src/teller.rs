@@ -1,11 +1,13 @@
 //! How the results of a command reach whoever asked for them.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use tokio::task::JoinHandle;
 use vn100_report::{Document, Measured};
 
 use crate::{
     args::Telling,
     exit::{Exit, print, print_json, report},
+    measured::FAULT,
     remedy_words::remedy_words,
     text,
 };
@@ -53,4 +55,13 @@ impl Teller {
 /// Writes a document in a line.
 pub(crate) fn print_line(document: &Document) -> Result<()> {
     print_json(&serde_json::to_string(document)?)
+}
+
+/// The results of all sources of a command, in their order.
+pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
+    let mut all = Vec::new();
+    for source in sources {
+        all.push(source.await.context(FAULT)??);
+    }
+    Ok(all)
 }

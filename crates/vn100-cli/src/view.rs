@@ -1,17 +1,17 @@
 //! The live view: what is measured, on the whole terminal, until somebody quits.
 //!
-//! One thread has the terminal ([`task`]). It looks at what whoever measures shows ([`mod@feed`]),
-//! and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits for its terminal,
-//! and nobody waits for it.
+//! One thread has the terminal ([`task`]). It looks at the states of the sessions
+//! ([`mod@watched`]), and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits
+//! for its terminal, and nobody waits for it.
 
 mod allan;
 mod curve;
 mod draw;
-mod feed;
 mod foot;
-mod format;
+pub(crate) mod format;
 mod head;
 mod help;
+mod messages;
 mod mouse;
 mod overview;
 mod parameters;
@@ -32,6 +32,7 @@ mod theme;
 mod units;
 mod waiting;
 mod warnings;
+mod watched;
 
 use std::{
     sync::{Arc, atomic::AtomicBool},
@@ -43,9 +44,9 @@ use anyhow::{Context, Result, anyhow};
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use feed::{Feed, LeftOut, Live, Notices, Stand, controls, feed};
-pub(crate) use state::SourceRequest;
+pub(crate) use messages::MessageQueue;
 pub(crate) use terminal::{give_back, is_there};
+pub(crate) use watched::Watched;
 
 use crate::exit::{print, report};
 use task::{Ended, Shared, cannot_show};
@@ -59,7 +60,7 @@ const LEAVE_AFTER: Duration = Duration::from_secs(2);
 pub(crate) struct View {
     close: CancellationToken,
     ended: oneshot::Receiver<Ended>,
-    notices: Notices,
+    messages: MessageQueue,
 }
 
 impl View {
@@ -68,27 +69,26 @@ impl View {
     /// # Errors
     /// When the terminal does not obey.
     pub(crate) fn show(
-        feeds: Vec<Feed>,
-        confidence: f64,
-        notices: Notices,
+        sources: Vec<Watched>,
+        messages: MessageQueue,
         evaluation: Arc<Evaluation>,
         stop: CancellationToken,
     ) -> Result<Self> {
         let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
         let screen = terminal::Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
         let close = CancellationToken::new();
-        let shared = Shared { stop, close: close.clone(), signals, notices: notices.clone(), evaluation };
+        let shared = Shared { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
         let theme = theme::Theme::of_terminal();
         thread::Builder::new()
             .name("vn100-view".into())
             .spawn(move || {
-                let ended = task::run(screen, feeds, confidence, theme, &shared);
+                let ended = task::run(screen, sources, theme, &shared);
                 // the program may have left without waiting
                 let _ = sender.send(ended);
             })
             .context("cannot start the thread of the view")?;
-        Ok(Self { close, ended, notices })
+        Ok(Self { close, ended, messages })
     }
 
     /// Shows until `work` is done; then gives the terminal back, with the last screen where that
@@ -124,7 +124,7 @@ impl View {
             }
         };
         let screen = if let Some(Ok(Ended::Closed(screen))) = last { screen } else { None };
-        self.notices.take().iter().for_each(|notice| report(notice));
+        self.messages.take().iter().for_each(|message| report(message));
         if let Some(screen) = screen {
             print(&screen)?;
         }

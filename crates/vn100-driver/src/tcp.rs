@@ -24,7 +24,7 @@ const READ_BYTES: usize = 4096;
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 
 /// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct TcpServer {
     host_and_port: String,
     clock: Clock,

@@ -1,30 +1,56 @@
-//! From the events of a source to snapshots of its statistics.
+//! Sessions: the measurement of one source from its opening to its result.
 //!
-//! [`start`] leads the events of a source to the accumulators and gives a [`Measurement`]: its
-//! latest [`Snapshot`](vn100_analysis::Snapshot) at any time, and its [`Outcome`] at the end. Live
-//! sources and captures take the very same path. [`Analysis`](vn100_analysis::Analysis) is the same without tasks.
+//! [`Session::live`] measures a sensor, [`Session::replay`] a capture. Both run the same loop in a
+//! task of their own: they publish one [`SourceState`], take one kind of [`Command`], report
+//! [`SessionEvent`]s and end with a [`SessionResult`], which says by an [`EndReason`] why. A face
+//! (a view, a page, a script) puts these into words.
 //!
 //! ```
-//! use tokio_util::sync::CancellationToken;
-//! use vn100_analysis::Settings;
+//! use vn100_analysis::{Settings, SourceFacts};
 //! use vn100_capture::Capture;
+//! use vn100_pipeline::{EndReason, Session};
 //! use vn100_protocol::stream::ReadOptions;
-//! use vn100_pipeline::start;
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
-//! let capture = Capture::from_reader(&line[..], None)?; // or Capture::open("flight.vnymr", None)
-//! let events = capture.read(ReadOptions::default(), CancellationToken::new())?;
-//! let measurement = start(events, Settings::default(), None);
-//! let outcome = measurement.outcome().await?;
-//! assert_eq!(outcome.snapshot.timing.samples, 1);
+//! let capture = Capture::from_reader(&line[..], None)?;
+//! let events = capture.read(ReadOptions::default(), Default::default())?;
+//! let session = Session::of_events(SourceFacts::default(), events, Settings::default());
+//! let result = session.result.await?;
+//! assert_eq!(result.snapshot.timing.samples, 1);
+//! assert!(matches!(*result.end, EndReason::SourceEnded));
 //! # Ok(()) }
 //! ```
 
+mod assessor;
+mod command;
+mod end_reason;
+mod excluded;
+mod live;
+mod live_source;
+mod measure;
 mod pace;
-mod run;
+mod recording;
+mod recording_metadata;
+mod replay;
+mod sensor_setup;
+mod session;
+mod session_event;
+mod state;
 mod watchdog;
 
-pub use pace::{Beginning, PaceWish, Position, Speed, paced};
-pub use run::{Controls, Died, Measurement, Outcome, every_second, start};
-pub use watchdog::{Ceased, NO_MEASUREMENT_AFTER, RateEvent, StreamWatchdog};
+pub use assessor::Assessor;
+pub use command::{Command, Refusal};
+pub use end_reason::{EndReason, SessionResult, StartError};
+pub use live::LiveSpec;
+pub use live_source::{LiveError, LiveSource};
+pub use measure::EventObserver;
+pub use pace::{Playback, Speed};
+pub use recording::RecordingSpec;
+pub use recording_metadata::is_reserved;
+pub use replay::ReplaySpec;
+pub use sensor_setup::SetupError;
+pub use session::Session;
+pub use session_event::{OutputLeft, SessionEvent};
+pub use state::{SourceState, Stage};
+pub use watchdog::{NO_MEASUREMENT_AFTER, RateEvent};

@@ -1,20 +1,14 @@
-//! A capture at the pace of the sensor: held back by the clock, let go at once, or stopped, as
-//! whoever watches wants it.
+//! When the next sample of a paced replay is due: at the pace of the sensor or another, at once, or
+//! not while it is paused. Pure: the time is an argument.
 
 use std::time::Duration;
 
-use tokio::{
-    sync::{mpsc, watch},
-    time::{Instant, sleep_until},
-};
-use tokio_util::sync::CancellationToken;
-use vn100_capture::{End, Event};
+use tokio::time::Instant;
 
-/// Events that may wait for the analysis; a full queue holds the pace back.
-const WAITING_EVENTS: usize = 4;
+use crate::command::Command;
 
-/// Rates of replay one steps through, in seconds of data a second; behind the last one it is as
-/// fast as the machine can.
+/// Speeds of replay that commands step through, in seconds of data a second; behind the last one it
+/// is as fast as the machine can.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
@@ -52,40 +46,39 @@ impl Speed {
     }
 }
 
-/// Where a replay is, and how it goes on.
+/// Where a paced replay is, and how it continues.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Position {
+pub struct Playback {
     /// Samples replayed.
-    pub rows: u64,
-    /// How fast it goes on.
+    pub samples: u64,
+    /// Samples in the capture; `None` until they are counted, and for what cannot be read twice.
+    pub total: Option<u64>,
+    /// How fast it continues.
     pub speed: Speed,
-    /// It stands still.
+    /// Whether it is paused.
     pub paused: bool,
-    /// Nothing more comes: the capture was replayed to its end, or as much of it as was to be
-    /// measured.
+    /// Whether nothing more comes: the capture was replayed to its end, or as much of it as was to
+    /// be measured.
     pub at_end: bool,
 }
 
-/// What a replay may be asked for while it runs.
+/// How a paced replay begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PaceWish {
-    /// Stops it where it is, or lets it go on.
-    PauseOrGoOn,
-    /// A second of data more.
-    Step,
-    /// The next higher speed.
-    Faster,
-    /// The next lower speed.
-    Slower,
-    /// As fast as possible until so many samples are replayed.
-    RunTo(u64),
+pub(crate) struct PaceStart {
+    pub(crate) speed: Speed,
+    pub(crate) paused: bool,
+    /// So many samples come at once.
+    pub(crate) run_to: u64,
 }
 
-/// When the next sample is due. Pure: the time comes in.
+/// The pace of a replay.
 #[derive(Debug)]
-struct Pace {
+pub(crate) struct Pace {
     rate_hz: f64,
-    position: Position,
+    samples: u64,
+    speed: Speed,
+    paused: bool,
+    at_end: bool,
     /// From when on, and from which sample, the clock runs.
     since: (Instant, u64),
     /// Samples up to here are due at once.
@@ -94,261 +87,191 @@ struct Pace {
 
 /// What is to be waited for before the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Due {
+pub(crate) enum Due {
     Now,
     At(Instant),
-    /// Nothing but a wish.
+    /// Nothing but a command.
     Never,
 }
 
 impl Pace {
-    fn new(rate_hz: f64, position: Position, run_to: u64, now: Instant) -> Self {
-        Self { rate_hz, position, since: (now, position.rows), run_to }
+    pub(crate) fn new(start: PaceStart, rate_hz: f64, now: Instant) -> Self {
+        let PaceStart { speed, paused, run_to } = start;
+        Self { rate_hz, samples: 0, speed, paused, at_end: false, since: (now, 0), run_to }
     }
 
-    fn due(&self) -> Due {
-        let Position { rows, speed, paused, .. } = self.position;
-        match speed {
-            _ if rows < self.run_to => Due::Now,
-            _ if paused => Due::Never,
+    pub(crate) fn playback(&self, total: Option<u64>) -> Playback {
+        let Self { samples, speed, paused, at_end, .. } = *self;
+        Playback { samples, total, speed, paused, at_end }
+    }
+
+    pub(crate) fn due(&self) -> Due {
+        match self.speed {
+            _ if self.samples < self.run_to => Due::Now,
+            _ if self.paused => Due::Never,
             Speed::Max => Due::Now,
             Speed::Times(times) => {
-                let data_s = (rows - self.since.1) as f64 / self.rate_hz;
+                let data_s = (self.samples - self.since.1) as f64 / self.rate_hz;
                 let wait = Duration::try_from_secs_f64(data_s / times).unwrap_or(Duration::MAX);
                 self.since.0.checked_add(wait).map_or(Due::Never, Due::At)
             }
         }
     }
 
-    fn passed(&mut self, rows: u64, now: Instant) {
-        self.position.rows += rows;
-        if self.position.rows <= self.run_to {
-            self.since = (now, self.position.rows);
+    /// So many samples have passed.
+    pub(crate) fn advance(&mut self, samples: u64, now: Instant) {
+        self.samples += samples;
+        if self.samples <= self.run_to {
+            self.since = (now, self.samples);
         }
     }
 
-    fn obey(&mut self, wish: PaceWish, now: Instant) {
-        let position = &mut self.position;
-        match wish {
-            PaceWish::PauseOrGoOn | PaceWish::Step | PaceWish::RunTo(_) if position.at_end => {}
-            PaceWish::PauseOrGoOn => position.paused = !position.paused,
-            PaceWish::Step => {
-                position.paused = true;
-                self.run_to = position.rows + self.rate_hz.ceil() as u64;
+    /// Takes a command for the playback. Behind the end only the speed can be chosen.
+    pub(crate) fn handle(&mut self, command: Command, now: Instant) {
+        match command {
+            Command::TogglePause if !self.at_end => self.paused = !self.paused,
+            Command::Step if !self.at_end => {
+                self.paused = true;
+                self.run_to = self.samples + self.rate_hz.ceil() as u64;
             }
-            PaceWish::Faster => position.speed = position.speed.next(true),
-            PaceWish::Slower => position.speed = position.speed.next(false),
-            PaceWish::RunTo(rows) => self.run_to = rows,
+            Command::Faster => self.speed = self.speed.next(true),
+            Command::Slower => self.speed = self.speed.next(false),
+            _ => return,
         }
-        self.since = (now, position.rows);
+        self.since = (now, self.samples);
     }
 
-    /// The samples come at another rate than was thought.
-    fn set_rate(&mut self, rate_hz: f64, now: Instant) {
+    /// As fast as possible until so many samples are replayed.
+    pub(crate) fn run_to(&mut self, samples: u64, now: Instant) {
+        self.run_to = samples;
+        self.since = (now, self.samples);
+    }
+
+    /// A replay from the beginning to an earlier place, `samples` from the start. Who looks back
+    /// from the end wants to see that place, and not the end again.
+    pub(crate) fn back_to(&self, samples: u64) -> PaceStart {
+        PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
+    }
+
+    /// Nothing more comes.
+    pub(crate) fn end(&mut self) {
+        self.at_end = true;
+    }
+
+    /// The samples come at another rate than was assumed.
+    pub(crate) fn set_rate(&mut self, rate_hz: f64, now: Instant) {
         if rate_hz != self.rate_hz {
             self.rate_hz = rate_hz;
-            self.since = (now, self.position.rows);
+            self.since = (now, self.samples);
         }
     }
-}
-
-/// Where a replay begins.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beginning {
-    /// How fast.
-    pub speed: Speed,
-    /// Standing still.
-    pub paused: bool,
-    /// So many samples come at once.
-    pub run_to: u64,
-}
-
-/// The events of a capture, each sample when it is due by the rate of the moment, and where that
-/// is. They end with the capture, or on `stop`; the speed may be chosen behind the end too.
-///
-/// # Panics
-/// Outside a tokio runtime with time enabled.
-#[must_use]
-pub fn paced(
-    mut events: mpsc::Receiver<Event>,
-    mut wishes: mpsc::Receiver<PaceWish>,
-    rate_hz: watch::Receiver<f64>,
-    beginning: Beginning,
-    stop: CancellationToken,
-) -> (mpsc::Receiver<Event>, watch::Receiver<Position>) {
-    let Beginning { speed, paused, run_to } = beginning;
-    let (sender, paced) = mpsc::channel(WAITING_EVENTS);
-    let first = Position { rows: 0, speed, paused, at_end: false };
-    let (told, position) = watch::channel(first);
-    tokio::spawn(async move {
-        let mut pace = Pace::new(*rate_hz.borrow(), first, run_to, Instant::now());
-        while let Some(event) = events.recv().await {
-            let rows = if let Event::Batch(batch) = &event { batch.row_count() as u64 } else { 0 };
-            pace.set_rate(*rate_hz.borrow(), Instant::now());
-            loop {
-                let due = if rows == 0 { Due::Now } else { pace.due() };
-                let wait = async {
-                    match due {
-                        Due::Now => {}
-                        Due::At(time) => sleep_until(time).await,
-                        Due::Never => std::future::pending().await,
-                    }
-                };
-                tokio::select! {
-                    // a wish that came in time counts
-                    biased;
-                    () = stop.cancelled() => {
-                        // whoever measures may have left
-                        let _ = sender.send(Event::End(End { error: None, csv: None })).await;
-                        return;
-                    }
-                    Some(wish) = wishes.recv() => {
-                        pace.obey(wish, Instant::now());
-                        told.send_replace(pace.position);
-                    }
-                    () = wait => break,
-                }
-            }
-            pace.position.at_end = matches!(event, Event::End(_));
-            if sender.send(event).await.is_err() {
-                // whoever measures has enough
-                pace.position.at_end = true;
-                told.send_replace(pace.position);
-                break;
-            }
-            pace.passed(rows, Instant::now());
-            told.send_replace(pace.position);
-        }
-        drop(sender);
-        while let Some(wish) = wishes.recv().await {
-            pace.obey(wish, Instant::now());
-            told.send_replace(pace.position);
-        }
-    });
-    (paced, position)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vn100_protocol::VNYMR;
-    use vn100_protocol::stream::Batch;
 
     const RATE_HZ: f64 = 40.0;
 
+    /// A replay in virtual time.
     struct Replay {
-        wishes: mpsc::Sender<PaceWish>,
-        stop: CancellationToken,
-        paced: mpsc::Receiver<Event>,
-        position: watch::Receiver<Position>,
+        pace: Pace,
         began: Instant,
-    }
-
-    /// A capture of so many samples, a batch each.
-    fn replay(rows: usize, beginning: Beginning) -> Replay {
-        let (events, capture) = mpsc::channel(rows + 1);
-        let layout = std::sync::Arc::new(VNYMR.clone());
-        let row = || Batch {
-            layout: Some(std::sync::Arc::clone(&layout)),
-            counts: vec![0; layout.channels.len()],
-            ..Batch::default()
-        };
-        (0..rows).for_each(|_| events.try_send(Event::Batch(row())).unwrap());
-        events.try_send(Event::End(End { error: None, csv: None })).unwrap();
-        let (wishes, wished) = mpsc::channel(8);
-        let stop = CancellationToken::new();
-        let (rate, rate_hz) = watch::channel(RATE_HZ);
-        drop(rate);
-        let (paced, position) = paced(capture, wished, rate_hz, beginning, stop.clone());
-        Replay { wishes, stop, paced, position, began: Instant::now() }
+        now: Instant,
     }
 
     impl Replay {
-        /// Takes all that comes within so many seconds; how many samples that was, and whether the
-        /// end was among it.
-        async fn take(&mut self, seconds: f64) -> (usize, bool) {
-            let until = Instant::now() + Duration::from_secs_f64(seconds);
-            let mut rows = 0;
-            loop {
-                match tokio::time::timeout_at(until, self.paced.recv()).await {
-                    Ok(Some(Event::Batch(_))) => rows += 1,
-                    Ok(Some(Event::End(_))) => return (rows, true),
-                    Ok(_) | Err(_) => return (rows, false),
+        fn new(start: PaceStart) -> Self {
+            let now = Instant::now();
+            Self { pace: Pace::new(start, RATE_HZ, now), began: now, now }
+        }
+
+        /// Lets so many seconds pass; how many samples came, at most a thousand in all.
+        fn run(&mut self, seconds: f64) -> u64 {
+            let until = self.now + Duration::from_secs_f64(seconds);
+            let before = self.pace.samples;
+            while self.pace.samples < 1000 {
+                match self.pace.due() {
+                    Due::Now => {}
+                    Due::At(time) if time <= until => self.now = self.now.max(time),
+                    Due::At(_) | Due::Never => break,
                 }
+                self.pace.advance(1, self.now);
             }
+            self.now = until;
+            self.pace.samples - before
+        }
+
+        fn command(&mut self, command: Command) {
+            self.pace.handle(command, self.now);
         }
     }
 
-    const AT_ONCE: Beginning = Beginning { speed: Speed::Max, paused: false, run_to: 0 };
+    const AT_ONCE: PaceStart = PaceStart { speed: Speed::Max, paused: false, run_to: 0 };
 
-    fn times(times: f64) -> Beginning {
-        Beginning { speed: Speed::Times(times), ..AT_ONCE }
+    fn times(times: f64) -> PaceStart {
+        PaceStart { speed: Speed::Times(times), ..AT_ONCE }
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn samples_come_at_the_pace_asked_for() {
-        let mut one = replay(1000, times(1.0));
-        assert_eq!(one.take(2.01).await, (81, false));
-        let mut ten = replay(1000, times(10.0));
-        assert_eq!(ten.take(2.001).await, (801, false));
-        let mut all = replay(1000, AT_ONCE);
-        assert_eq!(all.take(0.001).await, (1000, true));
-        assert_eq!(all.position.borrow().rows, 1000);
-        assert!(all.position.borrow().at_end);
+    #[test]
+    fn samples_come_at_the_pace_asked_for() {
+        assert_eq!(Replay::new(times(1.0)).run(2.01), 81);
+        assert_eq!(Replay::new(times(10.0)).run(2.001), 801);
+        assert_eq!(Replay::new(AT_ONCE).run(0.001), 1000);
+        let mut replay = Replay::new(times(1.0));
+        replay.run(1.01);
+        replay.pace.set_rate(80.0, replay.now);
+        assert_eq!(replay.run(1.01), 81);
+        replay.pace.set_rate(80.0, replay.now + Duration::from_secs(9));
+        assert_eq!(replay.run(1.0), 80, "the same rate changes nothing");
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn a_paused_replay_steps_by_a_second() {
-        let mut replay = replay(1000, Beginning { paused: true, ..times(1.0) });
-        assert_eq!(replay.take(60.0).await, (0, false));
+    #[test]
+    fn a_paused_replay_steps_by_a_second() {
+        let mut replay = Replay::new(PaceStart { paused: true, ..times(1.0) });
+        assert_eq!(replay.run(60.0), 0);
         for _ in 0..2 {
-            replay.wishes.send(PaceWish::Step).await.unwrap();
-            assert_eq!(replay.take(60.0).await, (40, false));
+            replay.command(Command::Step);
+            assert_eq!(replay.run(60.0), 40);
         }
-        replay.wishes.send(PaceWish::PauseOrGoOn).await.unwrap();
-        assert_eq!(replay.take(1.001).await, (41, false), "time spent paused is not made up for");
+        replay.command(Command::TogglePause);
+        assert_eq!(replay.run(1.001), 41, "time spent paused is not made up for");
+        replay.command(Command::TogglePause);
+        assert_eq!((replay.run(5.0), replay.pace.paused), (0, true));
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn going_on_to_a_place_takes_no_time() {
-        let mut replay = replay(1000, times(1.0));
-        replay.wishes.send(PaceWish::RunTo(500)).await.unwrap();
-        assert_eq!(replay.take(0.001).await.0, 501);
-        assert_eq!(replay.take(1.0).await.0, 40);
-        replay.wishes.send(PaceWish::Faster).await.unwrap();
-        assert_eq!(replay.take(1.001).await.0, 81);
-        assert_eq!(replay.position.borrow().speed, Speed::Times(2.0));
+    #[test]
+    fn going_on_to_a_place_takes_no_time() {
+        let mut replay = Replay::new(times(1.0));
+        replay.pace.run_to(500, replay.now);
+        assert_eq!(replay.run(0.001), 501);
+        assert_eq!(replay.run(1.0), 40);
+        replay.command(Command::Faster);
+        assert_eq!(replay.run(1.001), 81);
+        assert_eq!(replay.pace.speed, Speed::Times(2.0));
+        assert_eq!(Replay::new(PaceStart { run_to: 7, paused: true, ..times(1.0) }).run(60.0), 7);
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn behind_the_end_the_speed_is_chosen_and_nothing_else() {
-        for measured in [None, Some(3)] {
-            let mut replay = replay(10, AT_ONCE);
-            match measured {
-                None => assert_eq!(replay.take(0.001).await, (10, true)),
-                // a measurement that has enough leaves
-                Some(rows) => {
-                    for _ in 0..rows {
-                        replay.paced.recv().await.unwrap();
-                    }
-                    replay.paced.close();
-                }
-            }
-            for wish in [PaceWish::PauseOrGoOn, PaceWish::Step, PaceWish::RunTo(2), PaceWish::Slower] {
-                replay.wishes.send(wish).await.unwrap();
-            }
-            let slower = replay.position.wait_for(|position| position.speed == Speed::Times(1000.0)).await.unwrap();
-            assert!(slower.at_end && !slower.paused, "{slower:?}");
-        }
+    #[test]
+    fn behind_the_end_the_speed_is_chosen_and_nothing_else() {
+        let mut replay = Replay::new(AT_ONCE);
+        replay.run(1.0);
+        replay.pace.end();
+        let commands = [Command::TogglePause, Command::Step, Command::Slower, Command::EndWarmUp, Command::GoTo(0.1)];
+        commands.into_iter().for_each(|command| replay.command(command));
+        let playback = replay.pace.playback(Some(1000));
+        let speed = Speed::Times(1000.0);
+        assert_eq!(playback, Playback { samples: 1000, total: Some(1000), speed, paused: false, at_end: true });
+        assert_eq!(replay.pace.back_to(300), PaceStart { speed, paused: true, run_to: 300 });
+        assert!(replay.now > replay.began);
     }
 
-    #[tokio::test(start_paused = true)]
-    async fn a_replay_that_is_stopped_ends_well() {
-        let mut replay = replay(1000, times(1.0));
-        assert_eq!(replay.take(0.001).await, (1, false));
-        replay.stop.cancel();
-        assert_eq!(replay.take(1.0).await, (0, true));
-        assert!(replay.began.elapsed() < Duration::from_secs(1));
+    #[test]
+    fn back_from_the_middle_it_is_paused_as_it_was() {
+        let mut replay = Replay::new(times(1.0));
+        assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, ..times(1.0) });
+        replay.command(Command::TogglePause);
+        assert_eq!(replay.pace.back_to(3), PaceStart { run_to: 3, paused: true, ..times(1.0) });
     }
 
     #[test]
@@ -360,8 +283,10 @@ mod tests {
             assert!(wrong.parse::<Speed>().is_err(), "{wrong}");
         }
         assert_eq!(Speed::Times(1000.0).next(true), Speed::Max);
+        assert_eq!(Speed::Max.next(true), Speed::Max);
         assert_eq!(Speed::Max.next(false), Speed::Times(1000.0));
         assert_eq!(Speed::Times(3.0).next(false), Speed::Times(2.0));
         assert_eq!(Speed::Times(0.05).next(false), Speed::Times(0.1));
+        assert_eq!(Speed::Times(1.0).next(true), Speed::Times(2.0));
     }
 }

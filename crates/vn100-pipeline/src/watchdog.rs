@@ -6,13 +6,15 @@ use std::time::Duration;
 use tokio::time::Instant;
 use vn100_analysis::{RateChange, Snapshot};
 
+use crate::end_reason::EndReason;
+
 /// A sensor that is heard and sends no measurement in this time, or none at its rate, will send
 /// none: it was set to something else. A burst of bytes that were held back on the way is shorter.
 pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
 /// What came of one source, and since when only other things have come.
 #[derive(Debug, Default)]
-pub struct StreamWatchdog {
+pub(crate) struct StreamWatchdog {
     samples: u64,
     others: u64,
     only_others_since: Option<Instant>,
@@ -37,16 +39,34 @@ pub enum RateEvent {
 
 /// Why a stream that still brings lines is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ceased {
+pub(crate) enum Ceased {
     /// Other messages come, and none that is measured.
     OtherMessages,
     /// All samples come at another rate than that of the record.
     OtherRate,
 }
 
+impl Ceased {
+    /// With what the latest snapshot says of it.
+    pub(crate) fn reason(self, snapshot: &Snapshot) -> EndReason {
+        match (self, &snapshot.layout, snapshot.rate_change) {
+            (Self::OtherRate, _, Some(change)) => EndReason::OtherRate(change),
+            (_, Some(layout), change) => EndReason::OtherMessages {
+                message: layout.message.to_string(),
+                other: snapshot.link.other_message,
+                rate_hz: change.map(|change| change.from_hz),
+            },
+            (_, None, _) => EndReason::NoMeasurement,
+        }
+    }
+}
+
 impl StreamWatchdog {
+    /// How often the stream is worth a look.
+    pub(crate) const PERIOD: Duration = Duration::from_millis(500);
+
     /// That the rate has changed, or is again what it was; each change once.
-    pub fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
+    pub(crate) fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
         let reported = self.other_rate.as_ref().map(|other| other.change);
         self.other_rate = match (snapshot.rate_change, self.other_rate.take()) {
             (Some(change), Some(other)) if other.change == change => Some(other),
@@ -61,7 +81,7 @@ impl StreamWatchdog {
 
     /// Whether no measurement has come for [`NO_MEASUREMENT_AFTER`] although the sensor sends, or
     /// none at the rate of the record. The time in which the link is not up does not count.
-    pub fn ceased(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<Ceased> {
+    pub(crate) fn ceased(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<Ceased> {
         let (other_messages, other_rate) =
             (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
         match (other_messages, other_rate) {

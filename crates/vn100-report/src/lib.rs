@@ -44,7 +44,7 @@ pub use export::{
 pub use figure::{DrawingError, Figure};
 pub use figures::Figures;
 pub use folding::folding;
-pub use measured::{Completion, Measured};
+pub use measured::{Completion, Measured, no_sample};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable, steers_terminal};
 pub use record::{Record, record_letter};

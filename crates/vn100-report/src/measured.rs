@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, FilterModels, Goal, Settings, Snapshot, SourceFacts, Verdicts, Warning, WarningKind,
+    Assessment, FilterModels, Snapshot, SourceFacts, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet,
 };
 
 /// One source's result. Where nothing could be read it is that of no samples, and `facts` say why.
@@ -39,46 +39,35 @@ pub enum Completion {
 }
 
 impl Measured {
-    /// The result of a source as it would be if it ended now.
+    /// The result of a source as it would be if it ended now; `assessment` is of this snapshot.
     #[must_use]
-    pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, confidence: f64) -> Self {
-        let assessment = Assessment::new(&snapshot, confidence);
+    pub fn so_far(facts: SourceFacts, snapshot: Arc<Snapshot>, assessment: Assessment) -> Self {
         let (filter_models, unmet) = (Vec::new(), Vec::new());
         let completion = Completion::Complete;
         Self { facts, snapshot, assessment, filter_models, verdicts: None, unmet, completion }
     }
 
-    /// The result of a source that could not be opened, as `facts` say.
+    /// The result of a source that ended without meeting these goals; where it could not be opened,
+    /// or an error ended it, `facts` say so.
     #[must_use]
-    pub fn nothing(facts: SourceFacts, settings: &Settings) -> Self {
-        let snapshot = Arc::new(Analysis::new(settings.clone()).snapshot());
-        Self { completion: Completion::NoData, ..Self::so_far(facts, snapshot, settings.confidence) }
-    }
-
-    /// The result of a source that ended; where an error ended it, `facts` say so.
-    #[must_use]
-    pub fn ended(facts: SourceFacts, snapshot: Arc<Snapshot>, settings: &Settings) -> Self {
-        let mut measured = Self::so_far(facts, snapshot, settings.confidence);
-        let Self { facts, snapshot, assessment, unmet, completion, .. } = &mut measured;
+    pub fn ended(
+        facts: SourceFacts,
+        snapshot: Arc<Snapshot>,
+        assessment: Assessment,
+        unmet_goals: &[UnmetGoal],
+    ) -> Self {
+        let mut measured = Self::so_far(facts, snapshot, assessment);
+        let Self { facts, snapshot, unmet, completion, .. } = &mut measured;
         if facts.error.is_some() {
             *completion = Completion::Failed;
         }
-        let out_of_reach = settings.until.iter().any(|goal| goal.out_of_reach(snapshot).is_some());
+        let out_of_reach = unmet_goals.iter().any(|unmet| matches!(unmet.why, WhyUnmet::OutOfReach(_)));
         // where a goal is out of reach the measurement ended before there had to be a sample
         if snapshot.timing.samples == 0 && !out_of_reach {
-            let name = &facts.name;
-            facts.error.get_or_insert_with(|| {
-                let bytes = snapshot.link.bytes();
-                match snapshot.timing.left_out {
-                    0 => format!("{name}: no valid sample in {bytes} bytes"),
-                    1 => format!("{name}: its one sample lies in the time to be skipped"),
-                    left_out => format!("{name}: all {left_out} samples lie in the time to be skipped"),
-                }
-            });
+            facts.error.get_or_insert_with(|| no_sample(&facts.name, snapshot));
             *completion = Completion::NoData;
         }
-        let not_reached = settings.until.iter().filter(|goal| !goal.is_met(snapshot, assessment));
-        unmet.extend(not_reached.map(|goal| not_met(&facts.name, goal, snapshot, assessment)));
+        unmet.extend(unmet_goals.iter().map(|unmet| not_met(&facts.name, unmet)));
         if !unmet.is_empty() {
             *completion = (*completion).max(Completion::NotMet);
         }
@@ -107,12 +96,23 @@ impl Measured {
     }
 }
 
-/// How well the figure is known instead.
-fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment) -> String {
-    if let Some(why) = goal.out_of_reach(snapshot) {
-        return format!("{name}: {goal} cannot be reached: {why}");
+/// Why a source that ended without a sample gave none.
+#[must_use]
+pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
+    let bytes = snapshot.link.bytes();
+    match snapshot.timing.left_out {
+        0 => format!("{name}: no valid sample in {bytes} bytes"),
+        1 => format!("{name}: its one sample lies in the time to be skipped"),
+        left_out => format!("{name}: all {left_out} samples lie in the time to be skipped"),
     }
-    let axes = goal.relative_half_widths(snapshot, assessment);
+}
+
+/// How well the figure is known instead.
+fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
+    let axes = match why {
+        WhyUnmet::OutOfReach(why) => return format!("{name}: {goal} cannot be reached: {why}"),
+        WhyUnmet::EndedBefore(axes) => axes,
+    };
     let known: Vec<String> = (axes.iter())
         .map(|(axis, width)| match width {
             Some(width) => format!("{axis} ±{:.1} %", 100.0 * width),
@@ -125,9 +125,15 @@ fn not_met(name: &str, goal: &Goal, snapshot: &Snapshot, assessment: &Assessment
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::{Analysis, Settings};
     use vn100_protocol::VNIMU;
 
     use super::*;
+
+    fn ended(facts: SourceFacts, snapshot: Arc<Snapshot>) -> Measured {
+        let assessment = Assessment::new(&snapshot, 0.95);
+        Measured::ended(facts, snapshot, assessment, &[])
+    }
 
     fn facts(error: Option<&str>) -> SourceFacts {
         SourceFacts { name: "a.csv".into(), error: error.map(str::to_owned), ..SourceFacts::default() }
@@ -139,13 +145,13 @@ mod tests {
 
     #[test]
     fn a_source_without_samples_says_why() {
-        let measured = Measured::ended(facts(None), nothing(), &Settings::default());
+        let measured = ended(facts(None), nothing());
         assert_eq!(measured.completion, Completion::NoData);
         assert_eq!(measured.facts.error.as_deref(), Some("a.csv: no valid sample in 0 bytes"));
         for (left_out, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
             let mut snapshot = nothing();
             Arc::make_mut(&mut snapshot).timing.left_out = left_out;
-            let error = Measured::ended(facts(None), snapshot, &Settings::default()).facts.error.unwrap();
+            let error = ended(facts(None), snapshot).facts.error.unwrap();
             assert!(error.contains(text), "{error}");
         }
     }
@@ -154,22 +160,24 @@ mod tests {
     fn an_error_of_the_source_is_kept_and_fails_it() {
         let mut snapshot = nothing();
         Arc::make_mut(&mut snapshot).timing.samples = 3;
-        let failed = Measured::ended(facts(Some("unplugged")), Arc::clone(&snapshot), &Settings::default());
+        let failed = ended(facts(Some("unplugged")), Arc::clone(&snapshot));
         assert_eq!((failed.completion, failed.facts.error.as_deref()), (Completion::Failed, Some("unplugged")));
-        let good = Measured::ended(facts(None), snapshot, &Settings::default());
+        let good = ended(facts(None), snapshot);
         assert_eq!((good.completion, good.facts.error), (Completion::Complete, None));
     }
 
     #[test]
     fn a_goal_that_was_not_reached_is_told_with_what_is_known() {
-        let until = vec!["gyro N ±5%".parse().unwrap()];
+        let goals = ["gyro N ±5%".parse().unwrap()];
         let mut snapshot = nothing();
         {
             let snapshot = Arc::make_mut(&mut snapshot);
             snapshot.layout = Some(Arc::new(VNIMU.clone()));
             snapshot.timing.samples = 3;
         }
-        let measured = Measured::ended(facts(None), snapshot, &Settings { until, ..Settings::default() });
+        let assessment = Assessment::new(&snapshot, 0.95);
+        let unmet = UnmetGoal::of(&goals, &snapshot, &assessment);
+        let measured = Measured::ended(facts(None), snapshot, assessment, &unmet);
         assert_eq!(measured.completion, Completion::NotMet);
         let [unmet] = &measured.unmet[..] else { panic!("{:?}", measured.unmet) };
         assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5% was reached: "), "{unmet}");
@@ -177,7 +185,7 @@ mod tests {
 
     #[test]
     fn what_befell_it_later_is_noted_and_the_worst_stays() {
-        let mut measured = Measured::nothing(facts(Some("no such port")), &Settings::default());
+        let mut measured = ended(facts(Some("no such port")), nothing());
         measured.note_failure("cut short".into());
         measured.note_interrupted();
         measured.note_failed_recording("the disk is full".into());
@@ -185,7 +193,7 @@ mod tests {
         assert_eq!(measured.facts.error.as_deref(), Some("no such port"));
         let [warning] = &measured.snapshot.warnings[..] else { panic!() };
         assert_eq!(warning.to_string(), "recording-failed: the disk is full");
-        let mut whole = Measured::so_far(facts(None), nothing(), 0.95);
+        let mut whole = Measured::so_far(facts(None), nothing(), Assessment::new(&nothing(), 0.95));
         whole.note_interrupted();
         assert_eq!(whole.completion, Completion::Complete);
         assert_eq!(whole.facts.error.as_deref(), Some("a.csv: interrupted, the result holds what came before"));

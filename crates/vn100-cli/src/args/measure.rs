@@ -80,10 +80,8 @@ impl MeasureArgs {
         }
     }
 
-    /// A result that ends between two reads must be the same however the bytes were read.
     pub(crate) fn read_options(&self) -> ReadOptions {
-        let line_by_line = self.duration.is_some() || !self.until.is_empty();
-        ReadOptions { accept_unchecked: self.accept_unchecked, line_by_line, ..ReadOptions::default() }
+        ReadOptions { accept_unchecked: self.accept_unchecked, ..ReadOptions::default() }
     }
 }
 

@@ -80,7 +80,7 @@ fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'stat
         spans.push(Span::styled(text, theme.faint()));
     }
     // nothing is to be waited for behind the end
-    let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.position.at_end);
+    let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
     if let Some(next) = next_octave(source).filter(|_| !over) {
         let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
         let when = match (next.broken, whole) {

@@ -13,7 +13,7 @@ use super::{
     state::{Panel, Question},
     warnings::shortened,
 };
-use vn100_pipeline::Position;
+use vn100_pipeline::Playback;
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let (state, theme) = (scene.state, scene.theme);
@@ -61,7 +61,7 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
         return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
     }
     let replay = scene.source().and_then(|source| source.playback).map_or(Vec::new(), |playback| {
-        let Position { at_end, paused, .. } = playback.position;
+        let Playback { at_end, paused, .. } = playback;
         let space = (!at_end).then_some(("space", if paused { "go on" } else { "pause" }));
         space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
     });

@@ -10,14 +10,14 @@ use ratatui::{
 };
 use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
-use vn100_pipeline::Speed;
+use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
 use vn100_report::{names::bad_lines, printable, short_numbers::ppm};
 
 use super::{
     format::{clock, digits, digits_trimmed, grouped, time},
     scene::Scene,
-    source::{Playback, Source, Stage},
+    source::{Source, Stage},
     theme::Theme,
     warnings::shortened,
 };
@@ -85,13 +85,13 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
         (Stage::Preparing, _) => ("preparing".into(), theme.warning()),
         (Stage::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
         (Stage::Ended(None), _) => ("ended".into(), Style::new()),
-        (Stage::Measuring, None) => match source.playback.map(|playback| playback.position) {
+        (Stage::Measuring, None) => match source.playback {
             // as much as was to be measured
-            Some(position) if position.at_end && source.progress().is_some_and(|part| part < 1.0) => {
+            Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
                 ("read as far as asked".into(), Style::new())
             }
-            Some(position) if position.at_end => ("read to its end".into(), Style::new()),
-            Some(position) if position.paused => ("paused".into(), theme.warning()),
+            Some(playback) if playback.at_end => ("read to its end".into(), Style::new()),
+            Some(playback) if playback.paused => ("paused".into(), theme.warning()),
             _ => ("reading".into(), theme.good()),
         },
         (Stage::Measuring, Some(link)) => match link {
@@ -222,17 +222,16 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
 
 /// A bar as wide as the capture, as far as it was replayed.
 fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Playback) -> Rect {
-    let position = playback.position;
-    let speed = match position.speed {
+    let speed = match playback.speed {
         Speed::Times(times) => format!("{times}x"),
         Speed::Max => "max".to_owned(),
     };
-    let state = match (position.at_end, position.paused) {
+    let state = match (playback.at_end, playback.paused) {
         (true, _) => format!("end, {speed}"),
         (false, true) => format!("|| paused, {speed}"),
         (false, false) => format!("▶ {speed}"),
     };
-    let part = playback.total.map(|total| (position.rows as f64 / total.max(1) as f64).min(1.0));
+    let part = playback.total.map(|total| (playback.samples as f64 / total.max(1) as f64).min(1.0));
     let percent = part.map_or("  ?".into(), |part| format!("{:3.0}", 100.0 * part));
     let text = format!(" {state:<9}{percent} % ");
     let width = text.chars().count() as u16;

@@ -4,11 +4,12 @@ use ratatui::{
     crossterm::event::{MouseButton, MouseEvent, MouseEventKind},
     layout::Position,
 };
+use vn100_pipeline::Command;
 
 use super::{
     scene::Regions,
     source::Source,
-    state::{Panel, Request, SourceRequest, State},
+    state::{Panel, Request, State},
 };
 
 /// Does what a click or a turn of the wheel asks.
@@ -22,7 +23,7 @@ pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sou
         MouseEventKind::Down(MouseButton::Left) => {
             if regions.progress.contains(at) {
                 let part = f64::from(at.x - regions.progress.x) / f64::from(regions.progress.width.max(1));
-                return source.progress().map(|_| Request::Control(SourceRequest::GoTo(part)));
+                return source.progress().map(|_| Request::Control(Command::GoTo(part)));
             }
             let panels = regions.tabs.iter().chain(&regions.panels);
             if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {

@@ -11,20 +11,26 @@ use std::{
 
 use super::{curve::Plot, source::Source, state::State, svg};
 use crate::remedy_words::remedy_words;
+use vn100_analysis::Assessment;
 use vn100_report::{Document, Evaluation, Measured, json_line};
 
-/// Writes both; what to tell the user.
-pub(crate) fn save(state: &State, source: &Source, evaluation: &Evaluation) -> String {
-    match write(Path::new("."), state, source, evaluation) {
+/// Writes both; what to tell the user. `assessment` is of the snapshot of the source: the one shown
+/// may be of a record a twentieth shorter.
+pub(crate) fn save(state: &State, source: &Source, assessment: Assessment, evaluation: &Evaluation) -> String {
+    match write(Path::new("."), state, source, assessment, evaluation) {
         Ok(files) => format!("saved {}", files.map(|file| file.display().to_string()).join(" and ")),
         Err(error) => format!("not saved: {error}"),
     }
 }
 
-fn write(folder: &Path, state: &State, source: &Source, evaluation: &Evaluation) -> io::Result<[PathBuf; 2]> {
-    let confidence = source.assessment.confidence;
-    // the one shown may be of a record a twentieth shorter
-    let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), confidence);
+fn write(
+    folder: &Path,
+    state: &State,
+    source: &Source,
+    assessment: Assessment,
+    evaluation: &Evaluation,
+) -> io::Result<[PathBuf; 2]> {
+    let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
     let document = Document::of(&evaluation.complete(measured), remedy_words);
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let nothing = Plot { unit: String::new(), curves: Vec::new() };

@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_pipeline::Position;
+use vn100_pipeline::Playback;
 use vn100_protocol::Quantity;
 use vn100_report::{
     printable,
@@ -35,14 +35,6 @@ pub(crate) struct Source {
     pub(crate) elapsed: Duration,
     /// `None` for live sources.
     pub(crate) playback: Option<Playback>,
-}
-
-/// Where in a capture its replay is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Playback {
-    pub(crate) position: Position,
-    /// Samples in the capture; `None` until they are counted, and for what cannot be read twice.
-    pub(crate) total: Option<u64>,
 }
 
 /// How far a source has come.
@@ -140,8 +132,8 @@ impl Source {
 
     /// The part of the capture that was replayed, 0 to 1.
     pub(crate) fn progress(&self) -> Option<f64> {
-        let Playback { position, total } = self.playback?;
-        Some(position.rows as f64 / total? as f64).filter(|part| part.is_finite())
+        let Playback { samples, total, .. } = self.playback?;
+        Some(samples as f64 / total? as f64).filter(|part| part.is_finite())
     }
 
     /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line

@@ -1,6 +1,7 @@
 //! What is shown and chosen, and what each key does to it. Pure: keys in, requests out.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use vn100_pipeline::Command;
 
 use super::source::{Group, Source};
 
@@ -56,21 +57,7 @@ pub(crate) enum Request {
     /// Write what is shown to files.
     Save,
     /// Do something to the source shown.
-    Control(SourceRequest),
-}
-
-/// What the view asks of one source.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum SourceRequest {
-    EndWarmUp,
-    StartOver,
-    PauseOrGoOn,
-    /// A second of data more.
-    Step,
-    Faster,
-    Slower,
-    /// To this part of the capture, 0 to 1.
-    GoTo(f64),
+    Control(Command),
 }
 
 /// What is shown and chosen.
@@ -240,13 +227,13 @@ impl State {
             KeyCode::Right | KeyCode::Char('l') => self.step_right(true, source),
             KeyCode::Home => self.cursor = Some(0),
             KeyCode::End => self.cursor = None,
-            KeyCode::Char(' ') => return of_capture(SourceRequest::PauseOrGoOn),
-            KeyCode::Char('.') => return of_capture(SourceRequest::Step),
-            KeyCode::Char('>') => return of_capture(SourceRequest::Faster),
-            KeyCode::Char('<') => return of_capture(SourceRequest::Slower),
+            KeyCode::Char(' ') => return of_capture(Command::TogglePause),
+            KeyCode::Char('.') => return of_capture(Command::Step),
+            KeyCode::Char('>') => return of_capture(Command::Faster),
+            KeyCode::Char('<') => return of_capture(Command::Slower),
             KeyCode::Char('g' | '%') if replays => self.question = Some(Question::GoTo(String::new())),
-            KeyCode::Char(']') => return of_capture(SourceRequest::GoTo(source.progress()? + 0.1)),
-            KeyCode::Char('[') => return of_capture(SourceRequest::GoTo(source.progress()? - 0.1)),
+            KeyCode::Char(']') => return of_capture(Command::GoTo(source.progress()? + 0.1)),
+            KeyCode::Char('[') => return of_capture(Command::GoTo(source.progress()? - 0.1)),
             _ => {}
         }
         None
@@ -255,15 +242,15 @@ impl State {
     fn answer(&mut self, question: Question, code: KeyCode) -> Option<Request> {
         let yes = matches!(code, KeyCode::Char('y' | 'Y') | KeyCode::Enter);
         match question {
-            Question::StartOver => yes.then_some(Request::Control(SourceRequest::StartOver)),
-            Question::EndWarmUp => yes.then_some(Request::Control(SourceRequest::EndWarmUp)),
+            Question::StartOver => yes.then_some(Request::Control(Command::StartOver)),
+            Question::EndWarmUp => yes.then_some(Request::Control(Command::EndWarmUp)),
             Question::GoTo(mut typed) => {
                 match code {
                     KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
                     KeyCode::Backspace => drop(typed.pop()),
                     KeyCode::Enter => {
                         let percent: f64 = typed.parse().ok()?;
-                        return Some(Request::Control(SourceRequest::GoTo(percent / 100.0)));
+                        return Some(Request::Control(Command::GoTo(percent / 100.0)));
                     }
                     KeyCode::Esc => return None,
                     _ => {}

@@ -12,20 +12,20 @@ use ratatui::{
     crossterm::event::{Event, KeyEventKind},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Assessments;
 use vn100_report::Evaluation;
 
 use super::{
     Signals,
     draw::draw,
-    feed::{Feed, Notices, SourceStage},
+    messages::MessageQueue,
     mouse::mouse,
     save::save,
     scene::{Regions, Scene},
-    source::{Playback, Source, Stage},
-    state::{Request, SourceRequest, State},
+    source::Source,
+    state::{Request, State},
     terminal::{Screen, next_event},
     theme::Theme,
+    watched::Watched,
 };
 
 /// At most fifteen screens a second.
@@ -44,7 +44,7 @@ pub(crate) struct Shared {
     /// The program asks the view to end.
     pub(crate) close: CancellationToken,
     pub(crate) signals: Signals,
-    pub(crate) notices: Notices,
+    pub(crate) messages: MessageQueue,
     pub(crate) evaluation: Arc<Evaluation>,
 }
 
@@ -57,67 +57,11 @@ pub(crate) enum Ended {
     TerminalGone,
 }
 
-/// One source, as the view follows it.
-struct Followed {
-    feed: Feed,
-    assessments: Assessments,
-    shown: Source,
-}
-
-impl Followed {
-    /// Takes what is new; tells whether anything was.
-    fn look(&mut self, elapsed: Duration, evaluation: &Evaluation) -> bool {
-        let before = self.shown.elapsed.as_secs();
-        self.shown.elapsed = elapsed;
-        let mut changed = elapsed.as_secs() != before;
-        let stage = self.feed.stage.borrow_and_update().clone();
-        let (live, stage) = match stage {
-            SourceStage::Preparing => (None, Stage::Preparing),
-            SourceStage::Measuring(live) => (Some(live), Stage::Measuring),
-            SourceStage::Ended(reason, live) => (live, Stage::Ended(reason)),
-        };
-        if matches!(stage, Stage::Ended(_)) {
-            // its time stands still
-            changed |= self.shown.stage != stage;
-        }
-        self.shown.stage = stage;
-        let Some(live) = live else { return changed };
-        self.shown.origin = Arc::clone(&live.origin);
-        let link = live.link.as_ref().map(|link| link.borrow().clone());
-        changed |= self.shown.link != link;
-        self.shown.link = link;
-        self.shown.recording = live.recording.as_ref().map(|recording| recording.borrow().clone());
-        let playback = live
-            .playback
-            .as_ref()
-            .map(|(position, total)| Playback { position: *position.borrow(), total: *total.borrow() });
-        changed |= self.shown.playback != playback;
-        self.shown.playback = playback;
-        let snapshot = Arc::clone(&live.latest.borrow());
-        if !Arc::ptr_eq(&snapshot, &self.shown.snapshot) {
-            let assessment = self.assessments.of(&snapshot);
-            if !Arc::ptr_eq(&assessment, &self.shown.assessment) {
-                self.shown.verdicts = evaluation.verdicts(&snapshot, &assessment);
-            }
-            self.shown.show(snapshot, assessment);
-            changed = true;
-        }
-        changed
-    }
-}
-
 /// Runs until it is closed, or the terminal is gone.
-pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: Theme, shared: &Shared) -> Ended {
+pub(crate) fn run(mut screen: Screen, mut watched: Vec<Watched>, theme: Theme, shared: &Shared) -> Ended {
     let started = Instant::now();
-    let mut followed: Vec<Followed> = feeds
-        .into_iter()
-        .map(|feed| {
-            let shown = feed.nothing(confidence);
-            Followed { feed, assessments: Assessments::new(confidence), shown }
-        })
-        .collect();
-    let mut state = State::new(followed.len());
-    let mut shown: Vec<Source> = followed.iter().map(|followed| followed.shown.clone()).collect();
+    let mut state = State::new(watched.len());
+    let mut shown: Vec<Source> = watched.iter().map(|source| source.shown.clone()).collect();
     let mut regions = Regions::default();
     let mut last_screen = None;
     let mut keep_screen = false;
@@ -144,13 +88,13 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
             looked_at = Some(looked);
             let elapsed = started.elapsed();
             let changed =
-                followed.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
+                watched.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
             if changed && !state.frozen {
-                shown = followed.iter().map(|followed| followed.shown.clone()).collect();
+                shown = watched.iter().map(|source| source.shown.clone()).collect();
                 dirty = true;
             }
-            if let Some(notice) = shared.notices.news() {
-                state.message = Some(notice);
+            if let Some(message) = shared.messages.news() {
+                state.message = Some(message);
                 dirty = true;
             }
             told_at = told_at.filter(|_| state.message.is_some()).or_else(|| state.message.as_ref().map(|_| looked));
@@ -201,25 +145,20 @@ pub(crate) fn run(mut screen: Screen, feeds: Vec<Feed>, confidence: f64, theme: 
                 dirty = true;
             }
             Some(Request::Save) => {
-                let saved = shown.get(state.source).map(|source| save(&state, source, &shared.evaluation));
+                let chosen = shown.get(state.source).zip(watched.get(state.source));
+                let saved = chosen.map(|(source, watched)| {
+                    save(&state, source, watched.assess(&source.snapshot), &shared.evaluation)
+                });
                 state.message = saved;
             }
-            Some(Request::Control(request)) => {
-                if let Some(followed) = followed.get(state.source) {
-                    state.message = control(followed, request);
+            Some(Request::Control(command)) => {
+                if let Some(source) = watched.get(state.source) {
+                    state.message = source.command(command);
                 }
             }
             None => {}
         }
     }
-}
-
-/// Passes a wish on to whoever measures; the answer for the user, if there is one.
-fn control(followed: &Followed, request: SourceRequest) -> Option<String> {
-    let stage = followed.feed.stage.borrow();
-    let SourceStage::Measuring(live) = &*stage else { return Some("nothing is measured there".into()) };
-    // whoever is too busy to take it is asked once more by a second key
-    live.controls.try_send(request).err().map(|_| "that cannot be done now".into())
 }
 
 /// The screen as text.

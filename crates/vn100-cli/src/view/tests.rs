@@ -14,13 +14,13 @@ use imu_noise::TimebaseSummary;
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer};
 use vn100_analysis::{RateChange, SourceFacts, Warning, WarningKind};
 use vn100_driver::LinkState;
-use vn100_pipeline::{Position, Speed};
+use vn100_pipeline::{Playback, Speed};
 
 use super::{
     curve::NextOctave,
     draw::draw,
     scene::{Regions, Scene},
-    source::{Playback, Source, Stage},
+    source::{Source, Stage},
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},
 };
@@ -264,8 +264,8 @@ fn frozen_asked_told_and_helped() {
 
 #[test]
 fn a_replay_shows_how_far_it_is() {
-    let position = Position { rows: 5000, speed: Speed::Times(10.0), paused: false, at_end: false };
-    let playback = Some(Playback { position, total: Some(20_000) });
+    let total = Some(20_000);
+    let playback = Some(Playback { samples: 5000, total, speed: Speed::Times(10.0), paused: false, at_end: false });
     let state = State { question: Some(Question::GoTo("4".into())), ..one() };
     check("replay", &state, &[Source { playback, link: None, ..measured() }]);
 }

@@ -2,13 +2,13 @@
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use vn100_analysis::Assessment;
-use vn100_pipeline::{Position, Speed};
+use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
     mouse::mouse,
-    source::{Playback, Source},
-    state::{Axes, Panel, Question, Request, SourceRequest, State},
+    source::Source,
+    state::{Axes, Panel, Question, Request, State},
 };
 
 fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {
@@ -33,8 +33,9 @@ fn pressed(keys: &str, sources: &[Source]) -> (State, Option<Request>) {
 }
 
 fn replayed() -> Source {
-    let position = Position { rows: 5_000, speed: Speed::Max, paused: false, at_end: false };
-    Source { playback: Some(Playback { position, total: Some(20_000) }), ..measured() }
+    let total = Some(20_000);
+    let playback = Playback { samples: 5_000, total, speed: Speed::Max, paused: false, at_end: false };
+    Source { playback: Some(playback), ..measured() }
 }
 
 #[test]
@@ -119,8 +120,8 @@ fn what_loses_data_is_asked_first() {
     let control = |request| Some(Request::Control(request));
     assert_eq!(pressed("r", &sources).1, None);
     assert_eq!(pressed("r", &sources).0.question, Some(Question::StartOver));
-    assert_eq!(pressed("ry", &sources).1, control(SourceRequest::StartOver));
-    assert_eq!(pressed("w\n", &sources).1, control(SourceRequest::EndWarmUp));
+    assert_eq!(pressed("ry", &sources).1, control(Command::StartOver));
+    assert_eq!(pressed("w\n", &sources).1, control(Command::EndWarmUp));
     for no in ["rn", "wq", "r\x1b", "rr"] {
         assert_eq!(pressed(no, &sources), (one(), None), "{no}");
     }
@@ -130,12 +131,12 @@ fn what_loses_data_is_asked_first() {
 fn a_capture_is_led_anywhere() {
     let sources = [replayed()];
     let control = |request| Some(Request::Control(request));
-    assert_eq!(pressed(" ", &sources).1, control(SourceRequest::PauseOrGoOn));
-    assert_eq!(pressed(".", &sources).1, control(SourceRequest::Step));
-    assert_eq!(pressed("g45\n", &sources).1, control(SourceRequest::GoTo(0.45)));
-    assert_eq!(pressed("%4x5\x087.5\n", &sources).1, control(SourceRequest::GoTo(0.475)));
+    assert_eq!(pressed(" ", &sources).1, control(Command::TogglePause));
+    assert_eq!(pressed(".", &sources).1, control(Command::Step));
+    assert_eq!(pressed("g45\n", &sources).1, control(Command::GoTo(0.45)));
+    assert_eq!(pressed("%4x5\x087.5\n", &sources).1, control(Command::GoTo(0.475)));
     assert_eq!(pressed("g\n", &sources), (one(), None), "no number");
-    assert_eq!(pressed("]", &sources).1, control(SourceRequest::GoTo(0.35)));
+    assert_eq!(pressed("]", &sources).1, control(Command::GoTo(0.35)));
     assert_eq!(pressed(" ", &[measured()]).1, None, "a live source does not wait");
 }
 
@@ -178,7 +179,7 @@ fn the_mouse_points_at_what_keys_choose() {
     let sources = [replayed()];
     let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
     let middle = click(regions.progress.x + regions.progress.width / 2, regions.progress.y);
-    let Some(Request::Control(SourceRequest::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
+    let Some(Request::Control(Command::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
         panic!("no place to go to");
     };
     assert!((part - 0.5).abs() < 0.02, "{part}");

@@ -17,16 +17,16 @@ use ratatui::{
     style::{Color, Modifier},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::{Assessment, Settings};
+use vn100_analysis::{Assessment, Settings, SourceFacts};
 use vn100_capture::Capture;
-use vn100_pipeline::{Position, Speed, start};
+use vn100_pipeline::{Playback, Session, Speed};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::Evaluation;
 use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
 use crate::view::{
-    source::{Playback, Source, Stage},
+    source::{Source, Stage},
     state::{Axes, Panel, State},
     theme::{Colours, Theme},
 };
@@ -79,12 +79,12 @@ fn emulated() -> Source {
         let snapshot = runtime.block_on(async {
             let capture = Capture::from_reader(Cursor::new(capture), None).unwrap();
             let events = capture.read(ReadOptions::default(), CancellationToken::new()).unwrap();
-            start(events, settings, None).outcome().await.unwrap().snapshot
+            Session::of_events(SourceFacts::default(), events, settings).result.await.unwrap().snapshot
         });
         assert_eq!(snapshot.timing.samples, SAMPLES);
         let assessment = Assessment::new(&snapshot, 0.95);
         let verdicts = Evaluation::new(None, Vec::new()).unwrap().verdicts(&snapshot, &assessment);
-        let position = Position { rows: SAMPLES, speed: Speed::Times(10.0), paused: false, at_end: true };
+        let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
         let mut source = nothing();
         source.show(snapshot, Arc::new(assessment));
         Source {
@@ -92,7 +92,7 @@ fn emulated() -> Source {
             stage: Stage::Measuring,
             verdicts,
             elapsed: Duration::from_secs(720),
-            playback: Some(Playback { position, total: Some(SAMPLES) }),
+            playback: Some(Playback { samples: SAMPLES, total, speed, paused: false, at_end: true }),
             ..source
         }
     })

@@ -1,0 +1,66 @@
+//! The one place where snapshots of a session are assessed: one assessment per source, shared by
+//! all who look at it; and the goals that end a measurement.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
+
+/// The assessment of one source, made when it is first looked at and again when the record has
+/// grown by a twentieth: making one costs as much as many seconds of measuring. Clones share it.
+///
+/// Who looks makes it, on its own thread: the measurement never waits for it, and costs nothing
+/// more where nobody looks.
+#[derive(Debug, Clone)]
+pub struct Assessor {
+    confidence: f64,
+    shared: Arc<Mutex<Assessments>>,
+}
+
+impl Assessor {
+    /// An assessor at the level `confidence`, 0 < p < 1.
+    #[must_use]
+    pub fn new(confidence: f64) -> Self {
+        Self { confidence, shared: Arc::new(Mutex::new(Assessments::new(confidence))) }
+    }
+
+    /// The assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
+    /// its samples.
+    #[must_use]
+    pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
+        // one that was left half-made by a panic elsewhere was not kept
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner).of(snapshot)
+    }
+
+    /// The assessment of this very snapshot, as for a final result.
+    #[must_use]
+    pub fn exact(&self, snapshot: &Snapshot) -> Assessment {
+        Assessment::new(snapshot, self.confidence)
+    }
+}
+
+/// Looks whether the goals of a measurement are met, or one of them is out of reach: at every
+/// second of data time at first, later whenever the record has grown by a twentieth. Each time the
+/// very snapshot is assessed, so that where the measurement ends depends on the samples alone, and
+/// not on who looked at the shared assessment when.
+#[derive(Debug, Default)]
+pub(crate) struct GoalCheck {
+    next_second: u64,
+}
+
+impl GoalCheck {
+    /// Whether the measurement is over by its goals.
+    pub(crate) fn is_decided(&mut self, analysis: &Analysis, assessor: &Assessor) -> bool {
+        let goals = &analysis.settings().until;
+        let second = analysis.seconds();
+        if goals.is_empty() || second < self.next_second {
+            return false;
+        }
+        self.next_second = second + second.div_ceil(20).max(1);
+        let snapshot = analysis.snapshot();
+        if goals.iter().any(|goal| goal.out_of_reach(&snapshot).is_some()) {
+            return true;
+        }
+        let assessment = assessor.exact(&snapshot);
+        goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
+    }
+}

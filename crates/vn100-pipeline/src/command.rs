@@ -1,0 +1,35 @@
+//! What a session can be asked to do while it measures.
+
+/// A command to a session. Those for a playback have no effect on a live source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Command {
+    /// Exclude everything so far from the result, as warm-up.
+    EndWarmUp,
+    /// Forget everything so far and begin anew; data time counts from here.
+    StartOver,
+    /// End the session. What was measured so far is the result.
+    Stop,
+    /// Pause the playback, or resume it.
+    TogglePause,
+    /// Pause the playback behind one more second of data.
+    Step,
+    /// The next higher speed of the playback.
+    Faster,
+    /// The next lower speed of the playback.
+    Slower,
+    /// Continue the playback at this part of the capture, 0 to 1. Numbers outside count as the
+    /// nearer end.
+    GoTo(f64),
+}
+
+/// Why a command had no effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refusal {
+    /// The samples of the capture are not counted yet, or cannot be.
+    NotCounted,
+    /// The capture was replayed to its end: nothing more comes, only an earlier place can be
+    /// replayed.
+    AtEnd,
+    /// The measurement is over.
+    Over,
+}

@@ -1,0 +1,101 @@
+//! How a session ended, and with which result.
+
+use std::{error::Error, fmt, io, sync::Arc, time::Duration};
+
+use vn100_analysis::{Assessment, RateChange, Snapshot, SourceFacts, UnmetGoal};
+use vn100_capture::{OpenError, RecordError, RecordingState};
+use vn100_protocol::stream::MessageName;
+
+use crate::{live_source::LiveError, sensor_setup::SetupError};
+
+/// Why a session is over.
+#[derive(Debug)]
+pub enum EndReason {
+    /// The source could not be opened: nothing was measured.
+    NotStarted(StartError),
+    /// All was read.
+    SourceEnded,
+    /// The data time asked for has passed.
+    DurationReached,
+    /// All goals are met, or one is out of reach.
+    GoalsDecided,
+    /// It was stopped by [`Command::Stop`](crate::Command::Stop) or by the token of its source.
+    Stopped,
+    /// Reading failed; the result holds what came before.
+    SourceFailed(io::Error),
+    /// The sensor sends other messages, and not the one that was measured.
+    OtherMessages {
+        /// The message that was measured.
+        message: String,
+        /// The latest of the others; `None` where these are binary packets.
+        other: Option<MessageName>,
+        /// The rate of the record in hertz, where the sensor sends at another one now.
+        rate_hz: Option<f64>,
+    },
+    /// The sensor sends at another rate than that of the record.
+    OtherRate(RateChange),
+    /// The sensor sends, and never sent a measurement.
+    NoMeasurement,
+}
+
+/// Why a source could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The capture could not be opened.
+    #[error(transparent)]
+    Capture(#[from] OpenError),
+    /// No recording could be made.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+    /// The sensor could not be set as asked.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The live source could not be opened.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// The input that was handed in was none.
+    #[error(transparent)]
+    Input(Box<dyn Error + Send + Sync>),
+    /// The session was stopped before.
+    #[error("not read, interrupted")]
+    Stopped,
+}
+
+impl fmt::Display for EndReason {
+    /// In a word, as it stands in a recording.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStarted(error) => error.fmt(f),
+            Self::SourceFailed(error) => error.fmt(f),
+            Self::SourceEnded | Self::DurationReached | Self::GoalsDecided => {
+                f.write_str("the end of the source, or of the time asked for")
+            }
+            Self::Stopped | Self::NoMeasurement => f.write_str("stopped"),
+            Self::OtherMessages { .. } => f.write_str("the sensor sends another message"),
+            Self::OtherRate(_) => f.write_str("the sensor sends at another rate"),
+        }
+    }
+}
+
+/// What a session came to. Where nothing could be measured it is the result of no samples.
+#[derive(Debug)]
+pub struct SessionResult {
+    /// The source; its `error` is for the face to put into words.
+    pub facts: SourceFacts,
+    /// All numbers.
+    pub snapshot: Arc<Snapshot>,
+    /// Of this very snapshot.
+    pub assessment: Assessment,
+    /// Why it ended.
+    pub end: Arc<EndReason>,
+    /// Goals that were not met.
+    pub unmet: Vec<UnmetGoal>,
+    /// Data time at the beginning that was excluded by command; zero for nothing.
+    pub excluded: Duration,
+    /// The recording that was made meanwhile, if one was asked for and begun.
+    pub recording: Option<RecordingState>,
+    /// Bytes that the recording lacks because the disk did not take them in time.
+    pub unrecorded_bytes: u64,
+    /// Whether the sensor is set as it was before, as far as the session changed it.
+    pub is_restored: bool,
+}

@@ -1,0 +1,81 @@
+//! What was excluded from a measurement by command. Pure.
+
+use std::time::Duration;
+
+/// Data time excluded by command.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Excluded {
+    /// Until the measurement was last started over.
+    before: Duration,
+    /// Behind that, as warm-up.
+    warm_up: Duration,
+    /// The measurement began with this as its skip.
+    is_carried: bool,
+}
+
+impl Excluded {
+    /// Everything since the measurement began or was started over is warm-up.
+    pub(crate) fn end_warm_up(&mut self, so_far: Duration) {
+        self.warm_up = so_far;
+    }
+
+    /// Everything is excluded, and data time begins anew. Whether the warm-up must be ended again:
+    /// a skip that was carried would count once more from here.
+    #[must_use]
+    pub(crate) fn start_over(&mut self, so_far: Duration) -> bool {
+        self.before = self.before.saturating_add(so_far);
+        self.warm_up = Duration::ZERO;
+        self.is_carried
+    }
+
+    /// The same for another measurement from the beginning of the record, which is to come as far
+    /// as `place` of data time. What reaches behind that place is dropped.
+    pub(crate) fn carried_to(self, place: Duration) -> Self {
+        let total = self.total();
+        if total.is_zero() || total > place {
+            return Self::default();
+        }
+        Self { before: Duration::ZERO, warm_up: total, is_carried: true }
+    }
+
+    /// Data time from the beginning of the record: a measurement with this skip gives the same.
+    pub(crate) fn total(self) -> Duration {
+        self.before.saturating_add(self.warm_up)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn the_total_counts_from_the_beginning_of_the_record() {
+        let mut excluded = Excluded::default();
+        assert_eq!(excluded.total(), Duration::ZERO);
+        excluded.end_warm_up(10 * S);
+        assert_eq!(excluded.total(), 10 * S);
+        excluded.end_warm_up(15 * S);
+        assert_eq!(excluded.total(), 15 * S, "a later end replaces the earlier one");
+        assert!(!excluded.start_over(20 * S));
+        assert_eq!(excluded.total(), 20 * S);
+        excluded.end_warm_up(3 * S);
+        assert!(!excluded.start_over(5 * S));
+        assert_eq!(excluded.total(), 25 * S);
+    }
+
+    #[test]
+    fn it_is_carried_to_a_place_behind_it_and_dropped_before() {
+        let mut excluded = Excluded::default();
+        assert_eq!(excluded.carried_to(10 * S), Excluded::default());
+        assert!(!excluded.start_over(4 * S));
+        excluded.end_warm_up(6 * S);
+        assert_eq!(excluded.carried_to(9 * S), Excluded::default());
+        let mut carried = excluded.carried_to(10 * S);
+        assert_eq!(carried.total(), 10 * S);
+        assert!(carried.start_over(12 * S), "the skip would count again");
+        carried.end_warm_up(Duration::ZERO);
+        assert_eq!(carried.total(), 12 * S);
+    }
+}

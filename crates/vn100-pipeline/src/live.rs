@@ -1,0 +1,150 @@
+//! The session of a live sensor, in order: the recording is begun, the sensor set as asked and
+//! measured, the recording ended, the sensor set back.
+
+use std::{collections::BTreeMap, error::Error};
+
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::Settings;
+use vn100_capture::Recorder;
+use vn100_driver::{Change, LinkHandle, LinkState, OutputSettings};
+use vn100_protocol::stream::ReadOptions;
+
+use crate::{
+    end_reason::{SessionResult, StartError},
+    excluded::Excluded,
+    live_source::{LiveSource, MeasureLink},
+    measure::{Channels, EventObserver, Measured, Measurement, Origin, measure},
+    recording::RecordingSpec,
+    recording_metadata::metadata,
+    sensor_setup::SensorSetup,
+    session::{not_started, read_options, result},
+    session_event::SessionEvent,
+    state::Stage,
+};
+
+/// A live source, and how it is measured.
+pub struct LiveSpec {
+    /// Its name in results.
+    pub name: String,
+    /// Its form, as documents name it: `serial`, `tcp`, `sim` or `stdin`; `None` while it is not
+    /// known.
+    pub kind: Option<&'static str>,
+    /// The source; an error ends the session at once.
+    pub source: Result<LiveSource, Box<dyn Error + Send + Sync>>,
+    /// How it is measured.
+    pub settings: Settings,
+    /// How its bytes are read.
+    pub read: ReadOptions,
+    /// Whether the temperature is read between the samples.
+    pub temperature: bool,
+    /// What the sensor is set to for the measurement; `None` to leave it as it is.
+    pub output: Option<OutputSettings>,
+    /// The conditions of the measurement, as the user wrote them down.
+    pub conditions: BTreeMap<String, String>,
+    /// The recording; `None` for none.
+    pub recording: Option<RecordingSpec>,
+    /// Ends the session.
+    pub stop: CancellationToken,
+}
+
+impl LiveSpec {
+    pub(crate) fn observer(&self) -> Option<EventObserver> {
+        self.source.as_ref().ok()?.observer.clone()
+    }
+}
+
+pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> SessionResult {
+    let unusable = Err(Box::from("the source is in use"));
+    let source = match std::mem::replace(&mut spec.source, unusable) {
+        Ok(source) => source,
+        Err(error) => return channels.end(not_started(StartError::Input(error), &channels)),
+    };
+    // first: nothing is changed for a recording that cannot be made
+    let recorder = match &spec.recording {
+        Some(recording) => match recording.begin(metadata(&spec.conditions, &spec.settings)).await {
+            Ok(recorder) => Some(recorder),
+            Err(error) => return channels.end(not_started(error, &channels)),
+        },
+        None => None,
+    };
+    let known_serial = recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned);
+    let result = match SensorSetup::new(&source, spec.output.clone(), known_serial.as_deref(), &channels).await {
+        Ok(setup) => {
+            let keep = setup.changes().to_vec();
+            let result = measure_and_record(&source, keep, recorder, &spec, &mut channels).await;
+            let is_restored = setup.undo(&source, known_serial.as_deref(), &channels).await;
+            SessionResult { is_restored, ..result }
+        }
+        Err(error) => not_measured(error.into(), recorder, &spec, &channels).await,
+    };
+    channels.end(result)
+}
+
+/// The result of a source that is not measured; a recording that was begun is removed.
+async fn not_measured(
+    error: StartError,
+    recorder: Option<Recorder>,
+    spec: &LiveSpec,
+    channels: &Channels,
+) -> SessionResult {
+    let result = not_started(error, channels);
+    if let (Some(recorder), Some(recording)) = (recorder, &spec.recording) {
+        recording.end(recorder, &result.end.to_string(), result.excluded).await;
+    }
+    result
+}
+
+async fn measure_and_record(
+    source: &LiveSource,
+    keep: Vec<Change>,
+    recorder: Option<Recorder>,
+    spec: &LiveSpec,
+    channels: &mut Channels,
+) -> SessionResult {
+    let opened = source.open(
+        MeasureLink {
+            read: read_options(spec.read, &spec.settings),
+            temperature: spec.temperature,
+            keep,
+            known_serial: recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned),
+            recording: recorder.as_ref().map(Recorder::inputs),
+        },
+        channels.stop.clone(),
+    );
+    let (link, events) = match opened {
+        Ok(opened) => opened,
+        Err(error) => return not_measured(error.into(), recorder, spec, channels).await,
+    };
+    let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state) };
+    let settings = spec.settings.clone();
+    let measured = measure(Measurement { events, settings, excluded: Excluded::default(), origin }, channels).await;
+    channels.stage(Stage::Finishing);
+    if let Some(link) = &link {
+        match closed(link).await {
+            Some(true) => channels.report(SessionEvent::OutputPausedAgain),
+            Some(false) => channels.report(SessionEvent::OutputNotPausedAgain),
+            None => {}
+        }
+        channels.state.send_modify(|state| state.link = Some(link.state().borrow().clone()));
+    }
+    let result = match measured {
+        Measured::Ended(ending) => result(ending, &spec.settings.until, channels),
+        // only a paced replay goes back
+        Measured::Again { .. } => not_started(StartError::Stopped, channels),
+    };
+    let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };
+    let state = recording.end(recorder, &result.end.to_string(), result.excluded).await;
+    channels.state.send_modify(|shown| shown.recording = Some(state.clone()));
+    let unrecorded_bytes = link.map_or(0, |link| link.unrecorded_bytes());
+    SessionResult { recording: Some(state), unrecorded_bytes, ..result }
+}
+
+/// Waits until a link whose events are not taken any more has closed its port: whether an output
+/// that was found paused is so again.
+async fn closed(link: &LinkHandle) -> Option<bool> {
+    // a link that is gone has no state any more
+    match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {
+        Ok(LinkState::Closed { paused_again }) => *paused_again,
+        _ => None,
+    }
+}

@@ -1,0 +1,212 @@
+//! A live source: opened to be measured, or for a few commands.
+
+use std::{
+    future::Future,
+    io::{self, Read},
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
+
+use tokio::{sync::mpsc, task};
+use tokio_util::sync::CancellationToken;
+use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
+use vn100_driver::{Change, Connect, LinkHandle, LinkHint, LinkOptions, LinkState, open_link};
+use vn100_protocol::stream::{Input, ReadOptions};
+
+use crate::measure::EventObserver;
+
+/// How often register 54 is read where the temperature is asked for.
+const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
+
+/// A source that can be opened, more than once if it is a link.
+pub struct LiveSource {
+    input: LiveInput,
+    /// Baud rate; `None` for a search.
+    pub baud: Option<u32>,
+    /// Whether nothing is sent to the sensor.
+    pub listen_only: bool,
+    /// How a failure's hint is worded; `None` for the driver's own words.
+    pub hint_text: Option<fn(LinkHint) -> &'static str>,
+    /// Whether batches say what was refused and why.
+    pub diagnostics: bool,
+    /// Sees every event.
+    pub observer: Option<EventObserver>,
+}
+
+enum LiveInput {
+    Link(Box<dyn OpenLink>),
+    /// A stream that nothing can be sent to; `None` when it is taken.
+    Stream(Mutex<Option<Box<dyn Read + Send>>>),
+}
+
+/// A connector of any kind. Each opening has a clone, so that it knows what the others learned.
+trait OpenLink: Send + Sync {
+    fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>);
+}
+
+impl<C: Connect + Clone + Sync> OpenLink for C {
+    fn open(&self, options: LinkOptions, stop: CancellationToken) -> (LinkHandle, mpsc::Receiver<Event>) {
+        open_link(self.clone(), options, stop)
+    }
+}
+
+/// Why a live source cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// It cannot be opened, or no sensor is heard on it.
+    #[error("{0}")]
+    NotHeard(io::Error),
+    /// It was stopped before a sensor was heard.
+    #[error("interrupted")]
+    Stopped,
+    /// A stream without a way back.
+    #[error("standard input cannot be asked anything: name a port")]
+    NoCommands,
+    /// Likewise, where the temperature is asked for.
+    #[error("standard input cannot be asked for the temperature: name a port")]
+    NoTemperature,
+    /// The thread that reads a stream cannot be started.
+    #[error("cannot start to read")]
+    Read(#[source] io::Error),
+    /// The task of the link is gone.
+    #[error("the link stopped by a fault of this program")]
+    LinkTask(#[from] task::JoinError),
+}
+
+/// How a source is opened to be measured.
+pub(crate) struct MeasureLink {
+    pub(crate) read: ReadOptions,
+    pub(crate) temperature: bool,
+    /// Set again on a sensor that comes back.
+    pub(crate) keep: Vec<Change>,
+    /// The sensor that is measured on, where that is known.
+    pub(crate) known_serial: Option<String>,
+    /// Gets all that is delivered, too.
+    pub(crate) recording: Option<mpsc::Sender<Input>>,
+}
+
+impl LiveSource {
+    /// A sensor behind a link that commands can be sent on.
+    #[must_use]
+    pub fn link(connect: impl Connect + Clone + Sync) -> Self {
+        Self::new(LiveInput::Link(Box::new(connect)))
+    }
+
+    /// The output of a sensor on a stream, such as standard input. It is stamped when it is read.
+    #[must_use]
+    pub fn stream(reader: impl Read + Send + 'static) -> Self {
+        Self::new(LiveInput::Stream(Mutex::new(Some(Box::new(reader)))))
+    }
+
+    fn new(input: LiveInput) -> Self {
+        Self { input, baud: None, listen_only: false, hint_text: None, diagnostics: false, observer: None }
+    }
+
+    /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and
+    /// closes it again. Once begun, `work` looks after `stop` itself: it may have something to set
+    /// back. Where there is a serial number, another sensor counts as not there.
+    ///
+    /// # Errors
+    /// [`LiveError`] when no sensor is heard; else the error of the work.
+    pub async fn with_link<T, E, F>(
+        &self,
+        known_serial: Option<&str>,
+        stop: &CancellationToken,
+        work: impl FnOnce(LinkHandle) -> F,
+    ) -> Result<T, E>
+    where
+        F: Future<Output = Result<T, E>>,
+        E: From<LiveError>,
+    {
+        let closing = CancellationToken::new();
+        let LiveInput::Link(connect) = &self.input else { return Err(LiveError::NoCommands.into()) };
+        let options = LinkOptions { known_serial: known_serial.map(str::to_owned), ..self.options() };
+        let (link, mut events) = connect.open(options, closing.clone());
+        let observer = self.observer.clone();
+        // the link waits until its events are taken
+        let ended = task::spawn(async move {
+            let mut error = None;
+            while let Some(event) = events.recv().await {
+                observer.iter().for_each(|observe| observe(&event));
+                if let Event::End(end) = event {
+                    error = end.error;
+                }
+            }
+            error
+        });
+        let mut state = link.state();
+        let heard =
+            state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. }));
+        let is_up = stop
+            .run_until_cancelled(heard)
+            .await
+            .is_some_and(|heard| heard.is_ok_and(|state| !matches!(*state, LinkState::Closed { .. })));
+        let answer = match is_up {
+            true => Some(work(link).await),
+            false => None,
+        };
+        closing.cancel();
+        let error = ended.await.map_err(LiveError::from)?;
+        match (answer, error) {
+            (Some(answer), _) => answer,
+            (None, Some(error)) => Err(LiveError::NotHeard(error).into()),
+            (None, None) => Err(LiveError::Stopped.into()),
+        }
+    }
+
+    /// Begins to open it for measuring; what comes of that, the events say. The link is `None` for
+    /// a stream.
+    pub(crate) fn open(
+        &self,
+        measured: MeasureLink,
+        stop: CancellationToken,
+    ) -> Result<(Option<LinkHandle>, mpsc::Receiver<Event>), LiveError> {
+        let MeasureLink { read, temperature, keep, known_serial, recording } = measured;
+        let read = ReadOptions { diagnostics: self.diagnostics, ..read };
+        match &self.input {
+            LiveInput::Link(connect) => {
+                let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
+                let options = LinkOptions {
+                    read,
+                    recording,
+                    poll_temperature,
+                    desired_settings: keep,
+                    known_serial,
+                    ..self.options()
+                };
+                let (link, events) = connect.open(options, stop);
+                Ok((Some(link), events))
+            }
+            LiveInput::Stream(_) if temperature => Err(LiveError::NoTemperature),
+            LiveInput::Stream(stream) => {
+                let reader = stream.lock().unwrap_or_else(PoisonError::into_inner).take();
+                let reader = reader.unwrap_or_else(|| Box::new(io::empty()));
+                let source = ReaderSource::spawn_live(reader, Clock::start()).map_err(LiveError::Read)?;
+                Ok((None, read_samples(Tee { source, recording }, read, stop)))
+            }
+        }
+    }
+
+    fn options(&self) -> LinkOptions {
+        let read = ReadOptions { diagnostics: self.diagnostics, ..ReadOptions::default() };
+        let Self { baud, listen_only, hint_text, .. } = *self;
+        LinkOptions { baud, listen_only, hint_text, read, ..LinkOptions::default() }
+    }
+}
+
+/// A source that can wait, with a copy of all its inputs for a recording.
+struct Tee<S> {
+    source: S,
+    recording: Option<mpsc::Sender<Input>>,
+}
+
+impl<S: Source> Source for Tee<S> {
+    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+        let input = self.source.next_input().await?;
+        if let (Some(recording), Some(input)) = (&self.recording, &input) {
+            // a recording that has stopped says so itself
+            let _ = recording.send(input.clone()).await;
+        }
+        Ok(input)
+    }
+}

@@ -1,0 +1,440 @@
+//! The one loop that measures a source: events and commands in, the published state out.
+//!
+//! ```text
+//! reading task --4 batches--> measure --state--> who looks
+//!             commands --8--/   \--4 states--> every second, if asked
+//! ```
+//!
+//! Every channel is bounded. The loop takes events as fast as it can, or as fast as a paced replay
+//! says; it waits for nobody but who takes the states of every second, and these are only for
+//! captures, which can wait. Who looks at the state sees the latest one and misses those between.
+
+use std::{
+    future, io,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use tokio::{
+    sync::{mpsc, watch},
+    time::{self, Instant, MissedTickBehavior, sleep_until},
+};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
+use vn100_capture::{CsvReport, Event, RecordingState};
+use vn100_driver::{LinkHandle, LinkState};
+
+use crate::{
+    assessor::{Assessor, GoalCheck},
+    command::{Command, Refusal},
+    end_reason::EndReason,
+    excluded::Excluded,
+    pace::{Due, Pace, PaceStart},
+    session_event::SessionEvent,
+    state::{SourceState, Stage},
+    watchdog::StreamWatchdog,
+};
+
+/// Called with every event of a source before it is measured, as by a log. It must not block.
+pub type EventObserver = Arc<dyn Fn(&Event) + Send + Sync>;
+
+/// The session's ends of its channels.
+pub(crate) struct Channels {
+    pub(crate) state: watch::Sender<SourceState>,
+    pub(crate) commands: mpsc::Receiver<Command>,
+    pub(crate) events: mpsc::Sender<SessionEvent>,
+    /// The states of every second of data time; when it is full the measurement waits.
+    pub(crate) seconds: Option<mpsc::Sender<SourceState>>,
+    pub(crate) observer: Option<EventObserver>,
+    /// Ends the session.
+    pub(crate) stop: CancellationToken,
+}
+
+impl Channels {
+    /// Reports an event. Where nobody has taken the last 64 of them it is dropped: events change no
+    /// result.
+    pub(crate) fn report(&self, event: SessionEvent) {
+        let _ = self.events.try_send(event);
+    }
+
+    pub(crate) fn stage(&self, stage: Stage) {
+        self.state.send_modify(|state| state.stage = stage);
+    }
+
+    pub(crate) fn observe(&self, event: &Event) {
+        if let Some(observer) = &self.observer {
+            observer(event);
+        }
+    }
+}
+
+/// What is measured, and how.
+pub(crate) struct Measurement {
+    pub(crate) events: mpsc::Receiver<Event>,
+    pub(crate) settings: Settings,
+    /// What was excluded before, as `settings` say already.
+    pub(crate) excluded: Excluded,
+    pub(crate) origin: Origin,
+}
+
+/// What differs by the kind of source.
+pub(crate) enum Origin {
+    /// Its stream is watched; its end follows the stop.
+    Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>> },
+    /// Its end follows the stop.
+    Capture { stored_bytes_read: Arc<AtomicU64> },
+    /// Its samples are held back. It lasts until the stop: it can go back from its end.
+    Paced(PaceStart),
+    /// The stop alone ends it, or its own end.
+    Events,
+}
+
+/// What a measurement came to.
+pub(crate) enum Measured {
+    Ended(Ending),
+    /// The capture is to be replayed again from its start.
+    Again {
+        start: PaceStart,
+        excluded: Excluded,
+    },
+}
+
+pub(crate) struct Ending {
+    pub(crate) snapshot: Arc<Snapshot>,
+    pub(crate) reason: EndReason,
+    pub(crate) csv: Option<CsvReport>,
+    pub(crate) excluded: Excluded,
+}
+
+/// Measures until the source or the session ends.
+pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> Measured {
+    let Measurement { mut events, settings, excluded, origin } = measurement;
+    let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut looks = time::interval(StreamWatchdog::PERIOD);
+    let stop = channels.stop.clone();
+    let assessor = channels.state.borrow().assessor.clone();
+    let mut source = Measuring::new(settings, excluded, assessor);
+    let (mut link, mut recording) = (None, None);
+    match origin {
+        Origin::Live { link: handle, recording: state } => {
+            link = handle.as_ref().map(LinkHandle::state);
+            recording = state;
+            source.watchdog = Some(StreamWatchdog::default());
+            source.link = handle;
+        }
+        Origin::Capture { stored_bytes_read } => source.stored_bytes_read = Some(stored_bytes_read),
+        Origin::Paced(start) => source.pace = Some(Pace::new(start, source.rate_hz, Instant::now())),
+        Origin::Events => {}
+    }
+    let stop_ends_it = source.pace.is_some() || (source.watchdog.is_none() && source.stored_bytes_read.is_none());
+    channels.state.send_modify(|state| {
+        state.stage = Stage::Measuring;
+        state.link = link.as_mut().map(|link| link.borrow_and_update().clone());
+        state.recording = recording.as_mut().map(|recording| recording.borrow_and_update().clone());
+    });
+    source.publish(channels);
+    let mut held = None;
+    loop {
+        tokio::select! {
+            // a command that came in time counts
+            biased;
+            Some(command) = channels.commands.recv() => {
+                if let Some(again) = source.handle(command, channels) {
+                    return again;
+                }
+            }
+            () = stop.cancelled(), if stop_ends_it => {
+                source.end.get_or_insert((EndReason::Stopped, None));
+                return source.finish(channels);
+            }
+            () = changed(&mut link) => source.show_link(&mut link, channels),
+            () = changed(&mut recording) => show_recording(&mut recording, channels),
+            _ = ticks.tick(), if source.has_changed && source.is_watched(channels) => source.publish(channels),
+            _ = looks.tick(), if source.watchdog.is_some() => source.watch(channels),
+            event = next_due(&mut events, &mut held, source.pace.as_ref()), if source.end.is_none() => {
+                source.take(event, channels).await;
+                if source.end.is_some() {
+                    // what is still on its way is of no use
+                    events.close();
+                    if source.pace.is_none() {
+                        return source.finish(channels);
+                    }
+                    source.stand_at_end(channels);
+                }
+            }
+        }
+    }
+}
+
+/// The next event when it is due. Dropping the future loses nothing: what was received waits in
+/// `held`.
+async fn next_due(events: &mut mpsc::Receiver<Event>, held: &mut Option<Event>, pace: Option<&Pace>) -> Option<Event> {
+    let Some(pace) = pace else { return events.recv().await };
+    if held.is_none() {
+        *held = events.recv().await;
+    }
+    if let Some(Event::Batch(batch)) = held
+        && batch.row_count() > 0
+    {
+        match pace.due() {
+            Due::Now => {}
+            Due::At(time) => sleep_until(time).await,
+            Due::Never => future::pending().await,
+        }
+    }
+    held.take()
+}
+
+/// Waits until a watched value changes; for ever where there is none, or it never will again.
+async fn changed<T>(watched: &mut Option<watch::Receiver<T>>) {
+    let has_changed = match watched {
+        Some(watched) => watched.changed().await.is_ok(),
+        None => false,
+    };
+    if !has_changed {
+        future::pending::<()>().await;
+    }
+}
+
+fn show_recording(recording: &mut Option<watch::Receiver<RecordingState>>, channels: &Channels) {
+    if let Some(recording) = recording {
+        let now = recording.borrow_and_update().clone();
+        channels.state.send_modify(|state| state.recording = Some(now));
+    }
+}
+
+/// The measurement of one source.
+struct Measuring {
+    analysis: Analysis,
+    assessor: Assessor,
+    goals: GoalCheck,
+    excluded: Excluded,
+    pace: Option<Pace>,
+    watchdog: Option<StreamWatchdog>,
+    link: Option<LinkHandle>,
+    stored_bytes_read: Option<Arc<AtomicU64>>,
+    /// Of the latest snapshot.
+    rate_hz: f64,
+    /// Seconds of data time whose states were handed out.
+    seconds: u64,
+    /// Something came since the latest snapshot.
+    has_changed: bool,
+    /// Why the stream is given up although it still brings lines.
+    ceased: Option<EndReason>,
+    end: Option<(EndReason, Option<CsvReport>)>,
+}
+
+impl Measuring {
+    fn new(settings: Settings, excluded: Excluded, assessor: Assessor) -> Self {
+        Self {
+            rate_hz: settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ),
+            analysis: Analysis::new(settings),
+            assessor,
+            goals: GoalCheck::default(),
+            excluded,
+            pace: None,
+            watchdog: None,
+            link: None,
+            stored_bytes_read: None,
+            seconds: 0,
+            has_changed: false,
+            ceased: None,
+            end: None,
+        }
+    }
+
+    /// Takes what came; `None` when the task that reads is gone.
+    async fn take(&mut self, event: Option<Event>, channels: &Channels) {
+        let Some(event) = event else {
+            // what it delivered stands
+            let error = io::Error::other("the task that reads the source stopped");
+            self.end = Some((EndReason::SourceFailed(error), None));
+            return;
+        };
+        channels.observe(&event);
+        match event {
+            Event::Batch(batch) => {
+                self.analysis.absorb(&batch);
+                if let Some(pace) = &mut self.pace {
+                    pace.advance(batch.row_count() as u64, Instant::now());
+                }
+            }
+            // a lost link releases the lines that waited for others
+            Event::Link(event) => self.analysis.take_link_event(&event),
+            Event::End(end) => {
+                let reason = match end.error {
+                    Some(error) => EndReason::SourceFailed(error),
+                    None if channels.stop.is_cancelled() => EndReason::Stopped,
+                    None => EndReason::SourceEnded,
+                };
+                self.end = Some((reason, end.csv));
+                return;
+            }
+        }
+        self.has_changed = true;
+        if self.analysis.is_complete() {
+            self.end = Some((EndReason::DurationReached, None));
+        } else if self.goals.is_decided(&self.analysis, &self.assessor) {
+            self.end = Some((EndReason::GoalsDecided, None));
+        } else if let Some(seconds) = &channels.seconds
+            && self.analysis.seconds() > self.seconds
+        {
+            self.seconds = self.analysis.seconds();
+            self.publish(channels);
+            let state = channels.state.borrow().clone();
+            // who asked for them may have left; the measurement continues
+            let _ = seconds.send(state).await;
+        }
+    }
+
+    /// Does what is asked; the replay that takes the place of this one, if one does.
+    fn handle(&mut self, command: Command, channels: &Channels) -> Option<Measured> {
+        let is_over = self.end.is_some();
+        let now = Instant::now();
+        match (command, &mut self.pace) {
+            (Command::Stop, _) => channels.stop.cancel(),
+            (Command::EndWarmUp | Command::StartOver, _) if is_over => {
+                channels.report(SessionEvent::Refused(Refusal::Over));
+            }
+            (Command::EndWarmUp, _) => {
+                let warm_up = self.analysis.end_warm_up();
+                self.excluded.end_warm_up(warm_up);
+                self.begin_anew();
+                channels.report(SessionEvent::WarmUpEnded { warm_up, excluded: self.excluded.total() });
+            }
+            (Command::StartOver, _) => {
+                let after = self.analysis.start_over();
+                if self.excluded.start_over(after) {
+                    self.excluded.end_warm_up(self.analysis.end_warm_up());
+                }
+                self.begin_anew();
+                channels.report(SessionEvent::StartedOver { after });
+            }
+            (_, None) => {}
+            (Command::TogglePause | Command::Step, Some(_)) if is_over => {
+                channels.report(SessionEvent::Refused(Refusal::AtEnd));
+            }
+            (Command::GoTo(part), Some(pace)) => {
+                let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
+                    channels.report(SessionEvent::Refused(Refusal::NotCounted));
+                    return None;
+                };
+                let place = (part.clamp(0.0, 1.0) * total as f64).round() as u64;
+                if place < pace.playback(None).samples {
+                    let start = pace.back_to(place);
+                    return Some(self.replay_again(start, channels));
+                }
+                if !is_over {
+                    pace.run_to(place, now);
+                }
+            }
+            (command, Some(pace)) => pace.handle(command, now),
+        }
+        self.show_playback(channels);
+        None
+    }
+
+    /// What counts seconds and looks for goals begins with the record.
+    fn begin_anew(&mut self) {
+        (self.seconds, self.goals) = (self.analysis.seconds(), GoalCheck::default());
+        self.has_changed = true;
+    }
+
+    fn replay_again(&self, start: PaceStart, channels: &Channels) -> Measured {
+        let place_s = start.run_to as f64 / channels.state.borrow().snapshot.timing.rate_hz;
+        let place = Duration::try_from_secs_f64(place_s).unwrap_or(Duration::MAX);
+        let excluded = self.excluded.carried_to(place);
+        match (self.excluded.total(), excluded.total()) {
+            (Duration::ZERO, _) => {}
+            (until, Duration::ZERO) => channels.report(SessionEvent::NoLongerExcluded { until }),
+            (_, first) => channels.report(SessionEvent::StillExcluded { first }),
+        }
+        Measured::Again { start, excluded }
+    }
+
+    /// Whether anybody sees the snapshots, or the pace is kept by them.
+    fn is_watched(&self, channels: &Channels) -> bool {
+        self.pace.is_some() || channels.state.receiver_count() > 0
+    }
+
+    /// Publishes the results so far.
+    fn publish(&mut self, channels: &Channels) {
+        self.has_changed = false;
+        let snapshot = Arc::new(self.analysis.snapshot());
+        self.rate_hz = snapshot.timing.rate_hz;
+        if let Some(pace) = &mut self.pace {
+            pace.set_rate(self.rate_hz, Instant::now());
+        }
+        self.show(snapshot, channels);
+    }
+
+    fn show(&self, snapshot: Arc<Snapshot>, channels: &Channels) {
+        channels.state.send_modify(|state| {
+            state.snapshot = snapshot;
+            state.unrecorded_bytes = self.link.as_ref().map_or(0, LinkHandle::unrecorded_bytes);
+            state.stored_bytes_read = self.stored_bytes_read.as_ref().map_or(0, |read| read.load(Ordering::Relaxed));
+        });
+        self.show_playback(channels);
+    }
+
+    fn show_playback(&self, channels: &Channels) {
+        if let Some(pace) = &self.pace {
+            channels.state.send_modify(|state| {
+                let total = state.playback.and_then(|playback| playback.total);
+                state.playback = Some(pace.playback(total));
+            });
+        }
+    }
+
+    fn show_link(&self, link: &mut Option<watch::Receiver<LinkState>>, channels: &Channels) {
+        if let Some(link) = link {
+            let now = link.borrow_and_update().clone();
+            channels.state.send_modify(|state| state.link = Some(now));
+        }
+    }
+
+    /// Looks whether the stream is still the one that is measured.
+    fn watch(&mut self, channels: &Channels) {
+        let Some(watchdog) = &mut self.watchdog else { return };
+        let state = channels.state.borrow().clone();
+        let is_up = matches!(state.link, None | Some(LinkState::Up(_) | LinkState::Silent(_)));
+        if let Some(event) = watchdog.rate_event(&state.snapshot) {
+            channels.report(SessionEvent::Rate(event));
+        }
+        let ceased = watchdog.ceased(&state.snapshot, is_up, Instant::now());
+        if let Some(ceased) = ceased.filter(|_| !channels.stop.is_cancelled()) {
+            self.ceased = Some(ceased.reason(&state.snapshot));
+            channels.stop.cancel();
+        }
+    }
+
+    /// Nothing more comes of a paced replay; it can still go back.
+    fn stand_at_end(&mut self, channels: &Channels) {
+        if let Some(pace) = &mut self.pace {
+            pace.end();
+        }
+        self.analysis.finish();
+        self.publish(channels);
+    }
+
+    fn finish(mut self, channels: &Channels) -> Measured {
+        self.analysis.finish();
+        let snapshot = Arc::new(self.analysis.snapshot());
+        self.show(Arc::clone(&snapshot), channels);
+        let (reason, csv) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
+        let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
+        let reason = match (reason, self.ceased, snapshot.rate_change) {
+            (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
+            (_, Some(ceased), _) => ceased,
+            (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
+                EndReason::OtherRate(change)
+            }
+            (reason, ..) => reason,
+        };
+        Measured::Ended(Ending { snapshot, reason, csv, excluded: self.excluded })
+    }
+}

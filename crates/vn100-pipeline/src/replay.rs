@@ -1,0 +1,182 @@
+//! The session of a capture: opened, measured, and for a paced replay opened again whenever it goes
+//! back.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use tokio::{sync::watch, task};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Settings, SourceFacts};
+use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
+use vn100_protocol::stream::ReadOptions;
+
+use crate::{
+    end_reason::{EndReason, SessionResult, StartError},
+    excluded::Excluded,
+    measure::{Channels, Ending, EventObserver, Measured, Measurement, Origin, measure},
+    pace::{PaceStart, Playback, Speed},
+    recording_metadata::{conditions, with_recorded_end},
+    session::{not_started, read_options, result},
+    state::SourceState,
+};
+
+/// A capture, and how it is measured.
+#[derive(Clone)]
+pub struct ReplaySpec {
+    /// The file; `-` for standard input.
+    pub path: PathBuf,
+    /// Columns of a CSV file; `None` where its header names them.
+    pub columns: Option<ColumnMap>,
+    /// How it is measured. Where these name no end, that of the recorded measurement is taken.
+    pub settings: Settings,
+    /// How its bytes are read.
+    pub read: ReadOptions,
+    /// The pace of the replay; `None` for a measurement as fast as the machine can.
+    pub speed: Option<Speed>,
+    /// Whether the states of every second are handed out.
+    pub each_second: bool,
+    /// Sees every event.
+    pub observer: Option<EventObserver>,
+    /// Ends the session.
+    pub stop: CancellationToken,
+}
+
+impl ReplaySpec {
+    /// The file's name without its folder: a result says the same wherever its capture lies.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    async fn open(&self) -> Result<Capture, OpenError> {
+        let (path, columns) = (self.path.clone(), self.columns.clone());
+        let failed = |error| OpenError::Io { path: self.path.clone(), source: io::Error::other(error) };
+        task::spawn_blocking(move || open_capture(&path, columns.as_ref())).await.map_err(failed)?
+    }
+}
+
+fn open_capture(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, OpenError> {
+    if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
+}
+
+/// The form of a capture, as documents name it.
+fn kind(capture: &Capture, name: &str) -> &'static str {
+    match capture.format {
+        _ if name == "-" => "stdin",
+        Format::Text => "text",
+        Format::Raw => "raw",
+        Format::Csv => "csv",
+        Format::Mcap => "mcap",
+    }
+}
+
+pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> SessionResult {
+    let mut pace = spec.speed.map(|speed| PaceStart { speed, paused: false, run_to: 0 });
+    let mut excluded = Excluded::default();
+    let mut is_counted = false;
+    loop {
+        let opened = tokio::select! {
+            // checked first: once it is stopped no file more is begun
+            biased;
+            () = channels.stop.cancelled() => Err(StartError::Stopped),
+            opened = spec.open() => opened.map_err(StartError::from),
+        };
+        let capture = match opened {
+            Ok(capture) => capture,
+            Err(error) => {
+                let result = channels.end(not_started(error, &channels));
+                if pace.is_some() {
+                    // it lasts as long as the replays beside it
+                    channels.stop.cancelled().await;
+                }
+                return result;
+            }
+        };
+        let settings = publish_source(&capture, &spec, &channels);
+        let settings = match excluded.total() {
+            total if total.is_zero() => settings,
+            skip => Settings { skip, ..settings },
+        };
+        if let Some(start) = pace
+            && !std::mem::replace(&mut is_counted, true)
+        {
+            let playback =
+                Playback { samples: 0, total: None, speed: start.speed, paused: start.paused, at_end: false };
+            channels.state.send_modify(|state| state.playback = Some(playback));
+            task::spawn(count_samples(spec.clone(), channels.state.clone(), channels.stop.clone()));
+        }
+        let goals = settings.until.clone();
+        match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
+            Measured::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
+            Measured::Again { start, excluded: carried } => (pace, excluded) = (Some(start), carried),
+        }
+    }
+}
+
+/// Publishes what an opened capture says of itself; gives the settings with the end it names.
+fn publish_source(capture: &Capture, spec: &ReplaySpec, channels: &Channels) -> Settings {
+    let source = SourceFacts {
+        kind: Some(kind(capture, &spec.name())),
+        meta: capture.recorded.as_ref().and_then(conditions),
+        name: spec.name(),
+        ..SourceFacts::default()
+    };
+    channels.state.send_modify(|state| {
+        state.source = source.into();
+        state.recorded.clone_from(&capture.recorded);
+    });
+    match &capture.recorded {
+        Some(recorded) => with_recorded_end(spec.settings.clone(), recorded),
+        None => spec.settings.clone(),
+    }
+}
+
+async fn measure_capture(
+    capture: Capture,
+    settings: Settings,
+    pace: Option<PaceStart>,
+    excluded: Excluded,
+    spec: &ReplaySpec,
+    channels: &mut Channels,
+) -> Measured {
+    let read = read_options(spec.read, &settings);
+    let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || pace.is_some(), ..read };
+    let stored_bytes_read = capture.stored_bytes_read.clone();
+    match capture.read(read, channels.stop.clone()) {
+        Ok(events) => {
+            let origin = pace.map_or(Origin::Capture { stored_bytes_read }, Origin::Paced);
+            measure(Measurement { events, settings, excluded, origin }, channels).await
+        }
+        Err(error) => {
+            let snapshot = channels.state.borrow().snapshot.clone();
+            Measured::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), csv: None, excluded })
+        }
+    }
+}
+
+/// Counts the samples of a capture, for the place of its replay. What cannot be read twice is not
+/// counted.
+async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop: CancellationToken) {
+    if spec.path == Path::new("-") {
+        return;
+    }
+    // one that cannot be opened again has no count either
+    let Ok(capture) = spec.open().await else { return };
+    let read = ReadOptions { line_by_line: false, diagnostics: false, ..spec.read };
+    let Ok(mut events) = capture.read(read, stop) else { return };
+    let mut samples = 0;
+    while let Some(event) = events.recv().await {
+        match event {
+            Event::Batch(batch) => samples += batch.row_count() as u64,
+            Event::Link(_) => {}
+            Event::End(_) => break,
+        }
+    }
+    state.send_modify(|state| {
+        if let Some(playback) = &mut state.playback {
+            playback.total = Some(samples);
+        }
+    });
+}

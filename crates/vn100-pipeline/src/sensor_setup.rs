@@ -1,0 +1,132 @@
+//! What is changed on a sensor before it is measured, and set back behind it.
+
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
+use vn100_protocol::{Command, Register};
+
+use crate::{
+    live_source::{LiveError, LiveSource},
+    measure::Channels,
+    session_event::{OutputLeft, SessionEvent},
+};
+
+/// Why a sensor is not set as asked, or not set back.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// It is not heard.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// It cannot be set so, or back.
+    #[error(transparent)]
+    Configure(#[from] ConfigureError),
+    /// Its output could not be paused again.
+    #[error(transparent)]
+    Command(#[from] CommandError),
+    /// Another one is on the port; it is left as it is.
+    #[error("another sensor, serial {now}, is on the port; it was {known}")]
+    AnotherSensor {
+        /// Its serial number.
+        now: String,
+        /// That of the one that was set.
+        known: String,
+    },
+}
+
+/// A sensor as it was set for its measurement.
+#[derive(Default)]
+pub(crate) struct SensorSetup {
+    changes: Vec<Change>,
+    /// Of the sensor that was changed, where it has one.
+    serial: Option<String>,
+    /// Whether its output was found paused.
+    was_paused: bool,
+    /// Whether its output was paused here, and may be so still.
+    may_be_paused: bool,
+}
+
+impl SensorSetup {
+    /// Sets the sensor as asked. A stop is the end of the data and no error: nothing is changed
+    /// then, or left to be undone.
+    pub(crate) async fn new(
+        source: &LiveSource,
+        settings: Option<OutputSettings>,
+        known_serial: Option<&str>,
+        channels: &Channels,
+    ) -> Result<Self, SetupError> {
+        let Some(settings) = settings else { return Ok(Self::default()) };
+        let stop = &channels.stop;
+        let set = async |link: LinkHandle| Ok((configure(&link, &settings, stop).await?, serial(&link).await));
+        match source.with_link(known_serial, stop, set).await {
+            Ok((configured, serial)) => {
+                let Configured { changes, was_paused, .. } = configured.clone();
+                channels.report(SessionEvent::SensorConfigured(configured));
+                Ok(Self { changes, serial, was_paused, may_be_paused: false })
+            }
+            Err(SetupError::Live(LiveError::Stopped)) => Ok(Self::default()),
+            Err(SetupError::Configure(ConfigureError::Interrupted { undone })) => {
+                if !undone.is_empty() {
+                    channels.report(SessionEvent::SettingsRestored { output_paused: false });
+                }
+                Ok(Self::default())
+            }
+            // to be set back once more, on a link of its own
+            Err(SetupError::Configure(ConfigureError::Left { cause, changes, may_be_paused, .. }))
+                if matches!(*cause, ConfigureError::Interrupted { .. }) =>
+            {
+                Ok(Self { changes, may_be_paused, ..Self::default() })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// What is to be set again on a sensor that comes back.
+    pub(crate) fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// Sets the sensor as it was before: whether it is.
+    pub(crate) async fn undo(self, source: &LiveSource, known_serial: Option<&str>, channels: &Channels) -> bool {
+        let Self { changes, serial, was_paused, may_be_paused } = self;
+        if changes.is_empty() && !was_paused && !may_be_paused {
+            return true;
+        }
+        // not to be stopped: only a kill of the program ends this
+        let undo = async |link: LinkHandle| {
+            let restored = restore_same(&link, &changes, serial.as_deref()).await;
+            if was_paused || may_be_paused {
+                link.request(Command::Async(!was_paused)).await?;
+            }
+            restored
+        };
+        let undone = source.with_link(known_serial, &CancellationToken::new(), undo).await;
+        let is_restored = undone.is_ok();
+        channels.report(match undone {
+            Ok(()) => SessionEvent::SettingsRestored { output_paused: was_paused },
+            Err(error) => {
+                let output = match (was_paused, may_be_paused) {
+                    (true, _) => Some(OutputLeft::On),
+                    (false, true) => Some(OutputLeft::MaybePaused),
+                    (false, false) => None,
+                };
+                SessionEvent::SettingsNotRestored { error, changes, output }
+            }
+        });
+        is_restored
+    }
+}
+
+/// The serial number of a sensor; `None` where it does not say.
+async fn serial(link: &LinkHandle) -> Option<String> {
+    let contents = link.read(Register::SERIAL_NUMBER).await;
+    contents.ok().flatten().map(|contents| contents.fields.to_string())
+}
+
+/// Sets back what was changed on the sensor of that serial number; another one is left as it is.
+async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<(), SetupError> {
+    if let (Some(known), Some(now)) = (known, serial(link).await)
+        && now != known
+    {
+        return Err(SetupError::AnotherSensor { now, known: known.to_owned() });
+    }
+    Ok(restore(link, changes).await?)
+}

@@ -1,0 +1,173 @@
+//! A measurement of one source from its opening to its result, as a handle.
+
+use std::sync::Arc;
+
+use tokio::{
+    sync::{mpsc, watch},
+    task::JoinHandle,
+};
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{Goal, Settings, SourceFacts, UnmetGoal};
+use vn100_capture::Event;
+use vn100_protocol::stream::ReadOptions;
+
+use crate::{
+    command::Command,
+    end_reason::{EndReason, SessionResult, StartError},
+    excluded::Excluded,
+    live::{LiveSpec, run_live},
+    measure::{Channels, Ending, EventObserver, Measured, Measurement, Origin, measure},
+    replay::{ReplaySpec, run_replay},
+    session_event::SessionEvent,
+    state::{SourceState, Stage, csv_facts},
+};
+
+/// Commands that may wait; behind them `try_send` refuses and `send` waits.
+const WAITING_COMMANDS: usize = 8;
+
+/// Session events that may wait to be taken; further ones are dropped.
+const WAITING_EVENTS: usize = 64;
+
+/// States of every second that may wait to be taken; then the measurement waits.
+const WAITING_SECONDS: usize = 4;
+
+/// A session under way, in a task of its own. Dropping the handle does not end it: cancel its token
+/// or send [`Command::Stop`].
+#[derive(Debug)]
+pub struct Session {
+    /// The state, now and whenever it changes.
+    pub state: watch::Receiver<SourceState>,
+    /// Takes commands.
+    pub commands: mpsc::Sender<Command>,
+    /// What happens beside the measurement.
+    pub events: mpsc::Receiver<SessionEvent>,
+    /// The state at every second of data time; closed from the start where these were not asked
+    /// for. Taken too late they hold back the measurement.
+    pub seconds: mpsc::Receiver<SourceState>,
+    /// The result. It fails only by a fault of the program.
+    pub result: JoinHandle<SessionResult>,
+}
+
+impl Session {
+    /// Measures a live sensor until it is stopped, its goals are decided or its stream ceases:
+    /// begins the recording, sets the sensor, measures, ends the recording, sets the sensor back.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime with time enabled.
+    #[must_use]
+    pub fn live(spec: LiveSpec) -> Self {
+        let source = SourceFacts {
+            name: spec.name.clone(),
+            kind: spec.kind,
+            meta: (!spec.conditions.is_empty()).then(|| spec.conditions.clone()),
+            ..SourceFacts::default()
+        };
+        let state = SourceState::new(source, &spec.settings);
+        let (channels, face) = open(state, spec.observer(), spec.stop.child_token(), false);
+        face.run(run_live(spec, channels))
+    }
+
+    /// Measures a capture to its end, or until it is stopped; with a speed, at the pace of the
+    /// sensor and until it is stopped.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime with time enabled.
+    #[must_use]
+    pub fn replay(spec: ReplaySpec) -> Self {
+        let source = SourceFacts { name: spec.name(), ..SourceFacts::default() };
+        let state = SourceState::new(source, &spec.settings);
+        let (channels, face) = open(state, spec.observer.clone(), spec.stop.child_token(), spec.each_second);
+        face.run(run_replay(spec, channels))
+    }
+
+    /// Measures the events of any source, until they end or the session is stopped.
+    ///
+    /// # Panics
+    /// Outside a tokio runtime with time enabled.
+    #[must_use]
+    pub fn of_events(source: SourceFacts, events: mpsc::Receiver<Event>, settings: Settings) -> Self {
+        let state = SourceState::new(source, &settings);
+        let (channels, face) = open(state, None, CancellationToken::new(), false);
+        face.run(run_events(events, settings, channels))
+    }
+}
+
+async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
+    let (goals, excluded) = (settings.until.clone(), Excluded::default());
+    let measurement = Measurement { events, settings, excluded, origin: Origin::Events };
+    match measure(measurement, &mut channels).await {
+        Measured::Ended(ending) => channels.end(result(ending, &goals, &channels)),
+        // only a paced replay goes back
+        Measured::Again { .. } => channels.end(not_started(StartError::Stopped, &channels)),
+    }
+}
+
+/// The handle of a session before its task.
+struct Face {
+    state: watch::Receiver<SourceState>,
+    commands: mpsc::Sender<Command>,
+    events: mpsc::Receiver<SessionEvent>,
+    seconds: mpsc::Receiver<SourceState>,
+}
+
+impl Face {
+    fn run(self, session: impl Future<Output = SessionResult> + Send + 'static) -> Session {
+        let Self { state, commands, events, seconds } = self;
+        Session { state, commands, events, seconds, result: tokio::spawn(session) }
+    }
+}
+
+fn open(
+    state: SourceState,
+    observer: Option<EventObserver>,
+    stop: CancellationToken,
+    each_second: bool,
+) -> (Channels, Face) {
+    let (publisher, state) = watch::channel(state);
+    let (commands, inbox) = mpsc::channel(WAITING_COMMANDS);
+    let (reporter, events) = mpsc::channel(WAITING_EVENTS);
+    let (sender, seconds) = mpsc::channel(WAITING_SECONDS);
+    let sender = each_second.then_some(sender);
+    let channels = Channels { state: publisher, commands: inbox, events: reporter, seconds: sender, observer, stop };
+    (channels, Face { state, commands, events, seconds })
+}
+
+impl Channels {
+    /// The session is over with this result.
+    pub(crate) fn end(&self, result: SessionResult) -> SessionResult {
+        self.stage(Stage::Ended(Arc::clone(&result.end)));
+        result
+    }
+}
+
+/// The result of a measurement that ended.
+pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
+    let Ending { snapshot, reason, csv, excluded } = ending;
+    let state = channels.state.borrow();
+    let assessment = state.assessor.exact(&snapshot);
+    SessionResult {
+        facts: SourceFacts { csv: csv.map(csv_facts), ..state.facts_at(true) },
+        unmet: UnmetGoal::of(goals, &snapshot, &assessment),
+        snapshot,
+        assessment,
+        end: Arc::new(reason),
+        excluded: excluded.total(),
+        recording: None,
+        unrecorded_bytes: 0,
+        is_restored: true,
+    }
+}
+
+/// The result of a source that could not be opened: that of no samples.
+pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> SessionResult {
+    let snapshot = Arc::clone(&channels.state.borrow().snapshot);
+    let (reason, excluded) = (EndReason::NotStarted(error.into()), Excluded::default());
+    result(Ending { snapshot, reason, csv: None, excluded }, &[], channels)
+}
+
+/// How the bytes are read so that a result that ends between two reads is the same however they
+/// were cut.
+pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
+    let ends_between = settings.duration.is_some() || !settings.until.is_empty();
+    ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }
+}

@@ -1,0 +1,69 @@
+//! What happens in a session beside the measurement, as data.
+
+use std::time::Duration;
+
+use vn100_driver::{Change, Configured};
+
+use crate::{command::Refusal, sensor_setup::SetupError, watchdog::RateEvent};
+
+/// Something that happened in a session. What it changes in the result, the
+/// [state](crate::SourceState) says.
+#[derive(Debug)]
+pub enum SessionEvent {
+    /// The sensor was set as asked before it is measured.
+    SensorConfigured(Configured),
+    /// The sensor was set back to what it was before.
+    SettingsRestored {
+        /// Its output is paused again, as it was found.
+        output_paused: bool,
+    },
+    /// The sensor could not be set back to what it was before.
+    SettingsNotRestored {
+        /// Why.
+        error: SetupError,
+        /// What may stay changed.
+        changes: Vec<Change>,
+        /// How its output may be left, where that is not as it was found.
+        output: Option<OutputLeft>,
+    },
+    /// An output that was found paused, and resumed for the measurement, is paused again.
+    OutputPausedAgain,
+    /// An output that was found paused could not be paused again.
+    OutputNotPausedAgain,
+    /// The rate of the stream changed.
+    Rate(RateEvent),
+    /// Everything before this is excluded as warm-up.
+    WarmUpEnded {
+        /// Data time since the measurement began, or was started over.
+        warm_up: Duration,
+        /// Data time excluded at the beginning of the whole record.
+        excluded: Duration,
+    },
+    /// Everything before this is excluded, and the measurement began anew.
+    StartedOver {
+        /// Data time until then.
+        after: Duration,
+    },
+    /// The same beginning is excluded although the capture is replayed from its start again.
+    StillExcluded {
+        /// Data time at the beginning.
+        first: Duration,
+    },
+    /// Nothing is excluded by command any more: the capture is replayed again to a place before the
+    /// end of what was.
+    NoLongerExcluded {
+        /// Data time until where it was.
+        until: Duration,
+    },
+    /// A command had no effect.
+    Refused(Refusal),
+}
+
+/// The output of a sensor that could not be set back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutputLeft {
+    /// It is on, and was found paused.
+    On,
+    /// It may be paused, and was found on.
+    MaybePaused,
+}

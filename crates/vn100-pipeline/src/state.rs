@@ -1,0 +1,161 @@
+//! The one published state of a session: what a view, a page or a heartbeat shows of a source.
+
+use std::sync::Arc;
+
+use vn100_analysis::{
+    Analysis, Assessment, CsvFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts,
+    RecordingFacts, RejectedRows, Settings, Snapshot, SourceFacts,
+};
+use vn100_capture::{CsvReport, Recorded, RecordingState};
+use vn100_driver::LinkState;
+
+use crate::{assessor::Assessor, end_reason::EndReason, pace::Playback};
+
+/// One source at one moment. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct SourceState {
+    /// How far the session has come.
+    pub stage: Stage,
+    /// The link of a live source; `None` for what is no link.
+    pub link: Option<LinkState>,
+    /// The recording that is made; `None` where there is none.
+    pub recording: Option<RecordingState>,
+    /// Bytes that the recording lacks because the disk did not take them in time.
+    pub unrecorded_bytes: u64,
+    /// Where a paced replay is; `None` for any other source.
+    pub playback: Option<Playback>,
+    /// Stored bytes of the capture that were read; 0 for a live source.
+    pub stored_bytes_read: u64,
+    /// The latest results.
+    pub snapshot: Arc<Snapshot>,
+    /// What is known of the source from the beginning.
+    pub(crate) source: Arc<SourceFacts>,
+    pub(crate) recorded: Option<Recorded>,
+    pub(crate) assessor: Assessor,
+}
+
+/// How far a session has come.
+#[derive(Debug, Clone)]
+pub enum Stage {
+    /// Before the measurement: the source is opened, the sensor set.
+    Preparing,
+    /// Samples are taken. Behind the end of a paced replay still, because it can go back.
+    Measuring,
+    /// The measurement is over: its recording is ended and the sensor set back.
+    Finishing,
+    /// It is over.
+    Ended(Arc<EndReason>),
+}
+
+impl SourceState {
+    /// A source of which nothing is known but what it is.
+    #[must_use]
+    pub fn new(source: SourceFacts, settings: &Settings) -> Self {
+        Self {
+            stage: Stage::Preparing,
+            link: None,
+            recording: None,
+            unrecorded_bytes: 0,
+            playback: None,
+            stored_bytes_read: 0,
+            snapshot: Arc::new(Analysis::new(settings.clone()).snapshot()),
+            source: Arc::new(source),
+            recorded: None,
+            assessor: Assessor::new(settings.confidence),
+        }
+    }
+
+    /// Name of the source: of a file without its folder, of a port, `-` for standard input.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.source.name
+    }
+
+    /// The assessment of the source, as all who look share it: see [`Assessor::latest`]. Takes
+    /// milliseconds where it is due to be made anew.
+    #[must_use]
+    pub fn assessment(&self) -> Arc<Assessment> {
+        self.assessor.latest(&self.snapshot)
+    }
+
+    /// Who assesses the source.
+    #[must_use]
+    pub fn assessor(&self) -> Assessor {
+        self.assessor.clone()
+    }
+
+    /// All that is known of the source beside its samples. The error is `None`: it is for the face
+    /// to put into words.
+    #[must_use]
+    pub fn facts(&self) -> SourceFacts {
+        let ended = matches!(self.stage, Stage::Ended(_));
+        self.facts_at(ended)
+    }
+
+    /// The same, where how a replayed recording ended counts only once that was reached: it is read
+    /// ahead.
+    pub(crate) fn facts_at(&self, ended: bool) -> SourceFacts {
+        SourceFacts {
+            recording: self.recorded.as_ref().map(|recorded| recording_facts(recorded, ended)),
+            link: self.link.as_ref().map(link_facts),
+            recorder: self.recording.as_ref().map(|recording| RecorderFacts {
+                path: recording.path.display().to_string(),
+                bytes: recording.bytes,
+                unrecorded_bytes: self.unrecorded_bytes,
+                error: recording.error.as_ref().map(ToString::to_string),
+            }),
+            playback: self.playback.map(|playback| PlaybackFacts {
+                samples: playback.samples,
+                total: playback.total,
+                paused: playback.paused,
+                at_end: playback.at_end,
+            }),
+            ended,
+            ..(*self.source).clone()
+        }
+    }
+}
+
+fn recording_facts(recorded: &Recorded, ended: bool) -> RecordingFacts {
+    RecordingFacts {
+        program: recorded.program.clone(),
+        started_ns: recorded.started_ns,
+        end: recorded.end.get().filter(|_| ended).map(|end| RecordingEndFacts {
+            ended_ns: end.ended_ns,
+            complete: end.complete,
+            reason: end.reason.clone(),
+        }),
+    }
+}
+
+fn link_facts(state: &LinkState) -> LinkFacts {
+    let of = |status, port: &str, baud| LinkFacts { status, port: Some(port.into()), baud, cause: None };
+    match state {
+        LinkState::Opening => LinkFacts::default(),
+        LinkState::Probing { port, baud } => of(LinkStatus::Scanning, port, *baud),
+        LinkState::Up(up) => of(LinkStatus::Connected, &up.port, up.baud),
+        LinkState::Silent(up) => of(LinkStatus::Silent, &up.port, up.baud),
+        LinkState::Down { was_up, cause, .. } => {
+            let status = if *was_up { LinkStatus::Lost } else { LinkStatus::NotConnected };
+            LinkFacts { status, cause: Some(cause.clone()), ..LinkFacts::default() }
+        }
+        _ => LinkFacts { status: LinkStatus::Closed, ..LinkFacts::default() },
+    }
+}
+
+pub(crate) fn csv_facts(report: CsvReport) -> CsvFacts {
+    let rejected = |rows: vn100_capture::RejectedRows| RejectedRows {
+        reason: rows.reason,
+        count: rows.count,
+        first_line: rows.first_line,
+        first_text: rows.first_text,
+    };
+    CsvFacts {
+        lines: report.lines,
+        rows: report.rows,
+        skipped_lines: report.skipped_lines,
+        rejected: report.odd.into_iter().map(rejected).collect(),
+        ignored_columns: report.ignored_columns,
+        rounded: report.rounded,
+    }
+}

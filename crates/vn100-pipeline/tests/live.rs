@@ -1,0 +1,450 @@
+//! Sessions of a live sensor, from its setting to the end of its recording, in virtual time.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+#[path = "../../vn100-driver/tests/support/mod.rs"]
+mod support;
+
+use std::{
+    collections::BTreeMap,
+    io,
+    path::Path,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use support::{LINE, OTHER_LINE, Sensor};
+use tempfile::TempDir;
+use tokio::time;
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::{LinkStatus, Settings};
+use vn100_capture::{Event, RecordError, RecordingReader};
+use vn100_driver::{ConfigureError, LinkState, OutputSettings};
+use vn100_pipeline::{
+    Command, EndReason, LiveError, LiveSource, LiveSpec, OutputLeft, RateEvent, RecordingSpec, Session, SessionEvent,
+    SessionResult, SetupError, SourceState, Stage, StartError,
+};
+use vn100_protocol::stream::ReadOptions;
+
+fn sensor() -> Sensor {
+    let sensor = Sensor::new(115_200, 40);
+    sensor.world().registers.insert(30, "0,0,0,0,1,0,1".into());
+    sensor
+}
+
+fn spec(mut source: LiveSource) -> LiveSpec {
+    source.baud = Some(115_200);
+    LiveSpec {
+        name: "imu".into(),
+        kind: Some("serial"),
+        source: Ok(source),
+        settings: Settings::default(),
+        read: ReadOptions::default(),
+        temperature: false,
+        output: None,
+        conditions: BTreeMap::new(),
+        recording: None,
+        stop: CancellationToken::new(),
+    }
+}
+
+fn of(sensor: &Sensor) -> LiveSpec {
+    spec(LiveSource::link(sensor.clone()))
+}
+
+fn duration(seconds: u64) -> Settings {
+    Settings { duration: Some(Duration::from_secs(seconds)), ..Settings::default() }
+}
+
+fn recording(folder: &TempDir) -> Option<RecordingSpec> {
+    let path = folder.path().join("bench.mcap");
+    Some(RecordingSpec { path, resume: false, excluded_note: |time| format!("without {} s", time.as_secs()) })
+}
+
+/// Why the recording ended, as it says itself.
+fn reason(path: &Path) -> String {
+    let mut reader = RecordingReader::open(std::fs::File::open(path).unwrap()).unwrap();
+    while reader.next_input().unwrap().is_some() {}
+    reader.recorded().end.get().unwrap().reason.clone().unwrap()
+}
+
+async fn until(session: &mut Session, is_there: impl FnMut(&SourceState) -> bool) -> SourceState {
+    session.state.wait_for(is_there).await.unwrap().clone()
+}
+
+async fn ended(session: Session) -> (SessionResult, Vec<SessionEvent>) {
+    let Session { mut events, result, .. } = session;
+    let result = result.await.unwrap();
+    let mut all = Vec::new();
+    while let Some(event) = events.recv().await {
+        all.push(event);
+    }
+    (result, all)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_is_measured_for_the_time_asked_for() {
+    let sensor = sensor();
+    let conditions = BTreeMap::from([("place".to_owned(), "bench".to_owned())]);
+    let mut session = Session::live(LiveSpec { settings: duration(3), conditions: conditions.clone(), ..of(&sensor) });
+    assert!(matches!(session.state.borrow().stage, Stage::Preparing));
+    let up = until(&mut session, |state| matches!(state.link, Some(LinkState::Up(_)))).await;
+    assert!(matches!(up.stage, Stage::Measuring));
+    let facts = up.facts();
+    assert_eq!(
+        (facts.name.as_str(), facts.kind, facts.meta, facts.ended),
+        ("imu", Some("serial"), Some(conditions), false)
+    );
+    let link = facts.link.unwrap();
+    assert_eq!(
+        (link.status, link.baud, link.port.as_deref()),
+        (LinkStatus::Connected, Some(115_200), Some("/dev/imu"))
+    );
+    let state = session.state.clone();
+    let (result, events) = ended(session).await;
+    assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+    assert_eq!(result.snapshot.timing.samples, 120);
+    assert_eq!((result.assessment.samples, result.excluded), (120, Duration::ZERO));
+    assert!(result.unmet.is_empty() && result.recording.is_none() && result.is_restored && result.facts.ended);
+    assert!(events.is_empty(), "{events:?}");
+    let state = state.borrow().clone();
+    assert!(matches!(&state.stage, Stage::Ended(reason) if Arc::ptr_eq(reason, &result.end)));
+    assert!(state.facts().ended && matches!(state.link, Some(LinkState::Closed { .. })));
+    assert_eq!(state.facts().link.unwrap().status, LinkStatus::Closed);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_session_is_stopped_by_a_command_or_by_its_token() {
+    for by_command in [true, false] {
+        let sensor = sensor();
+        let spec = of(&sensor);
+        let stop = spec.stop.clone();
+        let mut session = Session::live(spec);
+        until(&mut session, |state| state.snapshot.timing.samples > 50).await;
+        if by_command {
+            session.commands.send(Command::Stop).await.unwrap();
+        } else {
+            stop.cancel();
+        }
+        let (result, _) = ended(session).await;
+        assert!(matches!(*result.end, EndReason::Stopped));
+        assert!(result.snapshot.timing.samples > 50);
+        assert_eq!(stop.is_cancelled(), !by_command, "the session alone ends");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_is_not_heard_is_an_error_of_the_source() {
+    let sensor = sensor();
+    sensor.world().plugged = false;
+    let (result, _) = ended(Session::live(of(&sensor))).await;
+    assert!(matches!(*result.end, EndReason::SourceFailed(_)), "{:?}", result.end);
+    assert_eq!(result.snapshot.timing.samples, 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_link_and_its_loss_are_shown() {
+    let sensor = sensor();
+    let mut session = Session::live(of(&sensor));
+    until(&mut session, |state| state.snapshot.timing.samples > 50).await;
+    sensor.world().plugged = false;
+    let down = until(&mut session, |state| matches!(state.link, Some(LinkState::Down { .. }))).await;
+    let link = down.facts().link.unwrap();
+    assert_eq!(link.status, LinkStatus::Lost);
+    assert!(link.cause.is_some());
+    sensor.world().plugged = true;
+    until(&mut session, |state| state.snapshot.link.connects == 2).await;
+    session.commands.send(Command::Stop).await.unwrap();
+    assert!(ended(session).await.0.snapshot.timing.samples > 50);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_recorded_can_be_replayed_to_the_same_end() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let session = Session::live(LiveSpec { settings: duration(3), recording: recording(&folder), ..of(&sensor) });
+    let state = session.state.clone();
+    let (result, _) = ended(session).await;
+    let recording = result.recording.unwrap();
+    assert!(recording.ended && recording.error.is_none() && recording.bytes >= 120 * LINE.len() as u64);
+    assert_eq!(state.borrow().facts().recorder.unwrap().bytes, recording.bytes);
+    assert_eq!(reason(&recording.path), "the end of the source, or of the time asked for");
+    let spec = vn100_pipeline::ReplaySpec {
+        path: recording.path,
+        columns: None,
+        settings: Settings::default(),
+        read: ReadOptions::default(),
+        speed: None,
+        each_second: false,
+        observer: None,
+        stop: CancellationToken::new(),
+    };
+    let replay = Session::replay(spec).result.await.unwrap();
+    assert!(matches!(*replay.end, EndReason::DurationReached));
+    assert_eq!(replay.snapshot.timing.samples, result.snapshot.timing.samples);
+    assert!(replay.facts.recording.unwrap().started_ns.is_some());
+    assert_eq!((replay.facts.kind, replay.facts.meta), (Some("mcap"), None));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_excluded_by_command_is_noted_in_the_recording() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples >= 100).await;
+    session.commands.send(Command::EndWarmUp).await.unwrap();
+    until(&mut session, |state| state.snapshot.timing.left_out >= 100 && state.snapshot.timing.samples > 10).await;
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, events) = ended(session).await;
+    let [SessionEvent::WarmUpEnded { warm_up, excluded }] = events[..] else { panic!("{events:?}") };
+    assert_eq!((warm_up, excluded), (result.excluded, result.excluded));
+    assert!(excluded >= Duration::from_millis(2500));
+    let path = result.recording.unwrap().path;
+    assert_eq!(reason(&path), format!("stopped; without {} s", excluded.as_secs()));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_that_cannot_be_made_changes_nothing() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    let recording = recording(&folder);
+    std::fs::write(&recording.as_ref().unwrap().path, "there").unwrap();
+    let (result, events) = ended(Session::live(LiveSpec { recording, ..of(&sensor) })).await;
+    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    assert!(matches!(error, StartError::Recording(RecordError::Exists { .. })));
+    assert!(result.recording.is_none() && events.is_empty() && sensor.world().opened.is_empty());
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_empty_new_recording_is_removed() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    sensor.world().plugged = false;
+    let recording = recording(&folder);
+    let path = recording.as_ref().unwrap().path.clone();
+    let (result, _) = ended(Session::live(LiveSpec { recording, ..of(&sensor) })).await;
+    assert_eq!(result.recording.unwrap().bytes, 0);
+    assert!(!path.exists());
+}
+
+fn rate(rate_hz: u32) -> Option<OutputSettings> {
+    Some(OutputSettings { rate_hz: Some(rate_hz), ..OutputSettings::default() })
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_is_set_before_and_set_back_behind() {
+    let sensor = sensor();
+    let session = Session::live(LiveSpec { output: rate(20), settings: duration(3), ..of(&sensor) });
+    let (result, events) = ended(session).await;
+    assert_eq!(result.snapshot.timing.samples, 60);
+    let [SessionEvent::SensorConfigured(set), SessionEvent::SettingsRestored { output_paused: false }] = &events[..]
+    else {
+        panic!("{events:?}")
+    };
+    assert_eq!((set.rate_hz, set.changes.len()), (20, 1));
+    assert!(result.is_restored);
+    assert_eq!(sensor.world().registers[&7], "40");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_is_gone_stays_changed_and_the_result_says_so() {
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples > 20).await;
+    sensor.world().plugged = false;
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, events) = ended(session).await;
+    assert!(!result.is_restored);
+    let [SessionEvent::SensorConfigured(_), SessionEvent::SettingsNotRestored { error, changes, output: None }] =
+        &events[..]
+    else {
+        panic!("{events:?}")
+    };
+    assert!(matches!(error, SetupError::Live(LiveError::NotHeard(_))), "{error:?}");
+    assert_eq!(changes.len(), 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_was_found_paused_is_paused_again() {
+    for (gone, left) in [(false, None), (true, Some(OutputLeft::On))] {
+        let sensor = sensor();
+        sensor.world().streams = false;
+        let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
+        until(&mut session, |state| state.snapshot.timing.samples > 20).await;
+        sensor.world().plugged = !gone;
+        session.commands.send(Command::Stop).await.unwrap();
+        let (result, events) = ended(session).await;
+        match (&events[..], left) {
+            ([SessionEvent::SensorConfigured(set), SessionEvent::SettingsRestored { output_paused: true }], None) => {
+                assert!(set.was_paused && result.is_restored && !sensor.world().streams);
+            }
+            ([SessionEvent::SensorConfigured(_), SessionEvent::SettingsNotRestored { output, .. }], Some(_)) => {
+                assert_eq!(*output, left);
+            }
+            _ => panic!("{events:?}"),
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_output_that_the_link_resumed_is_paused_again_at_its_end() {
+    let sensor = sensor();
+    sensor.world().streams = false;
+    let session = Session::live(LiveSpec { settings: duration(2), ..of(&sensor) });
+    let (_, events) = ended(session).await;
+    assert!(matches!(events[..], [SessionEvent::OutputPausedAgain]), "{events:?}");
+    assert!(!sensor.world().streams);
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_sensor_on_the_port_is_left_as_it_is() {
+    let sensor = sensor();
+    sensor.world().registers.insert(3, "100".into());
+    let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples > 20).await;
+    sensor.world().registers.insert(3, "200".into());
+    session.commands.send(Command::Stop).await.unwrap();
+    let (result, events) = ended(session).await;
+    let [_, SessionEvent::SettingsNotRestored { error: SetupError::AnotherSensor { now, known }, .. }] = &events[..]
+    else {
+        panic!("{events:?}")
+    };
+    assert_eq!((now.as_str(), known.as_str(), result.is_restored), ("200", "100", false));
+    assert_eq!(sensor.world().registers[&7], "20");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_cannot_be_set_is_not_measured() {
+    let folder = TempDir::new().unwrap();
+    let sensor = sensor();
+    sensor.world().read_only = Some(7);
+    let recording = recording(&folder);
+    let path = recording.as_ref().unwrap().path.clone();
+    let (result, events) = ended(Session::live(LiveSpec { output: rate(20), recording, ..of(&sensor) })).await;
+    let EndReason::NotStarted(StartError::Setup(SetupError::Configure(error))) = &*result.end else {
+        panic!("{:?}", result.end)
+    };
+    assert!(matches!(error, ConfigureError::Command(_)), "{error:?}");
+    assert!(events.is_empty() && !path.exists() && result.recording.is_none());
+    assert_eq!(sensor.world().registers[&7], "40");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_while_the_sensor_is_set_is_no_error_and_leaves_it_as_it_was() {
+    // after so many milliseconds: before it is heard, while it is written, while it is counted
+    for stop_after in [0, 700, 1500, 3000] {
+        let sensor = sensor();
+        let spec = LiveSpec { output: rate(20), ..of(&sensor) };
+        let stop = spec.stop.clone();
+        let session = Session::live(spec);
+        time::sleep(Duration::from_millis(stop_after)).await;
+        stop.cancel();
+        let (result, events) = ended(session).await;
+        assert!(matches!(*result.end, EndReason::Stopped), "{stop_after}: {:?}", result.end);
+        assert!(
+            matches!(events[..], [] | [.., SessionEvent::SettingsRestored { output_paused: false }]),
+            "{stop_after}: {events:?}"
+        );
+        assert_eq!(sensor.world().registers[&7], "40", "{stop_after}");
+        assert!(sensor.world().streams, "{stop_after}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_sends_another_message_ends_the_session() {
+    let sensor = sensor();
+    let mut session = Session::live(of(&sensor));
+    until(&mut session, |state| state.snapshot.timing.samples > 80).await;
+    sensor.world().line = OTHER_LINE;
+    let began = time::Instant::now();
+    let (result, _) = ended(session).await;
+    let EndReason::OtherMessages { message, other, rate_hz } = &*result.end else { panic!("{:?}", result.end) };
+    assert_eq!((message.as_str(), other.unwrap().to_string().as_str(), *rate_hz), ("VNYMR", "VNYPR", None));
+    let waited = began.elapsed();
+    assert!((4.0..6.0).contains(&waited.as_secs_f64()), "{waited:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_never_sends_a_measurement_ends_the_session() {
+    let sensor = sensor();
+    sensor.world().line = OTHER_LINE;
+    let (result, _) = ended(Session::live(of(&sensor))).await;
+    assert!(matches!(*result.end, EndReason::NoMeasurement), "{:?}", result.end);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_sends_at_another_rate_ends_the_session() {
+    let sensor = sensor();
+    let mut session = Session::live(of(&sensor));
+    until(&mut session, |state| state.snapshot.timing.samples > 400).await;
+    sensor.world().period = Duration::from_millis(100);
+    let (result, events) = ended(session).await;
+    let EndReason::OtherRate(change) = &*result.end else { panic!("{:?}", result.end) };
+    assert_eq!((change.from_hz, change.to_hz), (40.0, 10.0));
+    assert!(matches!(events[..], [SessionEvent::Rate(RateEvent::Changed(_))]), "{events:?}");
+}
+
+#[tokio::test]
+async fn a_stream_is_measured_recorded_and_takes_no_commands() {
+    let folder = TempDir::new().unwrap();
+    let bytes = io::Cursor::new(LINE.repeat(50));
+    let seen = Arc::new(Mutex::new((0, 0)));
+    let count = Arc::clone(&seen);
+    let mut source = LiveSource::stream(bytes.clone());
+    source.observer = Some(Arc::new(move |event: &Event| match event {
+        Event::Batch(batch) => count.lock().unwrap().0 += batch.row_count(),
+        Event::End(_) => count.lock().unwrap().1 += 1,
+        Event::Link(_) => {}
+    }));
+    let (result, _) = ended(Session::live(LiveSpec { recording: recording(&folder), ..spec(source) })).await;
+    assert!(matches!(*result.end, EndReason::SourceEnded));
+    assert_eq!(result.snapshot.link.samples(), 50);
+    assert_eq!(*seen.lock().unwrap(), (50, 1));
+    let recording = result.recording.unwrap();
+    assert_eq!(recording.bytes, 50 * LINE.len() as u64);
+    let setting = LiveSpec { output: rate(20), ..spec(LiveSource::stream(bytes.clone())) };
+    let asking = LiveSpec { temperature: true, ..spec(LiveSource::stream(bytes)) };
+    let (result, _) = ended(Session::live(setting)).await;
+    let EndReason::NotStarted(StartError::Setup(error)) = &*result.end else { panic!("{:?}", result.end) };
+    assert!(matches!(error, SetupError::Live(LiveError::NoCommands)));
+    let (result, _) = ended(Session::live(asking)).await;
+    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    assert!(matches!(error, StartError::Live(LiveError::NoTemperature)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_temperature_is_read_between_the_lines_where_it_is_asked_for() {
+    for (asked, read) in [(true, true), (false, false)] {
+        let sensor = sensor();
+        let ended = ended(Session::live(LiveSpec { temperature: asked, settings: duration(25), ..of(&sensor) })).await;
+        assert!(matches!(*ended.0.end, EndReason::DurationReached));
+        let written = sensor.world().written.iter().any(|(_, bytes)| bytes.starts_with(b"$VNRRG,54"));
+        assert_eq!(written, read);
+    }
+}
+
+#[tokio::test]
+async fn an_input_that_is_none_ends_the_session_at_once() {
+    let spec = LiveSpec { source: Err(Box::from("no emulator")), ..spec(LiveSource::stream(io::empty())) };
+    let (result, _) = ended(Session::live(spec)).await;
+    let EndReason::NotStarted(error) = &*result.end else { panic!("{:?}", result.end) };
+    assert_eq!(error.to_string(), "no emulator");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_source_is_opened_for_a_few_commands() {
+    let sensor = sensor();
+    let mut source = LiveSource::link(sensor.clone());
+    source.baud = Some(115_200);
+    let stop = CancellationToken::new();
+    let model = source.with_link(None, &stop, async |link| {
+        let model = link.read(vn100_protocol::Register::MODEL).await;
+        Ok::<_, SetupError>(model?.unwrap().fields.to_string())
+    });
+    assert_eq!(model.await.unwrap(), "VN-100S-CR");
+    sensor.world().plugged = false;
+    let unheard = source.with_link(None, &stop, async |_| Ok::<_, LiveError>(())).await;
+    assert!(matches!(unheard, Err(LiveError::NotHeard(_))), "{unheard:?}");
+    stop.cancel();
+    let stopped = source.with_link(None, &stop, async |_| Ok::<_, LiveError>(())).await;
+    assert!(matches!(stopped, Err(LiveError::Stopped)), "{stopped:?}");
+}

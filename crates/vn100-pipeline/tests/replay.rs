@@ -1,0 +1,290 @@
+//! Sessions of captures: as fast as the machine can, every second, and at a pace with places to go
+//! to. Time is virtual.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    time::Duration,
+};
+
+use tempfile::NamedTempFile;
+use tokio::time;
+use tokio_util::sync::CancellationToken;
+use vn100_analysis::Settings;
+use vn100_capture::{Event, OpenError};
+use vn100_pipeline::{
+    Command, EndReason, Playback, Refusal, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage, StartError,
+};
+use vn100_protocol::stream::ReadOptions;
+
+const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
+
+/// Twenty seconds at the rate that is assumed.
+const SAMPLES: u64 = 800;
+
+fn capture(samples: u64) -> NamedTempFile {
+    let mut file = NamedTempFile::with_suffix(".vnymr").unwrap();
+    file.write_all(LINE.repeat(samples as usize).as_bytes()).unwrap();
+    file
+}
+
+fn spec(path: impl Into<PathBuf>) -> ReplaySpec {
+    ReplaySpec {
+        path: path.into(),
+        columns: None,
+        settings: Settings::default(),
+        read: ReadOptions::default(),
+        speed: None,
+        each_second: false,
+        observer: None,
+        stop: CancellationToken::new(),
+    }
+}
+
+fn paced(file: &NamedTempFile, speed: Speed) -> Session {
+    Session::replay(ReplaySpec { speed: Some(speed), ..spec(file.path()) })
+}
+
+async fn until(session: &mut Session, mut is_there: impl FnMut(Playback, &SourceState) -> bool) -> Playback {
+    let there = |state: &SourceState| state.playback.is_some_and(|playback| is_there(playback, state));
+    session.state.wait_for(there).await.unwrap().playback.unwrap()
+}
+
+async fn counted(session: &mut Session) {
+    until(session, |playback, _| playback.total == Some(SAMPLES)).await;
+}
+
+async fn command(session: &Session, command: Command) {
+    session.commands.send(command).await.unwrap();
+}
+
+#[tokio::test]
+async fn a_capture_is_measured_to_its_end() {
+    let file = capture(SAMPLES);
+    let seen = Arc::new(AtomicUsize::new(0));
+    let count = Arc::clone(&seen);
+    let observer = Arc::new(move |event: &Event| {
+        if let Event::Batch(batch) = event {
+            count.fetch_add(batch.row_count(), Ordering::Relaxed);
+        }
+    });
+    let session = Session::replay(ReplaySpec { observer: Some(observer), ..spec(file.path()) });
+    let (state, mut seconds) = (session.state.clone(), session.seconds);
+    let result = session.result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::SourceEnded) && result.excluded.is_zero());
+    assert_eq!((result.snapshot.timing.samples, seen.load(Ordering::Relaxed)), (SAMPLES, SAMPLES as usize));
+    assert_eq!(result.facts.name, file.path().file_name().unwrap().to_str().unwrap());
+    assert_eq!((result.facts.kind, result.facts.playback), (Some("text"), None));
+    assert_eq!(state.borrow().stored_bytes_read, SAMPLES * LINE.len() as u64);
+    assert!(seconds.recv().await.is_none(), "not asked for");
+}
+
+#[tokio::test(start_paused = true)]
+async fn every_second_brings_one_state_and_waits_until_it_is_taken() {
+    let file = capture(SAMPLES);
+    let mut session = Session::replay(ReplaySpec { each_second: true, ..spec(file.path()) });
+    session.state.wait_for(|state| state.snapshot.timing.samples >= 200).await.unwrap();
+    time::sleep(Duration::from_secs(10)).await;
+    // four wait, and the fifth for room
+    assert_eq!(session.state.borrow().snapshot.timing.samples, 200);
+    let mut taken = Vec::new();
+    while let Some(state) = session.seconds.recv().await {
+        assert!(matches!(state.stage, Stage::Measuring));
+        taken.push(state.snapshot.timing.samples);
+    }
+    assert_eq!(taken, (1..=20).map(|second| 40 * second).collect::<Vec<_>>());
+    assert_eq!(session.result.await.unwrap().snapshot.timing.samples, SAMPLES);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_capture_that_cannot_be_opened_says_why() {
+    let missing = Path::new("/nonexistent/night.vnymr");
+    let result = Session::replay(spec(missing)).result.await.unwrap();
+    let EndReason::NotStarted(StartError::Capture(error)) = &*result.end else { panic!("{:?}", result.end) };
+    assert!(matches!(error, OpenError::Io { .. }));
+    assert_eq!((result.facts.name.as_str(), result.facts.kind), ("night.vnymr", None));
+    assert_eq!(result.snapshot.timing.samples, 0);
+    // in a view it is shown until the view is closed
+    let paced = ReplaySpec { speed: Some(Speed::Max), ..spec(missing) };
+    let stop = paced.stop.clone();
+    let mut session = Session::replay(paced);
+    session.state.wait_for(|state| matches!(state.stage, Stage::Ended(_))).await.unwrap();
+    time::sleep(Duration::from_secs(60)).await;
+    assert!(!session.result.is_finished());
+    stop.cancel();
+    assert!(matches!(*session.result.await.unwrap().end, EndReason::NotStarted(_)));
+}
+
+#[tokio::test]
+async fn once_stopped_no_capture_is_begun() {
+    let file = capture(10);
+    let stopped = spec(file.path());
+    stopped.stop.cancel();
+    let result = Session::replay(stopped).result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::NotStarted(StartError::Stopped)), "{:?}", result.end);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_ends_a_capture_with_what_came() {
+    // several reads: what was read already is measured
+    let file = capture(10 * SAMPLES);
+    let spec = ReplaySpec { each_second: true, ..spec(file.path()) };
+    let stop = spec.stop.clone();
+    let mut session = Session::replay(spec);
+    let first = session.seconds.recv().await.unwrap();
+    assert_eq!(first.snapshot.timing.samples, 40);
+    stop.cancel();
+    while session.seconds.recv().await.is_some() {}
+    let result = session.result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::Stopped), "{:?}", result.end);
+    assert!(result.snapshot.timing.samples < 10 * SAMPLES);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_paced_replay_is_paused_stepped_and_resumed() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Times(1.0));
+    until(&mut session, |playback, _| playback.samples >= 20).await;
+    command(&session, Command::TogglePause).await;
+    let paused = until(&mut session, |playback, _| playback.paused).await;
+    time::sleep(Duration::from_secs(60)).await;
+    assert_eq!(session.state.borrow().playback.unwrap().samples, paused.samples);
+    command(&session, Command::Step).await;
+    until(&mut session, |playback, _| playback.samples >= paused.samples + 40).await;
+    time::sleep(Duration::from_secs(60)).await;
+    let stepped = session.state.borrow().playback.unwrap();
+    assert_eq!((stepped.samples, stepped.paused), (paused.samples + 40, true));
+    assert_eq!(session.state.borrow().snapshot.timing.samples, stepped.samples);
+    command(&session, Command::Faster).await;
+    command(&session, Command::Faster).await;
+    command(&session, Command::Slower).await;
+    until(&mut session, |playback, _| playback.speed == Speed::Times(2.0)).await;
+    command(&session, Command::TogglePause).await;
+    let began = time::Instant::now();
+    until(&mut session, |playback, _| playback.samples >= stepped.samples + 400).await;
+    // 400 samples at 40 Hz and twice the speed
+    assert!((4.9..5.3).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
+    command(&session, Command::Stop).await;
+    let result = session.result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::Stopped));
+    assert!(result.snapshot.timing.samples < SAMPLES && !result.facts.playback.unwrap().at_end);
+}
+
+#[tokio::test(start_paused = true)]
+async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Max);
+    counted(&mut session).await;
+    until(&mut session, |playback, state| playback.at_end && state.snapshot.timing.samples == SAMPLES).await;
+    time::sleep(Duration::from_secs(60)).await;
+    assert!(matches!(session.state.borrow().stage, Stage::Measuring));
+    for (refused, why) in [
+        (Command::TogglePause, Refusal::AtEnd),
+        (Command::Step, Refusal::AtEnd),
+        (Command::EndWarmUp, Refusal::Over),
+        (Command::StartOver, Refusal::Over),
+    ] {
+        command(&session, refused).await;
+        let event = session.events.recv().await.unwrap();
+        assert!(matches!(event, SessionEvent::Refused(refusal) if refusal == why), "{event:?}");
+    }
+    command(&session, Command::Slower).await;
+    command(&session, Command::GoTo(1.0)).await;
+    let slower = until(&mut session, |playback, _| playback.speed == Speed::Times(1000.0)).await;
+    assert!(slower.at_end && !slower.paused);
+    command(&session, Command::Stop).await;
+    let result = session.result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::SourceEnded), "it had come to its end");
+    assert_eq!(result.snapshot.timing.samples, SAMPLES);
+    let playback = result.facts.playback.unwrap();
+    assert_eq!((playback.samples, playback.total, playback.at_end), (SAMPLES, Some(SAMPLES), true));
+}
+
+#[tokio::test(start_paused = true)]
+async fn as_much_as_was_to_be_measured_is_the_end_too() {
+    let file = capture(SAMPLES);
+    let settings = Settings { duration: Some(Duration::from_secs(5)), ..Settings::default() };
+    let mut session = Session::replay(ReplaySpec { speed: Some(Speed::Max), settings, ..spec(file.path()) });
+    let end = until(&mut session, |playback, _| playback.at_end).await;
+    assert_eq!(end.samples, 200);
+    command(&session, Command::Stop).await;
+    assert!(matches!(*session.result.await.unwrap().end, EndReason::DurationReached));
+}
+
+#[tokio::test(start_paused = true)]
+async fn it_goes_to_a_place_before_or_behind() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Times(1.0));
+    counted(&mut session).await;
+    command(&session, Command::TogglePause).await;
+    let paused = until(&mut session, |playback, _| playback.paused).await;
+    assert!(paused.samples < 600);
+    command(&session, Command::GoTo(0.75)).await;
+    until(&mut session, |playback, state| playback.samples == 600 && state.snapshot.timing.samples == 600).await;
+    command(&session, Command::GoTo(0.25)).await;
+    let back =
+        until(&mut session, |playback, state| playback.samples == 200 && state.snapshot.timing.samples == 200).await;
+    assert!(back.paused && back.total == Some(SAMPLES));
+    command(&session, Command::GoTo(2.0)).await;
+    until(&mut session, |playback, _| playback.samples == SAMPLES && playback.at_end).await;
+    command(&session, Command::GoTo(-1.0)).await;
+    let begin = until(&mut session, |playback, _| playback.samples == 0).await;
+    assert!(begin.paused && !begin.at_end);
+    command(&session, Command::Stop).await;
+    let result = session.result.await.unwrap();
+    assert!(matches!(*result.end, EndReason::Stopped) && result.snapshot.timing.samples == 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn from_its_end_it_goes_back_and_pauses() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Max);
+    counted(&mut session).await;
+    until(&mut session, |playback, _| playback.at_end).await;
+    command(&session, Command::GoTo(0.5)).await;
+    let back =
+        until(&mut session, |playback, state| state.snapshot.timing.samples == 400 && playback.samples == 400).await;
+    assert!(back.paused && !back.at_end && back.speed == Speed::Max);
+    command(&session, Command::TogglePause).await;
+    until(&mut session, |playback, _| playback.at_end).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier_one() {
+    let file = capture(SAMPLES);
+    let mut session = paced(&file, Speed::Times(1.0));
+    counted(&mut session).await;
+    command(&session, Command::TogglePause).await;
+    command(&session, Command::GoTo(0.25)).await;
+    until(&mut session, |_, state| state.snapshot.timing.samples == 200).await;
+    command(&session, Command::EndWarmUp).await;
+    let five = Duration::from_secs(5);
+    let ended = session.events.recv().await.unwrap();
+    assert!(matches!(ended, SessionEvent::WarmUpEnded { excluded, .. } if excluded == five), "{ended:?}");
+    command(&session, Command::GoTo(0.75)).await;
+    until(&mut session, |_, state| state.snapshot.timing.samples == 400).await;
+    command(&session, Command::GoTo(0.5)).await;
+    let still = session.events.recv().await.unwrap();
+    assert!(matches!(still, SessionEvent::StillExcluded { first } if first == five), "{still:?}");
+    let is_carried = |_: Playback, state: &SourceState| {
+        (state.snapshot.timing.samples, state.snapshot.timing.left_out) == (200, 200)
+    };
+    until(&mut session, is_carried).await;
+    command(&session, Command::StartOver).await;
+    let over = session.events.recv().await.unwrap();
+    assert!(matches!(over, SessionEvent::StartedOver { after } if after == 2 * five), "{over:?}");
+    command(&session, Command::GoTo(0.75)).await;
+    until(&mut session, |_, state| state.snapshot.timing.samples == 200).await;
+    command(&session, Command::GoTo(0.1)).await;
+    let no_longer = session.events.recv().await.unwrap();
+    assert!(matches!(no_longer, SessionEvent::NoLongerExcluded { until } if until == 2 * five), "{no_longer:?}");
+    until(&mut session, |_, state| state.snapshot.timing.samples == 80).await;
+    command(&session, Command::Stop).await;
+    let result = session.result.await.unwrap();
+    assert_eq!((result.excluded, result.snapshot.timing.left_out), (Duration::ZERO, 0));
+}
