@@ -64,3 +64,61 @@ impl GoalCheck {
         goals.iter().all(|goal| goal.is_met(&snapshot, &assessment))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::Settings;
+    use vn100_protocol::{VNIMU, stream::Batch};
+
+    use super::*;
+
+    /// A record at 1 Hz of white noise, with this goal.
+    fn analysis(goal: Option<&str>) -> Analysis {
+        let until = goal.map(|goal| goal.parse().unwrap()).into_iter().collect();
+        Analysis::new(Settings { rate_hz: Some(1.0), until, ..Settings::default() })
+    }
+
+    fn add_second(analysis: &mut Analysis, state: &mut u32) {
+        let channels = VNIMU.channels.len();
+        let noise = |_| {
+            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (*state >> 20) as i32
+        };
+        let counts = (0..channels).map(noise).collect();
+        analysis.absorb(&Batch { layout: Some(Arc::new(VNIMU.clone())), counts, ..Batch::default() });
+    }
+
+    #[test]
+    fn goals_are_looked_at_every_second_and_later_every_twentieth() {
+        let (mut analysis, mut state) = (analysis(Some("gyro N ±0.0001%")), 1);
+        let (mut goals, assessor) = (GoalCheck::default(), Assessor::new(0.95));
+        let mut looked = Vec::new();
+        for second in 1..=48 {
+            add_second(&mut analysis, &mut state);
+            let before = goals.next_second;
+            assert!(!goals.is_decided(&analysis, &assessor));
+            looked.extend((goals.next_second != before).then_some(second));
+        }
+        let expected: Vec<_> = (1..=20).chain([21, 23, 25, 27, 29, 31, 33, 35, 37, 39, 41, 44, 47]).collect();
+        assert_eq!(looked, expected);
+    }
+
+    #[test]
+    fn a_goal_that_is_met_decides_and_none_never_does() {
+        let (mut wanted, mut unasked, mut state) = (analysis(Some("gyro N ±60%")), analysis(None), 1);
+        let (mut goals, assessor) = (GoalCheck::default(), Assessor::new(0.95));
+        let mut decided_at = None;
+        for second in 1..=400 {
+            add_second(&mut wanted, &mut state);
+            add_second(&mut unasked, &mut state);
+            assert!(!GoalCheck::default().is_decided(&unasked, &assessor));
+            if goals.is_decided(&wanted, &assessor) {
+                decided_at = Some(second);
+                break;
+            }
+        }
+        assert!((3..300).contains(&decided_at.unwrap()), "{decided_at:?}");
+        let snapshot = wanted.snapshot();
+        assert!(wanted.settings().until[0].is_met(&snapshot, &assessor.exact(&snapshot)));
+    }
+}

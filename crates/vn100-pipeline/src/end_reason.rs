@@ -99,3 +99,28 @@ pub struct SessionResult {
     /// Whether the sensor is set as it was before, as far as the session changed it.
     pub is_restored: bool,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_says_why_it_ended() {
+        let change = RateChange { after_samples: 1, from_hz: 200.0, to_hz: 40.0 };
+        let other = EndReason::OtherMessages { message: "VNYMR".into(), other: None, rate_hz: None };
+        let whole = "the end of the source, or of the time asked for";
+        for (reason, text) in [
+            (EndReason::NotStarted(StartError::Stopped), "not read, interrupted"),
+            (EndReason::SourceEnded, whole),
+            (EndReason::DurationReached, whole),
+            (EndReason::GoalsDecided, whole),
+            (EndReason::Stopped, "stopped"),
+            (EndReason::NoMeasurement, "stopped"),
+            (EndReason::SourceFailed(io::Error::other("unplugged")), "unplugged"),
+            (other, "the sensor sends another message"),
+            (EndReason::OtherRate(change), "the sensor sends at another rate"),
+        ] {
+            assert_eq!(reason.to_string(), text);
+        }
+    }
+}

@@ -438,3 +438,52 @@ impl Measuring {
         Measured::Ended(Ending { snapshot, reason, csv, excluded: self.excluded })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::SourceFacts;
+    use vn100_capture::End;
+    use vn100_protocol::{VNYMR, stream::Batch};
+
+    use super::*;
+    use crate::{pace::Speed, session::open};
+
+    fn row() -> Event {
+        let layout = Arc::new(VNYMR.clone());
+        Event::Batch(Batch { counts: vec![0; layout.channels.len()], layout: Some(layout), ..Batch::default() })
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_place_is_not_found_while_the_samples_are_not_counted() {
+        let (events, inbox) = mpsc::channel(4);
+        let state = SourceState::new(SourceFacts::default(), &Settings::default());
+        let (mut channels, mut face) = open(state, None, CancellationToken::new(), false);
+        let origin = Origin::Paced(PaceStart { speed: Speed::Max, paused: false, run_to: 0 });
+        let (settings, excluded) = (Settings::default(), Excluded::default());
+        events.send(row()).await.unwrap();
+        events.send(Event::End(End { error: None, csv: None })).await.unwrap();
+        face.commands.send(Command::GoTo(0.0)).await.unwrap();
+        let stop = channels.stop.clone();
+        let work = tokio::spawn(async move {
+            measure(Measurement { events: inbox, settings, excluded, origin }, &mut channels).await
+        });
+        assert!(matches!(face.events.recv().await, Some(SessionEvent::Refused(Refusal::NotCounted))));
+        face.state.wait_for(|state| state.playback.is_some_and(|playback| playback.at_end)).await.unwrap();
+        stop.cancel();
+        let Measured::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
+        assert!(matches!(ending.reason, EndReason::SourceEnded) && ending.snapshot.timing.samples == 1);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn events_of_a_session_that_nobody_takes_are_dropped() {
+        let state = SourceState::new(SourceFacts::default(), &Settings::default());
+        let (channels, mut face) = open(state, None, CancellationToken::new(), false);
+        (0..1000).for_each(|_| channels.report(SessionEvent::OutputPausedAgain));
+        drop(channels);
+        let mut taken = 0;
+        while face.events.recv().await.is_some() {
+            taken += 1;
+        }
+        assert_eq!(taken, 64);
+    }
+}

@@ -41,3 +41,28 @@ impl RecordingSpec {
         state
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spec(path: PathBuf, resume: bool) -> RecordingSpec {
+        RecordingSpec { path, resume, excluded_note: |time| format!("without {time:?}") }
+    }
+
+    #[tokio::test]
+    async fn an_empty_recording_is_removed_if_it_is_new() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = spec(folder.path().join("a.mcap"), false);
+        let recorder = new.begin(BTreeMap::new()).await.unwrap();
+        assert!(new.path.exists());
+        let state = new.end(recorder, "stopped", Duration::ZERO).await;
+        assert!(state.ended && !new.path.exists());
+        drop(vn100_capture::Recorder::create(&new.path, &BTreeMap::new()).unwrap().finish("whole").await);
+        let resumed = spec(new.path.clone(), true);
+        assert!(matches!(new.begin(BTreeMap::new()).await, Err(RecordError::Exists { .. })));
+        let recorder = resumed.begin(BTreeMap::new()).await.unwrap();
+        resumed.end(recorder, "stopped", Duration::ZERO).await;
+        assert!(resumed.path.exists());
+    }
+}

@@ -103,10 +103,10 @@ async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut chann
 }
 
 /// The handle of a session before its task.
-struct Face {
-    state: watch::Receiver<SourceState>,
-    commands: mpsc::Sender<Command>,
-    events: mpsc::Receiver<SessionEvent>,
+pub(crate) struct Face {
+    pub(crate) state: watch::Receiver<SourceState>,
+    pub(crate) commands: mpsc::Sender<Command>,
+    pub(crate) events: mpsc::Receiver<SessionEvent>,
     seconds: mpsc::Receiver<SourceState>,
 }
 
@@ -117,7 +117,7 @@ impl Face {
     }
 }
 
-fn open(
+pub(crate) fn open(
     state: SourceState,
     observer: Option<EventObserver>,
     stop: CancellationToken,
@@ -170,4 +170,22 @@ pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> 
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     let ends_between = settings.duration.is_some() || !settings.until.is_empty();
     ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_result_that_ends_between_two_reads_is_read_line_by_line() {
+        let whole = ReadOptions::default();
+        let line_by_line = ReadOptions { line_by_line: true, ..whole };
+        let timed = Settings { duration: Some(Duration::from_secs(1)), ..Settings::default() };
+        let sought = Settings { until: vec!["gyro N ±5%".parse().unwrap()], ..Settings::default() };
+        assert!(!read_options(whole, &Settings::default()).line_by_line);
+        assert!(read_options(whole, &timed).line_by_line && read_options(whole, &sought).line_by_line);
+        assert!(read_options(line_by_line, &Settings::default()).line_by_line);
+    }
 }

@@ -159,3 +159,77 @@ pub(crate) fn csv_facts(report: CsvReport) -> CsvFacts {
         rounded: report.rounded,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{path::PathBuf, time::Duration};
+
+    use vn100_capture::RecordingEnd;
+    use vn100_driver::Up;
+
+    use super::*;
+    use crate::pace::Speed;
+
+    fn state() -> SourceState {
+        SourceState::new(SourceFacts { name: "imu".into(), ..SourceFacts::default() }, &Settings::default())
+    }
+
+    #[test]
+    fn every_state_of_a_link_has_its_status() {
+        let up = Up {
+            port: "/dev/imu".into(),
+            baud: Some(115_200),
+            since_ns: 0,
+            latency_timer: None,
+            restarted: None,
+            output_resumed: false,
+        };
+        let down = |was_up| LinkState::Down {
+            was_up,
+            cause: "unplugged".into(),
+            needs_help: false,
+            retry_in: Duration::from_millis(50),
+        };
+        let probing = LinkState::Probing { port: "/dev/imu".into(), baud: Some(9600) };
+        for (link, status, port, baud, cause) in [
+            (LinkState::Opening, LinkStatus::Opening, None, None, None),
+            (probing, LinkStatus::Scanning, Some("/dev/imu"), Some(9600), None),
+            (LinkState::Up(up.clone()), LinkStatus::Connected, Some("/dev/imu"), Some(115_200), None),
+            (LinkState::Silent(up), LinkStatus::Silent, Some("/dev/imu"), Some(115_200), None),
+            (down(true), LinkStatus::Lost, None, None, Some("unplugged")),
+            (down(false), LinkStatus::NotConnected, None, None, Some("unplugged")),
+            (LinkState::Closed { paused_again: None }, LinkStatus::Closed, None, None, None),
+        ] {
+            let facts = SourceState { link: Some(link), ..state() }.facts().link.unwrap();
+            assert_eq!(facts, LinkFacts { status, port: port.map(Into::into), baud, cause: cause.map(Into::into) });
+        }
+    }
+
+    #[test]
+    fn facts_tell_of_recording_and_playback() {
+        let error = Some(Arc::new(std::io::Error::other("no space")));
+        let recording = RecordingState { path: PathBuf::from("a/b.mcap"), bytes: 7, error, ended: false };
+        let playback = Playback { samples: 5, total: Some(9), speed: Speed::Max, paused: true, at_end: false };
+        let state =
+            SourceState { recording: Some(recording), unrecorded_bytes: 3, playback: Some(playback), ..state() };
+        let facts = state.facts();
+        let recorder =
+            RecorderFacts { path: "a/b.mcap".into(), bytes: 7, unrecorded_bytes: 3, error: Some("no space".into()) };
+        assert_eq!(facts.recorder, Some(recorder));
+        assert_eq!(facts.playback, Some(PlaybackFacts { samples: 5, total: Some(9), paused: true, at_end: false }));
+        assert_eq!((facts.name.as_str(), facts.ended, facts.link, facts.recording), ("imu", false, None, None));
+    }
+
+    #[test]
+    fn how_a_replayed_recording_ended_counts_at_the_end_alone() {
+        let recorded = Recorded { program: Some("vn100 1".into()), started_ns: Some(5), ..Recorded::default() };
+        let end = RecordingEnd { ended_ns: Some(9), complete: true, reason: Some("stopped".into()) };
+        recorded.end.set(end).unwrap();
+        let mut state = SourceState { recorded: Some(recorded), ..state() };
+        let before = state.facts().recording.unwrap();
+        assert_eq!((before.program.as_deref(), before.started_ns, before.end), (Some("vn100 1"), Some(5), None));
+        state.stage = Stage::Ended(Arc::new(EndReason::SourceEnded));
+        let end = state.facts().recording.unwrap().end.unwrap();
+        assert_eq!((end.ended_ns, end.complete, end.reason.as_deref()), (Some(9), true, Some("stopped")));
+    }
+}

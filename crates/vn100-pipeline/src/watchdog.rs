@@ -223,4 +223,19 @@ mod tests {
             assert_eq!(ceased, ends.then_some(Ceased::OtherMessages), "{packets} {replies} {is_measured}");
         }
     }
+
+    #[test]
+    fn the_reason_says_what_comes_instead() {
+        let mut snapshot = Analysis::new(Settings::default()).snapshot();
+        assert!(matches!(Ceased::OtherMessages.reason(&snapshot), EndReason::NoMeasurement));
+        snapshot.layout = Some(VNYMR.clone().into());
+        let reason = Ceased::OtherMessages.reason(&snapshot);
+        let EndReason::OtherMessages { message, other: None, rate_hz: None } = reason else { panic!("{reason:?}") };
+        assert_eq!(message, "VNYMR");
+        let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
+        snapshot.rate_change = Some(change);
+        let reason = Ceased::OtherMessages.reason(&snapshot);
+        assert!(matches!(reason, EndReason::OtherMessages { rate_hz: Some(200.0), .. }), "{reason:?}");
+        assert!(matches!(Ceased::OtherRate.reason(&snapshot), EndReason::OtherRate(found) if found == change));
+    }
 }
