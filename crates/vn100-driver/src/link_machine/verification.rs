@@ -33,26 +33,23 @@ enum Step {
 impl Verification {
     /// Of a sensor that was found by a baud scan at the rate `baud`.
     pub(super) fn after_scan(shared: &mut Shared, baud: Option<u32>) -> Self {
-        let mut steps = VecDeque::new();
-        steps.extend(shared.serial_to_verify().is_some().then_some(Step::VerifySerialNumber));
-        if shared.was_connected {
-            let faster = shared.last_baud.filter(|last| shared.has_baud && *last > baud.unwrap_or_default());
-            steps.extend(reapply_settings(&shared.desired_settings, faster.and_then(BaudRate::new)));
-        }
-        Self::start(steps, shared)
+        let faster = shared.last_baud.filter(|last| shared.has_baud && *last > baud.unwrap_or_default());
+        let reapply = reapply_settings(&shared.desired_settings, faster.and_then(BaudRate::new));
+        let reapply = reapply.filter(|_| shared.was_connected);
+        Self::start(shared, reapply)
     }
 
     /// Of a sensor that sends again after a silence.
     pub(super) fn after_silence(shared: &mut Shared) -> Self {
         shared.requests.cancel_own();
-        let mut steps = VecDeque::new();
-        steps.extend(shared.serial_to_verify().is_some().then_some(Step::VerifySerialNumber));
-        steps.push_back(Step::VerifySettings { left: shared.desired_settings.clone().into() });
-        Self::start(steps, shared)
+        let left = shared.desired_settings.clone().into();
+        Self::start(shared, Some(Step::VerifySettings { left }))
     }
 
-    fn start(steps: VecDeque<Step>, shared: &mut Shared) -> Self {
-        let mut verification = Self { steps };
+    /// Starts with the serial number, where it is known.
+    fn start(shared: &mut Shared, settings: Option<Step>) -> Self {
+        let serial = shared.serial_to_verify().map(|_| Step::VerifySerialNumber);
+        let mut verification = Self { steps: serial.into_iter().chain(settings).collect() };
         verification.submit(shared);
         verification
     }
