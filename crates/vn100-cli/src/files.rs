@@ -66,15 +66,18 @@ async fn measure_all(
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
     });
     let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
-    let spec = |path: &PathBuf| ReplaySpec {
-        path: path.clone(),
-        columns: args.columns.clone(),
-        settings: args.measure.settings(),
-        read: log.asked(args.measure.read_options()),
-        speed: None,
-        each_second: printed,
-        observer: log.observer(&name(path)),
-        stop: stop.clone(),
+    let spec = |path: &PathBuf| {
+        let spec = ReplaySpec {
+            path: path.clone(),
+            columns: args.columns.clone(),
+            settings: args.measure.settings(),
+            read: log.asked(args.measure.read_options()),
+            speed: None,
+            each_second: printed,
+            observer: None,
+            stop: stop.clone(),
+        };
+        ReplaySpec { observer: log.observer(&spec.name()), ..spec }
     };
     let files: Vec<JoinHandle<Result<Measured>>> =
         args.files.iter().map(|file| task::spawn(measure_one(spec(file), Arc::clone(&job)))).collect();
@@ -132,9 +135,4 @@ async fn follow(mut session: Session, progress: &Progress) -> Result<SessionResu
 /// The size of a regular file; nothing else knows how much it will bring.
 fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
-}
-
-/// The file's name without its folder: a document says the same wherever its capture lies.
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

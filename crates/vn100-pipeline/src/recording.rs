@@ -58,7 +58,7 @@ mod tests {
         assert!(new.path.exists());
         let state = new.end(recorder, "stopped", Duration::ZERO).await;
         assert!(state.ended && !new.path.exists());
-        drop(vn100_capture::Recorder::create(&new.path, &BTreeMap::new()).unwrap().finish("whole").await);
+        drop(Recorder::create(&new.path, &BTreeMap::new()).unwrap().finish("whole").await);
         let resumed = spec(new.path.clone(), true);
         assert!(matches!(new.begin(BTreeMap::new()).await, Err(RecordError::Exists { .. })));
         let recorder = resumed.begin(BTreeMap::new()).await.unwrap();
