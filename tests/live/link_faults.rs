@@ -188,7 +188,7 @@ fn a_splice_costs_both_of_its_lines() {
 fn old_bytes_at_the_beginning_cost_nothing() {
     for rate in RATES {
         let measured = assert_costs("stale", rate, |lost| lost == 0);
-        assert_eq!(measured.bytes.len() as u64, measured.snapshot.link.tally.good_line_bytes + 40);
+        assert_eq!(measured.bytes.len() as u64, measured.snapshot.link.tally.valid_sentence_bytes + 40);
     }
 }
 

@@ -53,7 +53,7 @@ fn absorb(analysis: &mut Analysis, layout: Layout, lines: &[Line], rows: usize) 
                 batch.arrivals.push(Arrival { from_row: row, at_ns });
                 batch.counts.extend(std::iter::repeat_n(number, width));
             }
-            Bad => batch.marks.push(Mark { before_row: row, kind: MarkKind::BadLine }),
+            Bad => batch.marks.push(Mark { before_row: row, kind: MarkKind::Rejected }),
         }
         if batch.row_count() == rows {
             analysis.absorb(&std::mem::replace(&mut batch, empty()));

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use vn100_protocol::{BadKind, Check, Decoder, Item, Options};
+use vn100_protocol::{Check, Decoder, Item, Options, RejectReason};
 
 use crate::{csv, csv::ColumnMap, csv::CsvError, csv::Plan, recording};
 
@@ -154,7 +154,7 @@ fn is_evidence(item: &Item<'_>) -> bool {
         Item::Reply(sentence) | Item::Other(sentence) => {
             sentence.check != Check::None || sentence.body.starts_with(b"VN")
         }
-        Item::Bad(bad) => bad.raw.starts_with(b"$VN") && bad.kind != BadKind::Truncated,
+        Item::Rejected(bad) => bad.raw.starts_with(b"$VN") && bad.kind != RejectReason::Truncated,
     }
 }
 

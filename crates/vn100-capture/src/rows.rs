@@ -116,7 +116,7 @@ impl Values {
     fn count_odd(&mut self, odd: RejectedRow) {
         self.odd.count(odd);
         let before_row = self.open.row_count();
-        self.open.marks.push(Mark { before_row, kind: MarkKind::BadLine });
+        self.open.marks.push(Mark { before_row, kind: MarkKind::Rejected });
     }
 
     fn seal(&mut self, bytes: LineBytes) -> Batch {
@@ -142,7 +142,7 @@ impl Sink for Values {
             self.open.counts.extend_from_slice(counts);
             self.tally.samples += 1;
             // a row of numbers carries no checksum
-            self.tally.unchecked_lines += 1;
+            self.tally.unchecked_sentences += 1;
             if self.line_by_line {
                 sealed.push(self.seal(rows.bytes[row]));
             }
@@ -175,7 +175,7 @@ impl Sentences {
 
     fn count_odd(&mut self, odd: RejectedRow) {
         self.odd.count(odd);
-        self.parser.mark_bad_line();
+        self.parser.mark_rejected_row();
     }
 
     fn complete(&self, mut batches: Vec<Batch>, bytes: LineBytes) -> Vec<Batch> {
@@ -214,18 +214,18 @@ impl Sink for Sentences {
 /// other columns and line end too, even where its sentence is damaged.
 fn add_file(link: &mut StreamCounts, odd: RejectedRowCounts, bytes: LineBytes) {
     let tally = &mut link.tally;
-    tally.good_line_bytes += bytes.rows.saturating_sub(tally.bytes());
-    tally.bad_line_bytes += bytes.odd;
+    tally.valid_sentence_bytes += bytes.rows.saturating_sub(tally.bytes());
+    tally.rejected_sentence_bytes += bytes.odd;
     tally.skipped_bytes += bytes.skipped;
     for (kind, count) in odd.iter() {
         *match kind {
-            RejectedRow::Range => &mut tally.bad.range,
-            RejectedRow::Length => &mut tally.bad.too_long,
-            RejectedRow::Truncated => &mut tally.bad.truncated,
+            RejectedRow::Range => &mut tally.rejected.range,
+            RejectedRow::Length => &mut tally.rejected.too_long,
+            RejectedRow::Truncated => &mut tally.rejected.truncated,
             RejectedRow::Fields | RejectedRow::Number | RejectedRow::Decimals | RejectedRow::Stamp => {
-                &mut tally.bad.grammar
+                &mut tally.rejected.grammar
             }
         } += count;
     }
-    link.odd_rows = Some(odd);
+    link.rejected_rows = Some(odd);
 }

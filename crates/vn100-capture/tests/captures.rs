@@ -121,13 +121,13 @@ fn every_byte_of_a_csv_file_is_of_a_row_or_skipped() {
         for line_by_line in [false, true] {
             let (batches, _) = read(open(&text).unwrap(), ReadOptions { line_by_line, ..ReadOptions::default() });
             let link = batches.last().unwrap().link;
-            let bytes = (link.tally.good_line_bytes, link.tally.bad_line_bytes, link.tally.skipped_bytes);
+            let bytes = (link.tally.valid_sentence_bytes, link.tally.rejected_sentence_bytes, link.tally.skipped_bytes);
             let expected = (21 * row(0, good).len(), "later,\n".len() + good.len(), head.len());
             assert_eq!(bytes, (expected.0 as u64, expected.1 as u64, expected.2 as u64), "{head:?}");
-            assert_eq!((link.samples(), link.tally.bad.grammar), (21, 1));
-            assert_eq!(link.odd_rows.unwrap().iter().collect::<Vec<_>>(), [(RejectedRow::Stamp, 1)]);
+            assert_eq!((link.samples(), link.tally.rejected.grammar), (21, 1));
+            assert_eq!(link.rejected_rows.unwrap().iter().collect::<Vec<_>>(), [(RejectedRow::Stamp, 1)]);
             let marks = batches.iter().flat_map(|batch| &batch.marks);
-            assert_eq!(marks.filter(|mark| mark.kind == MarkKind::BadLine).count(), 1);
+            assert_eq!(marks.filter(|mark| mark.kind == MarkKind::Rejected).count(), 1);
         }
     }
 }

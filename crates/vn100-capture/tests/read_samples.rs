@@ -97,14 +97,14 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
     let told = block_on(told(Script::new(bytes.as_bytes(), 1000), ReadOptions::default()));
     assert_eq!(told.rows.len(), 3);
     assert_eq!(told.rows[2][..3], [-170_940, 7_340, 700], "old decimals, scaled to the layout");
-    let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::BadLine))).collect();
+    let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::Rejected))).collect();
     assert_eq!(kinds, [(0, false), (1, true), (2, false), (3, true)]);
     assert_eq!((told.link.samples(), told.link.tally.replies, told.link.other_messages()), (3, 1, 2));
     assert_eq!(told.registers, [(1, 1, "VN-100S-CR".to_owned())]);
     assert_eq!(told.link.other_message.unwrap().to_string(), "VNYPR");
     assert_eq!(told.link.tally.bytes(), bytes.len() as u64);
     assert_eq!(
-        told.link.tally.good_lines(),
+        told.link.tally.valid_sentences(),
         told.link.samples() + told.link.tally.replies + told.link.other_messages()
     );
 }
@@ -145,7 +145,7 @@ fn an_error_ends_the_stream_and_keeps_what_came_before() {
     script.error = Some(io::Error::other("unplugged"));
     let told = block_on(told(script, ReadOptions::default()));
     assert_eq!(told.rows.len(), 1);
-    assert_eq!(told.link.tally.bad.truncated, 1);
+    assert_eq!(told.link.tally.rejected.truncated, 1);
     assert_eq!(told.error.as_deref(), Some("unplugged"));
 }
 
@@ -173,7 +173,7 @@ fn a_link_that_goes_down_cuts_the_line_under_way() {
         let places: Vec<_> = told.link_events.iter().map(|(row, _)| *row).collect();
         assert_eq!(places, [0, 0, 1, 1, 1]);
         assert_eq!((told.link.connects, told.link.baud_scan_bytes, told.link.overrun_bytes), (2, 31, 62));
-        assert_eq!(told.link.tally.bad.truncated, 1);
+        assert_eq!(told.link.tally.rejected.truncated, 1);
         assert_eq!(told.link.tally.bytes(), 3 * YMR.len() as u64);
     }
 }
@@ -203,7 +203,7 @@ fn line_by_line_gives_each_row_the_counts_of_its_own_moment() {
                 if let Event::Batch(batch) = event
                     && batch.rows().len() > 0
                 {
-                    seen.push((batch.rows().len(), batch.link.tally.bytes(), batch.link.tally.bad.total()));
+                    seen.push((batch.rows().len(), batch.link.tally.bytes(), batch.link.tally.rejected.total()));
                 }
             }
             seen

@@ -191,7 +191,7 @@ fn short_state(state: &LinkState) -> Cow<'static, str> {
 
 fn counts(snapshot: &Snapshot) -> String {
     let timing = &snapshot.timing;
-    let bad = snapshot.link.tally.bad.total();
+    let bad = snapshot.link.tally.rejected.total();
     let held = snapshot.lines_held().map(|lines| format!("{lines} lines held, finding their rate"));
     match held {
         // neither a time nor a rate is known yet

@@ -138,7 +138,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     writeln!(
         out,
         "  good lines {} ({} replies, {}{} other messages, {} left out)",
-        tally.good_lines(),
+        tally.valid_sentences(),
         link.answers(),
         echoes(link.echoes),
         link.other_messages(),

@@ -63,7 +63,7 @@ async fn rate_and_speed_are_changed_measured_and_put_back() {
     let resumed = world.written.iter().filter(|(_, bytes)| bytes.starts_with(b"$VNASY,1")).count();
     assert_eq!(resumed, 2, "once each way");
     assert_eq!(told.rows, world.lines);
-    assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
+    assert_eq!((told.counts.connects, told.counts.tally.rejected.total()), (1, 0));
 }
 
 #[tokio::test(start_paused = true)]

@@ -46,7 +46,7 @@ async fn listen_only_writes_nothing_and_waits_for_slow_lines() {
         sensor.world().streams = false;
         link.run(ms(20_000)).await;
         let told = link.stop().await;
-        assert_eq!(told.counts.tally.bad.total(), 0);
+        assert_eq!(told.counts.tally.rejected.total(), 0);
         assert!(
             matches!(told.link.last(), Some((_, LinkEventKind::Down { .. }))),
             "silent for so long, it is looked for again"
@@ -167,7 +167,7 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
         let downs: Vec<_> = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Down { .. })).collect();
         assert_eq!((ups.len(), downs.len(), told.counts.connects), (3, 2, 3));
         assert!(ups[2].0 - downs[1].0 < 200, "{:?}", told.link);
-        assert_eq!(told.counts.tally.bad.truncated, 1);
+        assert_eq!(told.counts.tally.rejected.truncated, 1);
         assert_eq!(told.counts.bytes(), sensor.world().bytes);
         // the last whole line came with the hang-up
         assert_eq!(told.rows, sensor.world().lines + 1);

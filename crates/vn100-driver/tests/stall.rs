@@ -70,7 +70,7 @@ async fn a_stall_costs_a_link_nothing() {
             }
             // nothing befell it after it was found
             assert!(matches!(told.link.last(), Some((_, LinkEventKind::Up { .. }))), "{:?}", told.link);
-            assert_eq!((told.counts.connects, told.counts.tally.bad.total()), (1, 0));
+            assert_eq!((told.counts.connects, told.counts.tally.rejected.total()), (1, 0));
             assert_eq!(states.await.unwrap(), ["other", "up", "silent", "up", "other"]);
         }
     }
@@ -96,7 +96,7 @@ async fn a_sensor_held_back_for_long_is_found_again_at_its_speed() {
                 let told = link.stop().await;
                 let case = format!("{rate_hz} Hz, {stall:?}, listen only: {listen_only}: {:?}", told.link);
                 let downs = told.link.iter().filter(|(_, kind)| matches!(kind, LinkEventKind::Down { .. })).count();
-                assert_eq!((downs, told.counts.connects, told.counts.tally.bad.total()), (1, 2, 0), "{case}");
+                assert_eq!((downs, told.counts.connects, told.counts.tally.rejected.total()), (1, 2, 0), "{case}");
                 let up = LinkEventKind::Up { port: "/dev/imu".into(), baud: Some(baud) };
                 assert_eq!(told.link.last().unwrap().1, up, "{case}");
                 assert!(told.link.last().unwrap().0 <= end_ms - 3000, "{case}");

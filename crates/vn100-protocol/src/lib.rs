@@ -11,10 +11,10 @@
 //!         assert_eq!((&*sample.layout().message, sample.counts()[5]), ("VNIMU", 9948)); // in units of its last printed digit
 //!         assert_eq!(sample.values().nth(5), Some(9.948)); // the same in the unit of its channel
 //!     }
-//!     Item::Bad(line) => panic!("at byte {}: {}", line.offset, line.kind),
+//!     Item::Rejected(line) => panic!("at byte {}: {}", line.offset, line.kind),
 //!     _ => {}
 //! });
-//! assert_eq!(decoder.tally().good_line_bytes, bytes.len() as u64);
+//! assert_eq!(decoder.tally().valid_sentence_bytes, bytes.len() as u64);
 //! ```
 //!
 //! # From bytes to messages
@@ -23,7 +23,7 @@
 //! [`MESSAGES`] that are measured are rows of a table, a [`Layout`] each, and a [`Sample`] is what
 //! one sentence of them says. [`Decoder`] does all of it, counts every byte in a [`Tally`], and
 //! reads the usual `$VNYMR` sentence on a fast path with the same result. A refused sentence is an
-//! item with its evidence, a [`BadLine`], and never an error of the stream.
+//! item with its evidence, a [`RejectedSentence`], and never an error of the stream.
 //!
 //! A number is never a float on its way: it is the integer that its digits make, because sums of
 //! samples are then exact.
@@ -66,7 +66,7 @@
 //! | pressure | kPa | 3 | 200 |
 //!
 //! Axes are those of the body, x forward, y right, z down, in the order x y z. A line with a
-//! magnitude beyond its limit is [`BadKind::Range`]. Settings have the unit in their name. Old
+//! magnitude beyond its limit is [`RejectReason::Range`]. Settings have the unit in their name. Old
 //! firmware prints fewer decimals: see [`PrintFormat`].
 //!
 //! # Where this reader departs from the maker's manual
@@ -74,9 +74,9 @@
 //! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is
 //!   0x1021, as in the manual's own code and in every line of a sensor.
 //! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right). They
-//!   are [`BadKind::Checksum`] here.
+//!   are [`RejectReason::Checksum`] here.
 //! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and
-//!   it is [`BadKind::Checksum`] here.
+//!   it is [`RejectReason::Checksum`] here.
 //! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes
 //!   either order.
 //! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum
@@ -102,12 +102,12 @@ mod request;
 pub mod stream;
 
 pub use framing::{
-    bad_line::{BadKind, BadLine},
     checksum::{Check, CheckDigits, crc16, xor8},
     framer::{Frame, Framer, Options, Step},
     packet::{MAX_PACKET, Packet},
+    rejected_sentence::{RejectReason, RejectedSentence},
     sentence::{MAX_BODY, Sentence},
-    tally::{BadTally, Tally},
+    tally::{RejectedCounts, Tally},
 };
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{

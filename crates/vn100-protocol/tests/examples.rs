@@ -6,8 +6,8 @@ mod support;
 use proptest::prelude::*;
 use support::{body, counts, frames, sentence};
 use vn100_protocol::{
-    BadKind, Check, DecimalError, Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, Sample, Suffix,
-    VNIMU, VNMAR, VNQMR, VNYMR, crc16, xor8,
+    Check, DecimalError, Decoder, Frame, GrammarError, Item, Layout, Options, PrintFormat, RejectReason, Sample,
+    Suffix, VNIMU, VNMAR, VNQMR, VNYMR, crc16, xor8,
 };
 
 /// Bodies as recorded, by firmware 2 and 3 of several sensors, with the digits that came with them.
@@ -89,10 +89,10 @@ fn sample(line: &str) -> Sample {
     found.expect("a sample")
 }
 
-fn bad(line: &str) -> BadKind {
+fn bad(line: &str) -> RejectReason {
     let mut found = None;
     only_item(line, |item| match item {
-        Item::Bad(bad) => found = Some(bad.kind),
+        Item::Rejected(bad) => found = Some(bad.kind),
         other => panic!("{other:?}"),
     });
     found.expect("a bad line")
@@ -100,7 +100,7 @@ fn bad(line: &str) -> BadKind {
 
 fn grammar(body: &str) -> GrammarError {
     match bad(&sentence(body)) {
-        BadKind::Grammar(error) => error,
+        RejectReason::Grammar(error) => error,
         other => panic!("{other:?}"),
     }
 }
@@ -201,7 +201,7 @@ fn other_lines_of_the_maker_are_replies_or_other() {
         });
     }
     for misprint in ["$VNRRG,01,VN-310*58\r\n", "$VNRRG,01,VN-200*4B\r\n", "$VNYPR,-129.867,-000.355,-000.296*62\r\n"] {
-        assert!(matches!(bad(misprint), BadKind::Checksum { received: Some(_), .. }), "{misprint}");
+        assert!(matches!(bad(misprint), RejectReason::Checksum { received: Some(_), .. }), "{misprint}");
     }
 }
 
@@ -283,7 +283,7 @@ fn values_that_cannot_be_are_named() {
         ("-00.000391", "-40.000001", "range: gyro_z of -40000001 counts is beyond ±40000000 counts (40 rad/s)"),
     ] {
         let kind = bad(&sentence(&YMR[0].0.replace(field, wrong)));
-        assert!(matches!(kind, BadKind::Range(_)));
+        assert!(matches!(kind, RejectReason::Range(_)));
         assert_eq!(kind.to_string(), message);
     }
     // an old count scaled by a hundred is beyond 32 bits
@@ -293,7 +293,7 @@ fn values_that_cannot_be_are_named() {
         "range: gyro_x of 99999999900 counts is beyond ±40000000 counts (40 rad/s)"
     );
     for (field, wrong) in [("+20.7", "+200.1"), ("+084.322", "+200.001")] {
-        assert!(matches!(bad(&sentence(&IMU.replace(field, wrong))), BadKind::Range(_)));
+        assert!(matches!(bad(&sentence(&IMU.replace(field, wrong))), RejectReason::Range(_)));
     }
 }
 

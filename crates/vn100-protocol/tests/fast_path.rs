@@ -4,21 +4,21 @@ mod support;
 
 use proptest::{collection::vec, prelude::*, sample::select};
 use support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
-use vn100_protocol::{BadKind, BadLine, Frame, Item, MessageError, Options, Sample, xor8};
+use vn100_protocol::{Frame, Item, MessageError, Options, RejectReason, RejectedSentence, Sample, xor8};
 
 /// What a stream of `VNYMR` lines is without the fast path.
 fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
     let items = frames(bytes, Options::default()).into_iter().map(|frame| match frame {
         Frame::Packet(packet) => Item::Packet(packet),
-        Frame::Bad(bad) => Item::Bad(bad),
+        Frame::Rejected(bad) => Item::Rejected(bad),
         Frame::Sentence(sentence) => match Sample::parse(&sentence) {
             Some(Ok(sample)) => Item::Sample(sample),
             Some(Err(error)) => {
                 let kind = match error {
-                    MessageError::Grammar(error) => BadKind::Grammar(error),
-                    MessageError::Range(error) => BadKind::Range(error),
+                    MessageError::Grammar(error) => RejectReason::Grammar(error),
+                    MessageError::Range(error) => RejectReason::Range(error),
                 };
-                Item::Bad(BadLine { kind, raw: sentence.raw, offset: sentence.offset })
+                Item::Rejected(RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset })
             }
             None if sentence.is_reply() => Item::Reply(sentence),
             None => Item::Other(sentence),

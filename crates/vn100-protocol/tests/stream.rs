@@ -5,7 +5,7 @@ mod support;
 
 use proptest::{collection::vec, prelude::*, sample::Index};
 use support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
-use vn100_protocol::{BadKind, CheckDigits, Decoder, Frame, Item, Options, crc16, xor8};
+use vn100_protocol::{CheckDigits, Decoder, Frame, Item, Options, RejectReason, crc16, xor8};
 
 /// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its
 /// own.
@@ -122,7 +122,7 @@ proptest! {
             .filter_map(|frame| match frame {
                 Frame::Sentence(sentence) => Some((sentence.offset, sentence.raw.to_vec())),
                 Frame::Packet(packet) => Some((packet.offset, packet.raw.to_vec())),
-                Frame::Bad(_) => None,
+                Frame::Rejected(_) => None,
             })
             .collect();
         let mut offset = 0;
@@ -140,7 +140,7 @@ proptest! {
             .into_iter()
             .map(|frame| match frame {
                 Frame::Sentence(sentence) => (sentence.offset as usize, sentence.raw.len(), true),
-                Frame::Bad(bad) => (bad.offset as usize, bad.raw.len(), false),
+                Frame::Rejected(bad) => (bad.offset as usize, bad.raw.len(), false),
                 Frame::Packet(packet) => panic!("{packet:?}"),
             })
             .collect();
@@ -152,10 +152,10 @@ proptest! {
             .iter()
             .map(|&(start, length, _)| length + bytes[start + length..].iter().take_while(|byte| b"\r\n".contains(byte)).count())
             .sum();
-        prop_assert_eq!(tally.good_line_bytes + tally.bad_line_bytes, line_bytes as u64);
+        prop_assert_eq!(tally.valid_sentence_bytes + tally.rejected_sentence_bytes, line_bytes as u64);
         prop_assert_eq!(tally.skipped_bytes, (bytes.len() - line_bytes) as u64);
-        prop_assert_eq!(tally.good_lines() + tally.bad.grammar + tally.bad.range, naive.iter().filter(|line| line.2).count() as u64);
-        prop_assert_eq!(tally.good_lines() + tally.bad.total(), naive.len() as u64);
+        prop_assert_eq!(tally.valid_sentences() + tally.rejected.grammar + tally.rejected.range, naive.iter().filter(|line| line.2).count() as u64);
+        prop_assert_eq!(tally.valid_sentences() + tally.rejected.total(), naive.len() as u64);
     }
 
     #[test]
@@ -179,7 +179,7 @@ fn story(bytes: &[u8]) -> (Vec<String>, u64) {
                 "good".into()
             }
             Item::Packet(_) => "packet".into(),
-            Item::Bad(bad) => bad.kind.to_string().split(':').take(1).collect(),
+            Item::Rejected(bad) => bad.kind.to_string().split(':').take(1).collect(),
             other => panic!("{other:?}"),
         });
     };
@@ -244,7 +244,7 @@ fn a_wrong_checksum_tells_both_values() {
     let mut kinds = Vec::new();
     let mut decoder = Decoder::new(Options::default());
     decoder.push(b"x$VNRRG,01*73\r\n$VNRRG,01*E150\r\n$VNRRG,01*XX\r\n", |item| {
-        if let Item::Bad(bad) = item {
+        if let Item::Rejected(bad) = item {
             kinds.push((bad.offset, bad.raw.len(), bad.kind));
         }
     });
@@ -252,9 +252,9 @@ fn a_wrong_checksum_tells_both_values() {
     assert_eq!(
         kinds,
         [
-            (1, 12, BadKind::Checksum { computed: xor, received: Some(CheckDigits::Xor8(0x73)) }),
-            (15, 14, BadKind::Checksum { computed: crc, received: Some(CheckDigits::Crc16(0xE150)) }),
-            (31, 12, BadKind::Checksum { computed: xor, received: None }),
+            (1, 12, RejectReason::Checksum { computed: xor, received: Some(CheckDigits::Xor8(0x73)) }),
+            (15, 14, RejectReason::Checksum { computed: crc, received: Some(CheckDigits::Crc16(0xE150)) }),
+            (31, 12, RejectReason::Checksum { computed: xor, received: None }),
         ]
     );
     assert_eq!(kinds[0].2.to_string(), "checksum: the line gives 72, its end says 73");
@@ -268,7 +268,7 @@ fn lines_without_checksum_are_taken_on_request() {
         items.push(matches!(item, Item::Reply(_)))
     });
     assert_eq!(items, [true, true, false, true]);
-    assert_eq!((decoder.tally().replies, decoder.tally().unchecked_lines), (3, 2));
+    assert_eq!((decoder.tally().replies, decoder.tally().unchecked_sentences), (3, 2));
 }
 
 #[test]
@@ -276,7 +276,7 @@ fn a_finished_decoder_begins_a_sentence_of_its_own() {
     let mut decoder = Decoder::new(Options::default());
     let mut good = 0;
     decoder.push(b"$VNRRG,0", |_| good += 1);
-    decoder.finish(|item| assert!(matches!(item, Item::Bad(_))));
+    decoder.finish(|item| assert!(matches!(item, Item::Rejected(_))));
     decoder.push(b"1*72\r\n$VNRRG,01*72\r\n", |_| good += 1);
     assert_eq!((good, decoder.tally().replies, decoder.tally().bytes()), (1, 1, 28));
 }

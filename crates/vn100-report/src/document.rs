@@ -274,7 +274,7 @@ fn link(snapshot: &Snapshot) -> Link {
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     Link {
         bytes: link.bytes(),
-        frames: tally.good_lines(),
+        frames: tally.valid_sentences(),
         replies: link.answers(),
         echoes: link.echoes,
         other_messages: link.other_messages(),
@@ -290,12 +290,12 @@ fn link(snapshot: &Snapshot) -> Link {
         reconnects: link.connects.saturating_sub(1),
         down_s: if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
         bad_frames: BadFrames {
-            checksum: tally.bad.checksum,
-            unchecked: tally.bad.unchecked,
-            grammar: tally.bad.grammar,
-            range: tally.bad.range,
-            truncated: tally.bad.truncated,
-            too_long: tally.bad.too_long,
+            checksum: tally.rejected.checksum,
+            unchecked: tally.rejected.unchecked,
+            grammar: tally.rejected.grammar,
+            range: tally.rejected.range,
+            truncated: tally.rejected.truncated,
+            too_long: tally.rejected.too_long,
         },
     }
 }

@@ -43,7 +43,7 @@ pub fn in_words(status: Status) -> &'static str {
 /// How many, and of which kinds.
 #[must_use]
 pub fn bad_lines(tally: &Tally) -> String {
-    let bad = &tally.bad;
+    let bad = &tally.rejected;
     let kinds = [
         ("checksum", bad.checksum),
         ("unchecked", bad.unchecked),

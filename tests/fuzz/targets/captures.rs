@@ -127,7 +127,7 @@ fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
 
 fn assert_counted(told: &Told, length: Option<usize>) {
     let (counts, tally) = (&told.counts, &told.counts.tally);
-    assert_eq!(tally.good_lines(), counts.samples() + tally.replies + counts.other_messages());
+    assert_eq!(tally.valid_sentences(), counts.samples() + tally.replies + counts.other_messages());
     if let (Some(length), None) = (length, &told.error) {
         assert_eq!(counts.bytes(), length as u64);
     }

@@ -16,7 +16,7 @@ pub(super) fn decode(bytes: &[u8], size: usize, options: Options) -> (Vec<String
     let (mut items, mut pushed, mut good, mut bad) = (Vec::new(), 0, 0, 0);
     let mut take = |item: Item<'_>| {
         match item {
-            Item::Bad(line) => {
+            Item::Rejected(line) => {
                 bad += 1;
                 // the evidence is what stands there
                 assert_eq!(&bytes[line.offset as usize..][..line.raw.len()], line.raw);
@@ -34,6 +34,6 @@ pub(super) fn decode(bytes: &[u8], size: usize, options: Options) -> (Vec<String
     decoder.finish(&mut take);
     let tally = decoder.tally();
     assert_eq!((tally.bytes(), tally.buffered_bytes), (pushed, 0));
-    assert_eq!((tally.good_lines(), tally.bad.total()), (good, bad));
+    assert_eq!((tally.valid_sentences(), tally.rejected.total()), (good, bad));
     (items, tally)
 }

@@ -28,7 +28,7 @@ pub(crate) fn check(input: &[u8]) {
     // the decoder, with its fast path, says the same
     only_item(&line, |item| match item {
         Item::Sample(found) => assert_eq!(Some(Ok(found)), sample),
-        Item::Bad(_) => assert!(matches!(sample, Some(Err(_)))),
+        Item::Rejected(_) => assert!(matches!(sample, Some(Err(_)))),
         Item::Reply(found) | Item::Other(found) => {
             assert_eq!((found, sample), (sentence, None));
             assert_eq!(matches!(item, Item::Reply(_)), sentence.is_reply());
@@ -61,7 +61,7 @@ fn only_item(line: &[u8], mut expect: impl FnMut(Item<'_>)) {
         expect(item);
     });
     let tally = decoder.tally();
-    assert_eq!((items, tally.good_line_bytes + tally.bad_line_bytes), (1, line.len() as u64));
+    assert_eq!((items, tally.valid_sentence_bytes + tally.rejected_sentence_bytes), (1, line.len() as u64));
 }
 
 /// Each value is the one that the standard library reads in its field, and in range.

@@ -73,7 +73,7 @@ impl DataRecord {
 
     pub(crate) fn push_mark(&mut self, mark: MarkKind) {
         match mark {
-            MarkKind::BadLine => self.gaps.push_rejected_row(),
+            MarkKind::Rejected => self.gaps.push_rejected_row(),
             MarkKind::Printed(format) => {
                 if self.accumulators.set_print_format(format) {
                     self.break_segment(Some(0));
@@ -253,15 +253,15 @@ mod tests {
     #[test]
     fn each_gap_parts_the_record_and_counts_as_it_is_known() {
         let mut record = record(Settings::default());
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 3);
         event(&mut record, GapEvent::Missing(5));
         rows(&mut record, 3);
-        record.push(Resolved::Mark(MarkKind::BadLine));
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 3);
         assert_eq!((counts(&record), terms(&record)), ((9, 7, 2, 3), 6));
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         event(&mut record, GapEvent::UnknownGap);
         rows(&mut record, 3);
         for format in [PrintFormat::Current, PrintFormat::Old] {
@@ -280,7 +280,7 @@ mod tests {
         let mut record = record(Settings::default());
         event(&mut record, GapEvent::Rate(NominalRate::Snapped(50.0)));
         rows(&mut record, 3);
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 3);
         let timing = record.timing();
         assert_eq!((timing.rate_hz, timing.rate_from, timing.missing), (50.0, RateFrom::Arrival, 0));
@@ -288,7 +288,7 @@ mod tests {
         event(&mut record, GapEvent::Refused(Refusal::NoTimePasses { samples: 9 }));
         assert_eq!(record.timing().missing_from, MissingFrom::Counter);
         record.end_connection(None);
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 1);
         assert_eq!(counts(&record), (7, 1, 1, 2), "rejected rows count again behind the break");
     }
@@ -318,7 +318,7 @@ mod tests {
         record.apply(RateEffect::Replace(40.0));
         assert_eq!((counts(&record), record.timing().left_out), ((0, 0, 0, 0), 74));
         assert_eq!((record.span.seconds(40.0), record.timing().rate_from), (2, RateFrom::Device));
-        record.push(Resolved::Mark(MarkKind::BadLine));
+        record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 1);
         assert_eq!(record.rate.false_rate.map(|rate| rate.samples), Some(74));
         rows(&mut record, 1);

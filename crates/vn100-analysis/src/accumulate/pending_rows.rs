@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn marks_come_before_their_row() {
         let mut pending = PendingRows::new(WIDTH, GapDetector::without_stamps());
-        let mark = |before_row| Mark { before_row, kind: MarkKind::BadLine };
+        let mark = |before_row| Mark { before_row, kind: MarkKind::Rejected };
         for first in [0, 3] {
             let mut batch = batch(first, &[0; 3]);
             batch.marks = vec![mark(0), mark(1), mark(1), mark(3)];

@@ -86,7 +86,7 @@ impl Advice {
             MissingFrom::Counter => "the counters tell what is missing for it",
             MissingFrom::BadLines => "each between good ones counts as one missing sample",
         };
-        let odd = link.odd_rows.unwrap_or_default();
+        let odd = link.rejected_rows.unwrap_or_default();
         if odd.total() > 0 {
             self.warn(
                 WarningKind::BadLines,
@@ -97,9 +97,9 @@ impl Advice {
                 ),
             );
         }
-        let damaged = tally.bad.total() - tally.bad.unchecked - odd.total();
+        let damaged = tally.rejected.total() - tally.rejected.unchecked - odd.total();
         if damaged > 0 {
-            let advice = match link.odd_rows {
+            let advice = match link.rejected_rows {
                 Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
                 None => "Look at the cable, the connector and the baud rate",
             };
@@ -108,20 +108,23 @@ impl Advice {
                 format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally)),
             );
         }
-        if tally.bad.unchecked > 0 {
+        if tally.rejected.unchecked > 0 {
             self.warn(
                 WarningKind::UncheckedLines,
-                Text::from(format!("{} without a checksum and left out; ", of_all_lines(tally.bad.unchecked, tally)))
-                    .remedy(Remedy::AcceptUnchecked)
-                    .then(" takes such lines, and then nothing but the form of a number protects it"),
+                Text::from(format!(
+                    "{} without a checksum and left out; ",
+                    of_all_lines(tally.rejected.unchecked, tally)
+                ))
+                .remedy(Remedy::AcceptUnchecked)
+                .then(" takes such lines, and then nothing but the form of a number protects it"),
             );
         }
-        if tally.unchecked_lines > 0 {
+        if tally.unchecked_sentences > 0 {
             self.warn(
                 WarningKind::UncheckedLines,
                 format!(
                     "{} taken without a checksum: a damaged digit in them cannot be told from a good one",
-                    of_all_lines(tally.unchecked_lines, tally)
+                    of_all_lines(tally.unchecked_sentences, tally)
                 ),
             );
         }
@@ -372,7 +375,7 @@ fn reasons(odd: &RejectedRowCounts) -> String {
 
 fn of_all_lines(count: u64, tally: &Tally) -> String {
     let verb = if count == 1 { "is" } else { "are" };
-    format!("{count} of {} {verb}", lines(tally.good_lines() + tally.bad.total()))
+    format!("{count} of {} {verb}", lines(tally.valid_sentences() + tally.rejected.total()))
 }
 
 fn lines(count: u64) -> String {

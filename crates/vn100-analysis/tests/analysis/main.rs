@@ -39,7 +39,7 @@ fn batches(lines: &[Line], rows: usize) -> Vec<Batch> {
         let before_row = batch.rows().len();
         match *line {
             Good(count) => batch.counts.extend(std::iter::repeat_n(count, width)),
-            Bad => batch.marks.push(Mark { before_row, kind: MarkKind::BadLine }),
+            Bad => batch.marks.push(Mark { before_row, kind: MarkKind::Rejected }),
             Printed(format) => batch.marks.push(Mark { before_row, kind: MarkKind::Printed(format) }),
         }
     }
@@ -72,12 +72,12 @@ fn nothing_seen_is_nothing_claimed() {
 fn a_sensor_that_only_answers_is_told_how_to_send() {
     let told = |connects: u64, replies: u64, bad: u64, skipped_bytes: u64| {
         let mut batch = Batch::default();
-        batch.link.tally.bad.checksum = bad;
-        batch.link.tally.bad_line_bytes = 122 * bad;
+        batch.link.tally.rejected.checksum = bad;
+        batch.link.tally.rejected_sentence_bytes = 122 * bad;
         batch.link.tally.skipped_bytes = skipped_bytes;
         batch.link.connects = connects;
         batch.link.tally.replies = replies;
-        batch.link.tally.good_line_bytes = 25 * replies;
+        batch.link.tally.valid_sentence_bytes = 25 * replies;
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&batch);
         analysis.snapshot().warnings.iter().any(|warning| {
@@ -279,7 +279,7 @@ fn a_quaternion_that_changes_its_sign_stands_still() {
     let analysed = |rows_per_batch: usize| {
         let mut analysis = Analysis::new(Settings::default());
         for counts in rows.chunks(rows_per_batch * 13) {
-            let (layout, mark) = (Some(Arc::clone(&layout)), Mark { before_row: 1, kind: MarkKind::BadLine });
+            let (layout, mark) = (Some(Arc::clone(&layout)), Mark { before_row: 1, kind: MarkKind::Rejected });
             // a gap of one sample in each batch of two rows or more
             let marks = if counts.len() > 13 && rows_per_batch == 600 { vec![mark] } else { Vec::new() };
             analysis.absorb(&Batch { layout, counts: counts.to_vec(), marks, ..Batch::default() });

@@ -46,7 +46,7 @@ impl CsvTally {
 
     /// The odd rows of all kinds.
     #[cfg(test)]
-    pub(crate) fn odd_rows(&self) -> u64 {
+    pub(crate) fn rejected_rows(&self) -> u64 {
         self.odd.iter().map(|odd| odd.count).sum()
     }
 

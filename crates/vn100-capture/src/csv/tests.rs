@@ -62,8 +62,8 @@ fn read(plan: Plan, reader: impl Read) -> Whole {
     assert!(!reader.next_rows(&mut rows).unwrap());
     whole.tally = reader.tally().clone();
     assert_eq!(whole.tally.rows, count as u64);
-    assert_eq!(whole.tally.odd_rows(), whole.odd.len() as u64);
-    assert_eq!(whole.tally.lines, whole.tally.rows + whole.tally.odd_rows() + whole.tally.skipped_lines);
+    assert_eq!(whole.tally.rejected_rows(), whole.odd.len() as u64);
+    assert_eq!(whole.tally.lines, whole.tally.rows + whole.tally.rejected_rows() + whole.tally.skipped_lines);
     whole
 }
 
@@ -107,7 +107,7 @@ fn the_parsed_captures_equal_their_sentences() {
             "{:50} {:6} rows {:3} odd, last stamp {} ns",
             path.file_name().unwrap().display(),
             whole.tally.rows,
-            whole.tally.odd_rows(),
+            whole.tally.rejected_rows(),
             whole.stamps_ns.last().unwrap()
         );
         assert!(whole.counts == expected, "{}", path.display());

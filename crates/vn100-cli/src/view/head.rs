@@ -183,8 +183,8 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     };
     parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
     let tally = &snapshot.link.tally;
-    let bad = if detail == Detail::Least { grouped(tally.bad.total()) } else { bad_lines(tally) };
-    parts.add(format!("bad lines {bad}"), counted(tally.bad.total()));
+    let bad = if detail == Detail::Least { grouped(tally.rejected.total()) } else { bad_lines(tally) };
+    parts.add(format!("bad lines {bad}"), counted(tally.rejected.total()));
     let told_gaps = timing.gaps > 0 && detail == Detail::All;
     let gaps = if told_gaps { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
     parts.add(format!("missing {}{gaps}", grouped(timing.missing)), counted(timing.missing));

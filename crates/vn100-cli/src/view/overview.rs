@@ -43,9 +43,9 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let chosen = if place == scene.state.source { theme.chosen() } else { Style::new().bold() };
     let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
-    let lost = snapshot.link.tally.bad.total() + timing.missing;
+    let lost = snapshot.link.tally.rejected.total() + timing.missing;
     let health =
-        format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.bad.total()), grouped(timing.missing));
+        format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.rejected.total()), grouped(timing.missing));
     let head = |name: &str| {
         Line::from(vec![
             Span::styled(format!(" {} {name} ", place + 1), chosen),

@@ -201,7 +201,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     check("waiting-server", &one(), &[server]);
     let mut held = Source { stage: Stage::Measuring, link: Some(up()), ..nothing() };
     let mut snapshot = (*held.snapshot).clone();
-    (snapshot.link.tally.samples, snapshot.link.tally.good_line_bytes) = (336, 336 * 122);
+    (snapshot.link.tally.samples, snapshot.link.tally.valid_sentence_bytes) = (336, 336 * 122);
     let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
     snapshot.arrivals = (measured().snapshot.arrivals).map(|all| TimebaseSummary {
         samples: 336,

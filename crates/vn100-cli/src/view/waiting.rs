@@ -23,8 +23,8 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
     lines.push(Line::raw(format!(
         "So far {} bytes, {} good lines, {} bad lines.",
         grouped(source.snapshot.link.bytes()),
-        grouped(tally.good_lines()),
-        grouped(tally.bad.total())
+        grouped(tally.valid_sentences()),
+        grouped(tally.rejected.total())
     )));
     let block = Block::new()
         .borders(Borders::ALL)

@@ -73,7 +73,7 @@ fn names(texts: &[(String, Style)]) -> String {
 /// What was lost so far: the bad lines by kind, and what else; nothing of which there was none.
 fn lost(source: &Source) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
-    let bad = link.tally.bad.total();
+    let bad = link.tally.rejected.total();
     let reconnects = link.connects.saturating_sub(1);
     let other = [
         (timing.missing, format!("missing {} in {} gaps", grouped(timing.missing), grouped(timing.gaps))),

@@ -49,7 +49,7 @@ impl Silence {
             is_ended |= match frame {
                 Frame::Sentence(sentence) => Reply::parse(&sentence).is_err(),
                 Frame::Packet(_) => true,
-                Frame::Bad(_) => false,
+                Frame::Rejected(_) => false,
             };
         });
         is_ended

@@ -58,7 +58,7 @@ impl PendingInputs {
                         (Reply::parse(&sentence).ok(), sentence.offset)
                     }
                     Frame::Packet(packet) => (None, packet.offset),
-                    Frame::Sentence(_) | Frame::Bad(_) => return,
+                    Frame::Sentence(_) | Frame::Rejected(_) => return,
                 };
                 if reply == Some(Reply::Question(Register::MODEL)) {
                     self.echoes += u64::from(self.sensor_at.is_none());

@@ -79,7 +79,7 @@ impl Shared {
     /// fields are malformed: it shows that the link carries a sensor.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
-        let output = tally.samples + tally.other + tally.packets + tally.bad.grammar + tally.bad.range;
+        let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
         FrameCounts { good: output + tally.replies, output }
     }
 

@@ -88,7 +88,7 @@ impl Link {
                 let tally = batch.link.tally;
                 let told =
                     batch.link.samples() + batch.link.answers() + batch.link.echoes + batch.link.other_messages();
-                assert_eq!(tally.good_lines(), told);
+                assert_eq!(tally.valid_sentences(), told);
                 false
             }
             Event::Link(event) => {

@@ -11,9 +11,9 @@
 use memchr::{memchr_iter, memchr2};
 
 use crate::{
-    framing::bad_line::{BadKind, BadLine},
     framing::checksum::{Check, CheckDigits, crc16, xor8},
     framing::packet::{self, Candidate, Packet},
+    framing::rejected_sentence::{RejectReason, RejectedSentence},
     framing::sentence::{MAX_BODY, Sentence},
     framing::tally::Tally,
 };
@@ -61,7 +61,7 @@ pub enum Frame<'a> {
     /// A binary packet.
     Packet(Packet<'a>),
     /// A false start of a sentence.
-    Bad(BadLine<'a>),
+    Rejected(RejectedSentence<'a>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +78,7 @@ enum Start {
     Ends {
         body: usize,
         length: usize,
-        checked: Result<Check, BadKind>,
+        checked: Result<Check, RejectReason>,
     },
 }
 
@@ -130,17 +130,17 @@ impl Framer {
     #[inline]
     pub(crate) fn accept(&mut self, length: usize) {
         self.advance(length);
-        self.tally.good_line_bytes += length as u64;
+        self.tally.valid_sentence_bytes += length as u64;
         self.line_end_of = LineEndOf::Good;
     }
 
     /// Turns the sentence found last into a bad line.
-    pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: BadKind) -> BadLine<'a> {
-        self.tally.good_line_bytes -= sentence.raw.len() as u64;
-        self.tally.bad_line_bytes += sentence.raw.len() as u64;
-        self.tally.bad.count(kind);
+    pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: RejectReason) -> RejectedSentence<'a> {
+        self.tally.valid_sentence_bytes -= sentence.raw.len() as u64;
+        self.tally.rejected_sentence_bytes += sentence.raw.len() as u64;
+        self.tally.rejected.count(kind);
         self.line_end_of = LineEndOf::Bad;
-        BadLine { kind, raw: sentence.raw, offset: sentence.offset }
+        RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset }
     }
 
     /// Gives CR and LF at the head of `input` to the line before them.
@@ -148,8 +148,8 @@ impl Framer {
     pub(crate) fn take_line_end(&mut self, input: &[u8]) -> usize {
         let bytes = match self.line_end_of {
             LineEndOf::Nothing => return 0,
-            LineEndOf::Good => &mut self.tally.good_line_bytes,
-            LineEndOf::Bad => &mut self.tally.bad_line_bytes,
+            LineEndOf::Good => &mut self.tally.valid_sentence_bytes,
+            LineEndOf::Bad => &mut self.tally.rejected_sentence_bytes,
         };
         let length = input.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         *bytes += length as u64;
@@ -163,7 +163,7 @@ impl Framer {
         };
         let (raw, offset) = (&input[..length], self.offset);
         let checked = match checked {
-            Err(BadKind::Unchecked) if self.options.accept_unchecked => Ok(Check::None),
+            Err(RejectReason::Unchecked) if self.options.accept_unchecked => Ok(Check::None),
             checked => checked,
         };
         let frame = match checked {
@@ -173,10 +173,10 @@ impl Framer {
             }
             Err(kind) => {
                 self.advance(length);
-                self.tally.bad_line_bytes += length as u64;
-                self.tally.bad.count(kind);
+                self.tally.rejected_sentence_bytes += length as u64;
+                self.tally.rejected.count(kind);
                 self.line_end_of = LineEndOf::Bad;
-                Frame::Bad(BadLine { kind, raw, offset })
+                Frame::Rejected(RejectedSentence { kind, raw, offset })
             }
         };
         Found::Frame(length, frame)
@@ -228,13 +228,13 @@ fn classify(input: &[u8], end_of_input: bool) -> Start {
     let body = body_length(&behind_start[..behind_start.len().min(MAX_BODY + 1)]);
     let without_digits = |kind| Start::Ends { body, length: 1 + body, checked: Err(kind) };
     if body > MAX_BODY {
-        return without_digits(BadKind::TooLong);
+        return without_digits(RejectReason::TooLong);
     }
     match behind_start.get(body) {
         Some(b'*') => check_digits(&behind_start[..body], &behind_start[body + 1..], end_of_input),
-        Some(b'\r' | b'\n') => without_digits(BadKind::Unchecked),
-        Some(_) => without_digits(BadKind::Truncated),
-        None if end_of_input => without_digits(BadKind::Truncated),
+        Some(b'\r' | b'\n') => without_digits(RejectReason::Unchecked),
+        Some(_) => without_digits(RejectReason::Truncated),
+        None if end_of_input => without_digits(RejectReason::Truncated),
         None => Start::Incomplete,
     }
 }
@@ -281,14 +281,14 @@ fn check_digits(body: &[u8], tail: &[u8], end_of_input: bool) -> Start {
         return Start::Incomplete;
     }
     match head.get(written) {
-        Some(b'\r' | b'\n') if written == 0 => ends(0, Err(BadKind::Unchecked)),
-        Some(b'$' | ..=0x1F | 0x7F..) | None if written == 0 => ends(0, Err(BadKind::Truncated)),
-        _ => ends(written, Err(BadKind::Checksum { computed: CheckDigits::Xor8(xor8(body)), received: None })),
+        Some(b'\r' | b'\n') if written == 0 => ends(0, Err(RejectReason::Unchecked)),
+        Some(b'$' | ..=0x1F | 0x7F..) | None if written == 0 => ends(0, Err(RejectReason::Truncated)),
+        _ => ends(written, Err(RejectReason::Checksum { computed: CheckDigits::Xor8(xor8(body)), received: None })),
     }
 }
 
-fn compare(computed: CheckDigits, received: CheckDigits, check: Check) -> Result<Check, BadKind> {
-    if computed == received { Ok(check) } else { Err(BadKind::Checksum { computed, received: Some(received) }) }
+fn compare(computed: CheckDigits, received: CheckDigits, check: Check) -> Result<Check, RejectReason> {
+    if computed == received { Ok(check) } else { Err(RejectReason::Checksum { computed, received: Some(received) }) }
 }
 
 /// The value of an upper-case hexadecimal digit.

@@ -1,15 +1,15 @@
 //! What a stream has carried, byte by byte and line by line.
 
-use crate::framing::bad_line::BadKind;
+use crate::framing::rejected_sentence::RejectReason;
 
 /// Counts since the beginning of the stream. Every byte is in exactly one of the five byte counts
 /// at any moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Bytes of good lines, with the CR and LF behind them.
-    pub good_line_bytes: u64,
+    pub valid_sentence_bytes: u64,
     /// Bytes of bad lines, with the CR and LF behind them.
-    pub bad_line_bytes: u64,
+    pub rejected_sentence_bytes: u64,
     /// Bytes of binary packets.
     pub packet_bytes: u64,
     /// Bytes between all these.
@@ -23,27 +23,27 @@ pub struct Tally {
     /// Other good sentences.
     pub other: u64,
     /// Of the good lines, those that carry no checksum and were taken on request.
-    pub unchecked_lines: u64,
+    pub unchecked_sentences: u64,
     /// Binary packets.
     pub packets: u64,
     /// Bad lines.
-    pub bad: BadTally,
+    pub rejected: RejectedCounts,
 }
 
 /// Bad lines by kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct BadTally {
-    /// [`BadKind::Checksum`].
+pub struct RejectedCounts {
+    /// [`RejectReason::Checksum`].
     pub checksum: u64,
-    /// [`BadKind::Unchecked`].
+    /// [`RejectReason::Unchecked`].
     pub unchecked: u64,
-    /// [`BadKind::Grammar`].
+    /// [`RejectReason::Grammar`].
     pub grammar: u64,
-    /// [`BadKind::Range`].
+    /// [`RejectReason::Range`].
     pub range: u64,
-    /// [`BadKind::Truncated`].
+    /// [`RejectReason::Truncated`].
     pub truncated: u64,
-    /// [`BadKind::TooLong`].
+    /// [`RejectReason::TooLong`].
     pub too_long: u64,
 }
 
@@ -51,31 +51,35 @@ impl Tally {
     /// All bytes taken in.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.good_line_bytes + self.bad_line_bytes + self.packet_bytes + self.skipped_bytes + self.buffered_bytes
+        self.valid_sentence_bytes
+            + self.rejected_sentence_bytes
+            + self.packet_bytes
+            + self.skipped_bytes
+            + self.buffered_bytes
     }
 
     /// Samples, replies and other good sentences.
     #[must_use]
-    pub fn good_lines(&self) -> u64 {
+    pub fn valid_sentences(&self) -> u64 {
         self.samples + self.replies + self.other
     }
 }
 
-impl BadTally {
+impl RejectedCounts {
     /// Bad lines of any kind.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.checksum + self.unchecked + self.grammar + self.range + self.truncated + self.too_long
     }
 
-    pub(crate) fn count(&mut self, kind: BadKind) {
+    pub(crate) fn count(&mut self, kind: RejectReason) {
         let count = match kind {
-            BadKind::Checksum { .. } => &mut self.checksum,
-            BadKind::Unchecked => &mut self.unchecked,
-            BadKind::Grammar(_) => &mut self.grammar,
-            BadKind::Range(_) => &mut self.range,
-            BadKind::Truncated => &mut self.truncated,
-            BadKind::TooLong => &mut self.too_long,
+            RejectReason::Checksum { .. } => &mut self.checksum,
+            RejectReason::Unchecked => &mut self.unchecked,
+            RejectReason::Grammar(_) => &mut self.grammar,
+            RejectReason::Range(_) => &mut self.range,
+            RejectReason::Truncated => &mut self.truncated,
+            RejectReason::TooLong => &mut self.too_long,
         };
         *count += 1;
     }

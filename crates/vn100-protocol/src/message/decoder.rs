@@ -1,10 +1,10 @@
 //! Bytes to messages: the framer, the messages and the fast path in one.
 
 use crate::{
-    framing::bad_line::{BadKind, BadLine},
     framing::checksum::Check,
     framing::framer::{Frame, Framer, Options, Step},
     framing::packet::{MAX_PACKET, Packet},
+    framing::rejected_sentence::{RejectReason, RejectedSentence},
     framing::sentence::Sentence,
     framing::tally::Tally,
     message::template,
@@ -57,7 +57,7 @@ pub enum Item<'a> {
     /// A binary packet.
     Packet(Packet<'a>),
     /// A rejected sentence.
-    Bad(BadLine<'a>),
+    Rejected(RejectedSentence<'a>),
 }
 
 impl Decoder {
@@ -177,7 +177,7 @@ impl Stepper {
         let item = item.map(|frame| match frame {
             Frame::Sentence(sentence) => self.message(sentence),
             Frame::Packet(packet) => Item::Packet(packet),
-            Frame::Bad(bad) => Item::Bad(bad),
+            Frame::Rejected(bad) => Item::Rejected(bad),
         });
         (consumed, item)
     }
@@ -191,16 +191,16 @@ impl Stepper {
             None => (Item::Other(sentence), &mut self.framer.tally.other),
         };
         *count += 1;
-        self.framer.tally.unchecked_lines += u64::from(sentence.check == Check::None);
+        self.framer.tally.unchecked_sentences += u64::from(sentence.check == Check::None);
         item
     }
 
     #[cold]
     fn refuse<'a>(&mut self, sentence: Sentence<'a>, error: MessageError) -> Item<'a> {
         let kind = match error {
-            MessageError::Grammar(error) => BadKind::Grammar(error),
-            MessageError::Range(error) => BadKind::Range(error),
+            MessageError::Grammar(error) => RejectReason::Grammar(error),
+            MessageError::Range(error) => RejectReason::Range(error),
         };
-        Item::Bad(self.framer.reject(sentence, kind))
+        Item::Rejected(self.framer.reject(sentence, kind))
     }
 }

@@ -102,7 +102,7 @@ pub struct Mark {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
     /// A rejected sentence or row; the tally counts the reasons.
-    BadLine,
+    Rejected,
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),
 }

@@ -35,7 +35,7 @@ pub struct StreamCounts {
     pub other_message: Option<MessageName>,
     /// Rejected rows of a CSV file; they are part of the bad lines. `None` where the
     /// source is none.
-    pub odd_rows: Option<RejectedRowCounts>,
+    pub rejected_rows: Option<RejectedRowCounts>,
 }
 
 impl StreamCounts {

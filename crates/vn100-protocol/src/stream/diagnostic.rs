@@ -6,7 +6,7 @@ use alloc::{
 };
 use core::fmt;
 
-use crate::{BadLine, Sentence};
+use crate::{RejectedSentence, Sentence};
 
 /// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no
 /// terminal, whatever came.
@@ -32,7 +32,7 @@ impl Diagnostic {
         Self::Reply(sentence.raw.trim_ascii_end().into())
     }
 
-    pub(super) fn refused(bad: &BadLine<'_>) -> Self {
+    pub(super) fn refused(bad: &RejectedSentence<'_>) -> Self {
         Self::Refused { reason: bad.kind.to_string(), offset: bad.offset, raw: bad.raw.into() }
     }
 }

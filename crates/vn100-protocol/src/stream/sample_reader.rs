@@ -146,8 +146,8 @@ impl SampleReader {
     }
 
     /// Marks a row that the source has rejected, and counted by its reason.
-    pub fn mark_bad_line(&mut self) {
-        self.stream.mark(MarkKind::BadLine);
+    pub fn mark_rejected_row(&mut self) {
+        self.stream.mark(MarkKind::Rejected);
     }
 
     fn decode_line_by_line(&mut self, end: bool) {
@@ -177,16 +177,16 @@ fn code(header: &[u8]) -> u8 {
 
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
-        if let Item::Bad(bad) = &item {
+        if let Item::Rejected(bad) = &item {
             self.diagnose(|| Diagnostic::refused(bad));
         }
         match item {
             Item::Sample(sample) => self.put_sample(&sample),
-            Item::Bad(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::BadLine),
+            Item::Rejected(bad) if self.may_be_sample(bad.raw) => self.mark(MarkKind::Rejected),
             Item::Other(sentence) => self.note_other(sentence.header()),
             Item::Reply(sentence) => self.put_reply(&sentence),
             // in the tally
-            Item::Packet(_) | Item::Bad(_) => {}
+            Item::Packet(_) | Item::Rejected(_) => {}
         }
     }
 

@@ -208,7 +208,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         format!("{p50_us} µs median, {p99_us} µs 99th percentile, {max_us} µs longest")
     });
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let bad = &tally.bad;
+    let bad = &tally.rejected;
     vec![
         row("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
         row("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
@@ -247,7 +247,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
             "Good lines",
             format!(
                 "{} ({} replies, {}{} other messages)",
-                grouped(tally.good_lines()),
+                grouped(tally.valid_sentences()),
                 link.answers(),
                 echoes(link.echoes),
                 link.other_messages()

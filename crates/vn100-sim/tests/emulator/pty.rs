@@ -86,7 +86,7 @@ impl Host {
     }
 }
 
-fn good_lines(bytes: &[u8]) -> usize {
+fn valid_sentences(bytes: &[u8]) -> usize {
     let mut lines = 0;
     Decoder::new(Options::default()).push(bytes, |item| lines += usize::from(matches!(item, Item::Sample(_))));
     lines
@@ -104,7 +104,7 @@ fn wait_until(met: impl Fn() -> bool) {
 fn a_program_that_opens_the_link_reads_lines_and_is_answered() {
     let (_folder, link, sensor) = connected("");
     let mut host = Host::open(&link);
-    host.read_until(|read| good_lines(read) >= 3).unwrap();
+    host.read_until(|read| valid_sentences(read) >= 3).unwrap();
     host.ask("VNRRG,01", "$VNRRG,01,VN-100S-CR*35\r\n");
     // the terminal changes no byte and sends none back
     assert!(!host.read.windows(2).any(|pair| pair == b"\n\n"));
@@ -165,9 +165,9 @@ fn a_host_at_another_rate_reads_junk_and_is_not_heard() {
     host.set_baud(57_600);
     host.port.write_all(b"$VNASY,0*4F\r\n").unwrap();
     host.read_until(|read| read.len() > 400).unwrap();
-    assert_eq!(good_lines(&host.read[122..]), 0);
+    assert_eq!(valid_sentences(&host.read[122..]), 0);
     host.set_baud(115_200);
-    host.read_until(|read| good_lines(read) >= 2).unwrap();
+    host.read_until(|read| valid_sentences(read) >= 2).unwrap();
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn an_unplugged_sensor_takes_its_port_along_and_comes_back() {
     let other = folder.path().join("sensor-1");
     wait_until(|| other.exists());
     let mut host = Host::open(&other);
-    host.read_until(|read| good_lines(read) >= 1).unwrap();
+    host.read_until(|read| valid_sentences(read) >= 1).unwrap();
 }
 
 #[test]

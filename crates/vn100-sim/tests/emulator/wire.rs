@@ -49,7 +49,7 @@ fn lines(bytes: &[u8]) -> (u32, u32) {
     let mut decoder = Decoder::new(Options::default());
     decoder.push(bytes, |item| match item {
         Item::Sample(_) => good += 1,
-        Item::Bad(_) => bad += 1,
+        Item::Rejected(_) => bad += 1,
         _ => {}
     });
     (good, bad)

@@ -14,18 +14,18 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
     if link.samples() > 0 {
         return None;
     }
-    if let Some(odd) = link.odd_rows.filter(|odd| odd.total() > 0) {
+    if let Some(odd) = link.rejected_rows.filter(|odd| odd.total() > 0) {
         let text = Text::from(format!(
             "{} of a CSV file and no good row among them ({}): do its columns hold what their names say? ",
-            lines(tally.bad.total()),
+            lines(tally.rejected.total()),
             reasons(&odd)
         ));
         return Some(text.remedy(Remedy::MapColumns).then(" names others, and their units"));
     }
     // damaged lines may be measurements: they must be few beside the answers
-    let damaged_bytes = tally.bad_line_bytes + tally.skipped_bytes;
-    let is_clean = 10 * tally.bad.total() <= link.answers() && 10 * damaged_bytes <= tally.good_line_bytes;
-    if link.connects > 0 && link.answers() > 0 && tally.good_lines() == tally.replies && is_clean {
+    let damaged_bytes = tally.rejected_sentence_bytes + tally.skipped_bytes;
+    let is_clean = 10 * tally.rejected.total() <= link.answers() && 10 * damaged_bytes <= tally.valid_sentence_bytes;
+    if link.connects > 0 && link.answers() > 0 && tally.valid_sentences() == tally.replies && is_clean {
         let text = Text::from(format!(
             "{}, all of them answers: the sensor sends nothing by itself. `",
             lines(link.answers())
@@ -40,12 +40,12 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
         let text = Text::from(format!(
             "{} good, none of a message this program measures; the first is {name}. $VNWRG,06,14*59 makes the sensor send VNYMR, \
              $VNWRG,06,19*54 VNIMU; `",
-            lines(tally.good_lines())
+            lines(tally.valid_sentences())
         ));
         return Some(text.remedy(Remedy::Configure(Setting::Message("VNYMR"))).then("` does it"));
     }
-    let only_unchecked = tally.bad.unchecked > 0 && tally.bad.unchecked == tally.bad.total();
-    (tally.good_lines() == 0 && !only_unchecked && link.odd_rows.is_none()).then(|| {
+    let only_unchecked = tally.rejected.unchecked > 0 && tally.rejected.unchecked == tally.rejected.total();
+    (tally.valid_sentences() == 0 && !only_unchecked && link.rejected_rows.is_none()).then(|| {
         Text::from(format!(
             "{} bytes and no valid line among them: wrong baud rate? If the rate is right, the host's receiver flips bits: close and \
              reopen the port",

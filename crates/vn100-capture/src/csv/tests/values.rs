@@ -61,7 +61,7 @@ fn line_ends_marks_and_separators_are_the_files_own() {
     ] {
         let whole = read_text(&variant, None);
         assert_eq!((&whole.counts, &whole.stamps_ns), (&expected.counts, &expected.stamps_ns), "{variant:?}");
-        assert_eq!(whole.tally.odd_rows(), 0);
+        assert_eq!(whole.tally.rejected_rows(), 0);
     }
 }
 
@@ -298,5 +298,5 @@ fn a_row_cut_in_its_last_number_is_no_sample() {
 #[test]
 fn a_comment_needs_no_line_end() {
     let whole = read_text("gyro_x\n0.5\n# done", None);
-    assert_eq!((whole.tally.rows, whole.tally.odd_rows(), whole.tally.skipped_lines), (1, 0, 2));
+    assert_eq!((whole.tally.rows, whole.tally.rejected_rows(), whole.tally.skipped_lines), (1, 0, 2));
 }

@@ -57,8 +57,8 @@ pub(super) fn damaged() -> Source {
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
         let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
-        batch.link.tally.bad.checksum = 3;
-        batch.link.tally.bad.truncated = 1;
+        batch.link.tally.rejected.checksum = 3;
+        batch.link.tally.rejected.truncated = 1;
         batch.registers.push(RegisterReply { before_row: 0, register: 85, fields: "0,4,4,4,0,0,3,3,3,0".into() });
         analysis.absorb(&batch);
         let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
@@ -137,7 +137,7 @@ fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
     }
     let mut link = StreamCounts { connects: 1, ..StreamCounts::default() };
     link.tally.samples = SAMPLES as u64;
-    link.tally.good_line_bytes = 122 * SAMPLES as u64;
-    let marks = bad_before.iter().map(|row| Mark { before_row: *row, kind: MarkKind::BadLine });
+    link.tally.valid_sentence_bytes = 122 * SAMPLES as u64;
+    let marks = bad_before.iter().map(|row| Mark { before_row: *row, kind: MarkKind::Rejected });
     Batch { layout: Some(Arc::new(layout.clone())), counts, marks: marks.collect(), link, ..Batch::default() }
 }

@@ -85,7 +85,7 @@ fn the_decoder_takes_every_line_of_the_measuring_messages() {
         let mut decoder = Decoder::new(Options::default());
         decoder.push(&output, |item| match item {
             Item::Sample(sample) if sample.layout() == layout => samples += 1,
-            Item::Bad(line) => panic!("{}", line.kind),
+            Item::Rejected(line) => panic!("{}", line.kind),
             _ => {}
         });
         assert_eq!(samples, 500, "{}", layout.message);

@@ -232,7 +232,7 @@ impl Link {
         while let Some(line) = self.answers.take_due(self.now) {
             self.decoder.push(&line, |item| match item {
                 Item::Sample(_) => self.samples += 1,
-                Item::Bad(_) => self.bad += 1,
+                Item::Rejected(_) => self.bad += 1,
                 Item::Reply(sentence) => {
                     let reply = Reply::parse(&sentence).unwrap();
                     self.session.handle_reply(&reply, self.now);

@@ -9,9 +9,9 @@ use crate::{
 
 /// A start of a sentence that did not lead to a good one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BadLine<'a> {
+pub struct RejectedSentence<'a> {
     /// What is wrong with it.
-    pub kind: BadKind,
+    pub kind: RejectReason,
     /// Its bytes, from the `$` to the last one that was taken for a part of it; without CR and LF.
     pub raw: &'a [u8],
     /// Where its `$` stands, in bytes from the beginning of the stream.
@@ -21,7 +21,7 @@ pub struct BadLine<'a> {
 /// What is wrong with a line.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
-pub enum BadKind {
+pub enum RejectReason {
     /// The check digits do not fit the line, or are no check digits.
     #[error("checksum: the line gives {computed}, its end says {}", Received(*.received))]
     Checksum {
