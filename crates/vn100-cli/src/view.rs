@@ -23,7 +23,6 @@ mod source;
 mod state;
 mod statistics;
 mod strip;
-mod svg;
 mod task;
 mod terminal;
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! The figures of a report: each is drawn once, as SVG or as pixels, and keeps the numbers that it
 //! shows.
+//!
+//! Both come from one [`Drawing`] of lines, areas, symbols and texts, and the pixels are not made
+//! from the SVG: a renderer of SVG with text brings 28 packages, and the fonts of the machine.
 
 mod allan;
 mod axes;
@@ -14,6 +17,7 @@ mod svg;
 
 use thiserror::Error;
 
+pub use allan::allan_in_unit;
 pub(crate) use allan::{allan_of_axes, allan_of_axis, allan_of_records};
 pub(crate) use envelope::envelope;
 pub(crate) use histogram::histogram;

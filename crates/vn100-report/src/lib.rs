@@ -41,7 +41,7 @@ pub use export::{
     ros2::{Ros2Error, Ros2Messages},
     tables::CsvTable,
 };
-pub use figure::{DrawingError, Figure};
+pub use figure::{DrawingError, Figure, allan_in_unit};
 pub use figures::Figures;
 pub use folding::folding;
 pub use measured::{Completion, Measured, no_sample};

@@ -1,7 +1,6 @@
-//! What the deviation plot shows, in the unit chosen: points, bars, and the model through them. For
-//! the screen and for pictures.
+//! What the deviation plot shows, in the unit chosen: points, bars, and the model through them.
 
-use imu_noise::{Deviation, Sensor, Term};
+use imu_noise::{Convention, Deviation, Sensor, Term};
 use vn100_protocol::Quantity;
 use vn100_report::units::{ChannelValues, Point};
 
@@ -51,11 +50,21 @@ pub(crate) fn sensor(quantity: Quantity) -> Option<Sensor> {
     }
 }
 
+/// The unit of deviations, where the sensor has some.
+fn unit(group: &Group, state: &State) -> Option<Convention> {
+    sensor(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
+}
+
+/// Deviations in the unit chosen, over those in the unit of the channel.
+pub(super) fn factor(group: &Group, state: &State) -> f64 {
+    unit(group, state).map_or(1.0, |unit| unit.factor)
+}
+
 impl Plot {
     /// The curves of the sensor chosen.
     pub(crate) fn new(state: &State, source: &Source, group: &Group) -> Self {
-        let unit = sensor(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units));
-        let factor = unit.map_or(1.0, |unit| unit.factor);
+        let unit = unit(group, state);
+        let factor = factor(group, state);
         let axes = group.channels.iter().enumerate();
         let curves = axes.filter(|(axis, _)| state.axes == Axes::All || state.axes == Axes::One(*axis));
         let curves = curves.map(|(axis, place)| {

@@ -9,16 +9,25 @@ use std::{
     sync::Arc,
 };
 
-use super::{curve::Plot, source::Source, state::State, svg};
+use super::{
+    curve::{Plot, factor},
+    source::{Source, short_name},
+    state::State,
+};
 use crate::remedy_words::remedy_words;
 use vn100_analysis::Assessment;
-use vn100_report::{Document, Evaluation, Measured, json_line};
+use vn100_report::{
+    Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, units::ChannelValues,
+};
 
 /// Writes both; what to tell the user. `assessment` is of the snapshot of the source: the one shown
 /// may be of a record a twentieth shorter.
 pub(crate) fn save(state: &State, source: &Source, assessment: Assessment, evaluation: &Evaluation) -> String {
     match write(Path::new("."), state, source, assessment, evaluation) {
-        Ok(files) => format!("saved {}", files.map(|file| file.display().to_string()).join(" and ")),
+        Ok(files) => {
+            let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+            format!("saved {}", names.join(" and "))
+        }
         Err(error) => format!("not saved: {error}"),
     }
 }
@@ -29,15 +38,27 @@ fn write(
     source: &Source,
     assessment: Assessment,
     evaluation: &Evaluation,
-) -> io::Result<[PathBuf; 2]> {
+) -> io::Result<Vec<PathBuf>> {
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
     let document = Document::of(&evaluation.complete(measured), remedy_words);
     let json = json_line(&serde_json::to_string_pretty(&document)?);
-    let nothing = Plot { unit: String::new(), curves: Vec::new() };
-    let plot = state.group(source).map_or(nothing, |group| Plot::new(state, source, &group));
-    let svg = svg::plot(&plot, source);
     let stem = stem(source);
-    Ok([new_file(folder, &stem, "json", &json)?, new_file(folder, &stem, "svg", &svg)?])
+    let mut files = vec![new_file(folder, &stem, "json", &json)?];
+    if let Some(figure) = picture(state, source).map_err(io::Error::other)? {
+        files.push(new_file(folder, &stem, "svg", &figure.svg_file())?);
+    }
+    Ok(files)
+}
+
+/// The curves that are shown, in the unit chosen; `None` while there are none.
+pub(super) fn picture(state: &State, source: &Source) -> Result<Option<Figure>, DrawingError> {
+    let Some(group) = state.group(source) else { return Ok(None) };
+    let shown = Plot::new(state, source, &group);
+    let channels = group.channels.iter().map(|place| &source.values[*place]);
+    let channels: Vec<&ChannelValues> =
+        channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
+    let factor = factor(&group, state);
+    allan_in_unit(short_name(group.quantity), &channels, (&shown.unit, factor), source.snapshot.deviation)
 }
 
 /// A name that says what it holds: source and number of samples.

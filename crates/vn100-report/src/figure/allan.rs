@@ -15,7 +15,44 @@ pub(crate) const FLAT: f64 = 0.664_28;
 /// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules
 /// read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
-    let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan).map(Model::new);
+    axis_in(channel, 1.0, deviation)
+}
+
+/// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one channel
+/// alone with its model. `None` without any deviation.
+///
+/// # Errors
+/// None, unless this program was built with a damaged font.
+pub fn allan_in_unit(
+    name_of_all: &str,
+    channels: &[&ChannelValues],
+    (unit, factor): (&str, f64),
+    deviation: Deviation,
+) -> Result<Option<Figure>, DrawingError> {
+    let times = |value: Option<f64>| value.map(|value| value * factor);
+    let scaled = |point: &Point| Point {
+        deviation: times(point.deviation),
+        lower: times(point.lower),
+        upper: times(point.upper),
+        ..*point
+    };
+    let channels: Vec<ChannelValues> = (channels.iter())
+        .map(|channel| ChannelValues {
+            unit: unit.into(),
+            deviations: channel.deviations.iter().map(scaled).collect(),
+            ..(*channel).clone()
+        })
+        .collect();
+    match &channels[..] {
+        [channel] => axis_in(channel, factor, deviation),
+        all => allan_of_axes("axes", name_of_all, &all.iter().collect::<Vec<_>>(), deviation),
+    }
+}
+
+/// With deviations that are `factor` times as large as the parameters say.
+fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
+    let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
+    let model = model.map(|noise| Model::new(noise, factor));
     let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
     let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
@@ -148,6 +185,8 @@ fn name(deviation: Deviation) -> &'static str {
 /// The noise that was fitted, as lines.
 struct Model<'a> {
     noise: &'a ChannelNoise,
+    /// What the parameters are multiplied with.
+    factor: f64,
     quantization: Option<f64>,
     white: Option<f64>,
     bias_instability: Option<f64>,
@@ -156,10 +195,11 @@ struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    fn new(noise: &'a ChannelNoise) -> Self {
-        let value = |term| noise.parameter(term).and_then(|parameter| parameter.value);
+    fn new(noise: &'a ChannelNoise, factor: f64) -> Self {
+        let value = |term| Some(noise.parameter(term)?.value? * factor);
         Self {
             noise,
+            factor,
             quantization: value(Term::Quantization),
             white: value(Term::White),
             bias_instability: value(Term::BiasInstability),
@@ -252,13 +292,14 @@ impl<'a> Model<'a> {
         }
         let classical = &self.noise.classical;
         let read = [(Shape::Ring, 1.0, classical.white), (Shape::HollowTriangle, 3.0, classical.rate_random_walk)];
-        marks.extend(
-            read.into_iter().filter_map(|(shape, tau_s, value)| Some(plot.symbol(tau_s, value?, shape, Colour::Ink))),
-        );
+        marks
+            .extend(read.into_iter().filter_map(|(shape, tau_s, value)| {
+                Some(plot.symbol(tau_s, value? * self.factor, shape, Colour::Ink))
+            }));
         if let Some(flicker) = classical.bias_instability {
             let lowest = points.iter().filter_map(|point| Some((point.tau_s, point.deviation?)));
             let tau_s = lowest.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(1.0, |(tau_s, _)| tau_s);
-            marks.push(plot.symbol(tau_s, FLAT * flicker, Shape::HollowSquare, Colour::Ink));
+            marks.push(plot.symbol(tau_s, FLAT * flicker * self.factor, Shape::HollowSquare, Colour::Ink));
         }
         marks
     }
