@@ -2,6 +2,7 @@
 
 use vn100_analysis::{Given, Plan};
 use vn100_protocol::BaudRate;
+use vn100_report::numbers::plain::span;
 
 /// The commands that do what was planned.
 pub(crate) struct Steps {
@@ -39,36 +40,6 @@ impl Steps {
                 "vn100 configure PORT --set-message VNYMR --set-rate 40 --window 4{} --count off",
                 set_baud(BaudRate::DEFAULT)
             ),
-        }
-    }
-}
-
-/// A length of time in whole seconds, as "1 h 30 min" with `blank` as the blank; options take it
-/// without.
-pub(crate) fn span(seconds: f64, blank: &str) -> String {
-    let seconds = seconds.ceil().max(0.0) as u64;
-    let parts = [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")];
-    let parts: Vec<String> =
-        parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count}{blank}{unit}")).collect();
-    if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spans_are_said_and_read_back() {
-        for (seconds, said) in [
-            (0.0, "0 s"),
-            (59.2, "1 min"),
-            (1800.0, "30 min"),
-            (5400.0, "1 h 30 min"),
-            (354_601.0, "4 d 2 h 30 min 1 s"),
-        ] {
-            assert_eq!(span(seconds, " "), said);
-            let option = humantime::parse_duration(&span(seconds, ""));
-            assert_eq!(option.map(|duration| duration.as_secs_f64()), Ok(seconds.ceil()), "{said}");
         }
     }
 }

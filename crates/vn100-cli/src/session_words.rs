@@ -7,8 +7,9 @@ use vn100_capture::{MapHint, OpenError};
 use vn100_pipeline::{
     EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, Refusal, SessionEvent, SetupError, StartError,
 };
+use vn100_report::numbers::plain::time;
 
-use crate::{configure::describe, exit::about, view::format::time};
+use crate::{configure::describe, exit::about};
 
 const PUT_BACK: &str = "put back as it was";
 

@@ -29,8 +29,8 @@ use verdict::write_verdicts;
 use vn100_report::{
     Measured, RecordingDocument,
     names::{bad_lines, echoes},
+    numbers::plain::{counted, ppm, short},
     printable,
-    short_numbers::{counted, ppm, short},
     units::channel_values,
 };
 /// The whole result. Ends with a line feed.

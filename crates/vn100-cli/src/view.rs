@@ -8,7 +8,6 @@ mod allan;
 mod curve;
 mod draw;
 mod foot;
-pub(crate) mod format;
 mod head;
 mod help;
 mod messages;

@@ -2,7 +2,7 @@
 
 use vn100_analysis::{Onboard, Ranking};
 
-use crate::{record::record_letter, short_numbers::four_digits};
+use crate::{numbers::plain::four_digits, record::record_letter};
 
 /// Why none is the quietest where white noise does not fold alike.
 #[must_use]

@@ -22,7 +22,6 @@ pub mod numbers;
 mod page;
 mod printable;
 mod record;
-pub mod short_numbers;
 mod toml_text;
 pub mod units;
 pub mod verdict_words;

@@ -1,4 +1,7 @@
-//! Numbers as people read them.
+//! Numbers as people read them: here as on a page, with the signs of print; in [`plain`] as on a
+//! terminal.
+
+pub mod plain;
 
 use super::figure::superscript;
 
@@ -72,11 +75,15 @@ pub fn trimmed(value: f64, decimals: usize) -> String {
 /// A whole number in groups of three.
 #[must_use]
 pub fn grouped(count: u64) -> String {
+    in_threes(count, '\u{202f}')
+}
+
+fn in_threes(count: u64, between: char) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
         if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push('\u{202f}');
+            text.push(between);
         }
         text.push(digit);
     }

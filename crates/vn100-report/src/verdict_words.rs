@@ -3,7 +3,7 @@
 use imu_noise::{Claim, Grade, Parameter, Sensor, Term, Verdict, conventions};
 use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, StreamUnknown};
 
-use crate::short_numbers::four_digits;
+use crate::numbers::plain::four_digits;
 
 /// The verdict's name in results.
 #[must_use]

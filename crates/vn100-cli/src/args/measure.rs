@@ -41,7 +41,7 @@ pub(crate) struct MeasureArgs {
     pub(crate) fail_on: Vec<Figure>,
 
     /// Compare with the figures of this TOML file instead of the VN-100's, as in
-    /// crates/vn100-cli/datasheets/vn-100.toml
+    /// crates/vn100-report/datasheets/vn-100.toml
     #[arg(long, value_name = "FILE")]
     pub(crate) datasheet: Option<PathBuf>,
 

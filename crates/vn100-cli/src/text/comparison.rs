@@ -7,8 +7,8 @@ use vn100_analysis::{Chance, Comparison, OctaveTest, Ranking};
 use vn100_report::{
     Measured, folding,
     names::sensor,
+    numbers::plain::{counted, four_digits, short},
     printable, record_letter,
-    short_numbers::{counted, four_digits, short},
     units::{sensor_group, tests_by_channel},
 };
 

@@ -6,7 +6,7 @@ use imu_noise::{Deviation, Estimator};
 use vn100_analysis::Snapshot;
 use vn100_report::{
     names::sensor,
-    short_numbers::short,
+    numbers::plain::short,
     units::{ChannelValues, LEAST_EDF, Point},
 };
 

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::layout::fill;
 use vn100_report::{
-    short_numbers::short,
+    numbers::plain::short,
     units::{BlockValues, ChannelValues},
 };
 

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term, conventions};
 use vn100_analysis::FilterModels;
-use vn100_report::{names::sensor, short_numbers::four_digits, units::ChannelValues};
+use vn100_report::{names::sensor, numbers::plain::four_digits, units::ChannelValues};
 
 use super::layout::row;
 

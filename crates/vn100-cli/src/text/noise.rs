@@ -7,7 +7,7 @@ use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use vn100_analysis::{Assessment, ChannelNoise, DetectableRrw, LongTauValidity, Motion};
 use vn100_report::{
     names::{in_words, sensor},
-    short_numbers::{four_digits, short},
+    numbers::plain::{four_digits, short},
     units::ChannelValues,
     verdict_words::shown_in,
 };

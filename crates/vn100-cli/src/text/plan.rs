@@ -7,11 +7,12 @@ use imu_noise::BoxcarWindow;
 use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
 use vn100_report::{
     names::{SENSORS, letter},
+    numbers::plain::span,
     printable,
 };
 
 use super::layout::{WIDTH, fill};
-use crate::plan_steps::{Steps, span};
+use crate::plan_steps::Steps;
 
 const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \
                       ten records estimate them (83 to 91 % of simulated ones); K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";

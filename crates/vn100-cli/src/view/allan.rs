@@ -14,10 +14,10 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
+use vn100_report::numbers::plain::{digits, tau, time};
 
 use super::{
     curve::{Curve, Plot, next_octave},
-    format::{digits, tau, time},
     parameters,
     plot::LogAxis,
     scene::{Regions, Scene, framed},

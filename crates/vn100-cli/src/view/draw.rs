@@ -137,7 +137,10 @@ fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
         Line::raw("the measurement goes on"),
     ];
     if let Some(source) = scene.source() {
-        lines.push(Line::raw(format!("{} samples", super::format::grouped(source.snapshot.timing.samples))));
+        lines.push(Line::raw(format!(
+            "{} samples",
+            vn100_report::numbers::plain::grouped(source.snapshot.timing.samples)
+        )));
     }
     lines.push(Line::raw("q quits"));
     frame.render_widget(Paragraph::new(lines), area);

@@ -12,10 +12,13 @@ use vn100_analysis::RateFrom;
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
-use vn100_report::{names::bad_lines, printable, short_numbers::ppm};
+use vn100_report::{
+    names::bad_lines,
+    numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
+    printable,
+};
 
 use super::{
-    format::{clock, digits, digits_trimmed, grouped, time},
     scene::Scene,
     source::{Source, Stage},
     theme::Theme,

@@ -9,10 +9,10 @@ use ratatui::{
     widgets::{Block, Borders, Paragraph},
 };
 use vn100_protocol::Quantity;
+use vn100_report::numbers::plain::{digits, grouped, time};
 
 use super::{
     curve::sensor,
-    format::{digits, grouped, time},
     head::{LEAST_NAME, link_word},
     scene::Scene,
     source::{Source, Stage, short_name},

@@ -10,11 +10,14 @@ use ratatui::{
 };
 use vn100_analysis::{DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Onboard, WarningKind};
 use vn100_protocol::Quantity;
-use vn100_report::{units::ChannelValues, verdict_words::verdict_name};
+use vn100_report::{
+    numbers::plain::{digits, digits_trimmed, spread, tau, time},
+    units::ChannelValues,
+    verdict_words::verdict_name,
+};
 
 use super::{
     curve::sensor,
-    format::{digits, digits_trimmed, spread, tau, time},
     scene::{Scene, framed},
     source::{Group, Source, short_name},
     state::{Axes, Panel},

@@ -11,10 +11,9 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
-use vn100_report::units::ChannelValues;
+use vn100_report::{numbers::plain::time, units::ChannelValues};
 
 use super::{
-    format::time,
     scene::{Scene, framed},
     source::{Group, Source},
     state::Panel,

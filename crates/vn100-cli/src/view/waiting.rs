@@ -7,9 +7,9 @@ use ratatui::{
     widgets::{Block, Borders, Padding, Paragraph, Wrap},
 };
 use vn100_driver::LinkState;
+use vn100_report::numbers::plain::grouped;
 
 use super::{
-    format::grouped,
     scene::Scene,
     source::{Source, Stage},
 };

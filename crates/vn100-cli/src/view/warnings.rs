@@ -7,10 +7,9 @@ use ratatui::{
     text::Line,
     widgets::{Paragraph, Wrap},
 };
-use vn100_report::names::bad_lines;
+use vn100_report::{names::bad_lines, numbers::plain::grouped};
 
 use super::{
-    format::grouped,
     scene::{Scene, framed},
     source::Source,
     state::Panel,

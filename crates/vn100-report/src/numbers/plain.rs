@@ -1,0 +1,213 @@
+//! Numbers as terminals show them, in ASCII but for the sign of a symmetric interval.
+
+use std::time::Duration;
+
+use super::in_threes;
+
+/// To six digits, without zeros behind: what rates and times need.
+#[must_use]
+pub fn short(value: f64) -> String {
+    let decimals = if value > 0.0 { (5 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// To four digits; from ten thousand on, and below a hundredth, with a power of ten.
+#[must_use]
+pub fn four_digits(value: f64) -> String {
+    to_digits(value, 4, 1e4)
+}
+
+/// To so many digits, as short as that allows: `0.0353`, `12.5`, `3.53e-4`.
+#[must_use]
+pub fn digits(value: f64, count: usize) -> String {
+    if value == 0.0 { "0".into() } else { to_digits(value, count, 1e5) }
+}
+
+fn to_digits(value: f64, count: usize, below: f64) -> String {
+    let magnitude = value.abs();
+    let most = count.saturating_sub(1);
+    if (0.01..below).contains(&magnitude) {
+        let decimals = (most as i32 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.most$e}")
+    }
+}
+
+/// The same without noughts at its end: `40`, `3.5e-3`.
+#[must_use]
+pub fn digits_trimmed(value: f64, most: usize) -> String {
+    let text = digits(value, most);
+    let (number, exponent) = text.find('e').map_or((text.as_str(), ""), |place| text.split_at(place));
+    let number = if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number };
+    format!("{number}{exponent}")
+}
+
+/// How far the truth may lie above and below, as a part of the value: `±2.1 %`, or `+12 -9 %` where
+/// that differs.
+#[must_use]
+pub fn spread(value: f64, lower: f64, upper: f64) -> String {
+    let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
+    let decimals = usize::from(above < 9.95);
+    if (above - below).abs() < 0.15 * above {
+        format!("±{:.decimals$} %", f64::midpoint(above, below))
+    } else {
+        format!("+{above:.decimals$} -{below:.decimals$} %")
+    }
+}
+
+/// `+12 ppm`; what rounds to nothing is `+0 ppm`.
+#[must_use]
+pub fn ppm(value: f64) -> String {
+    // the sum of a negative and a positive nought is positive
+    format!("{:+} ppm", value.round() + 0.0)
+}
+
+/// `1 gap`, `2 gaps`.
+#[must_use]
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A whole number in groups of three: `12 345`.
+#[must_use]
+pub fn grouped(count: u64) -> String {
+    in_threes(count, ' ')
+}
+
+/// An averaging time: `0.025`, `1.6`, `51.2`, `1638`.
+#[must_use]
+pub fn tau(seconds: f64) -> String {
+    let text = if seconds < 100.0 { format!("{seconds:.3}") } else { format!("{seconds:.1}") };
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A time a person waits for, in the two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`, `2 d 4
+/// h`.
+#[must_use]
+pub fn time(seconds: f64) -> String {
+    let whole = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX).as_secs();
+    let parts = parts(whole);
+    let first = parts.iter().position(|(count, _)| *count > 0).unwrap_or_default();
+    joined(&parts[first..parts.len().min(first + 2)], " ")
+}
+
+/// A length of time in whole seconds, rounded up, in all units: `1 h 30 min` with `blank` as the
+/// blank; options take it without.
+#[must_use]
+pub fn span(seconds: f64, blank: &str) -> String {
+    joined(&parts(seconds.ceil().max(0.0) as u64), blank)
+}
+
+type Part = (u64, &'static str);
+
+fn parts(seconds: u64) -> [Part; 4] {
+    [(seconds / 86_400, "d"), (seconds / 3600 % 24, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")]
+}
+
+fn joined(parts: &[Part], blank: &str) -> String {
+    let parts: Vec<String> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count}{blank}{unit}")).collect();
+    if parts.is_empty() { format!("0{blank}s") } else { parts.join(blank) }
+}
+
+/// A running clock: `0:00:05`.
+#[must_use]
+pub fn clock(time: Duration) -> String {
+    let s = time.as_secs();
+    format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.035_312, "0.0353"),
+            (-12.5, "-12.5"),
+            (123.4, "123"),
+            (99_999.0, "99999"),
+            (0.000_353_12, "3.53e-4"),
+            (-123_456.0, "-1.23e5"),
+        ] {
+            assert_eq!(digits(value, 3), text);
+        }
+        for (value, text) in [(0.0, "0.000e0"), (0.012_345, "0.01235"), (9999.0, "9999"), (12_345.0, "1.234e4")] {
+            assert_eq!(four_digits(value), text);
+        }
+        assert_eq!([grouped(0), grouped(999), grouped(1_234_567)], ["0", "999", "1 234 567"]);
+        assert_eq!(
+            [tau(0.025), tau(1.6), tau(51.2), tau(1638.4), tau(100.0)],
+            ["0.025", "1.6", "51.2", "1638.4", "100"]
+        );
+        assert_eq!([0, 1, 2].map(|count| counted(count, "gap")), ["0 gaps", "1 gap", "2 gaps"]);
+    }
+
+    #[test]
+    fn nothing_has_no_sign_of_its_own() {
+        for (value, text) in
+            [(-0.4, "+0 ppm"), (0.4, "+0 ppm"), (-0.6, "-1 ppm"), (12.4, "+12 ppm"), (-2500.0, "-2500 ppm")]
+        {
+            assert_eq!(ppm(value), text);
+        }
+    }
+
+    #[test]
+    fn times_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.025, "0.025"),
+            (1.0 / 3.0, "0.333333"),
+            (60.0, "60"),
+            (60.150_375_9, "60.1504"),
+            (5e-6, "0.000005"),
+            (1e7, "10000000"),
+        ] {
+            assert_eq!(short(value), text);
+        }
+    }
+
+    #[test]
+    fn spreads_are_one_number_where_that_is_enough() {
+        let trimmed = [(40.0, 6), (10.0, 3), (0.04, 3), (0.0035, 3), (1.0 / 360.0, 3), (2e6, 3), (0.0, 3)];
+        assert_eq!(trimmed.map(|(v, n)| digits_trimmed(v, n)), ["40", "10", "0.04", "3.5e-3", "2.78e-3", "2e6", "0"]);
+        assert_eq!(spread(10.0, 9.8, 10.205), "±2.0 %");
+        assert_eq!(spread(10.0, 5.0, 30.0), "+200 -50 %");
+    }
+
+    #[test]
+    fn times_have_two_parts_at_most() {
+        for (seconds, text) in [
+            (0.4, "0 s"),
+            (59.9, "59 s"),
+            (60.0, "1 min"),
+            (130.0, "2 min 10 s"),
+            (3.0 * 3600.0 + 59.0, "3 h"),
+            (7800.0, "2 h 10 min"),
+            (100_000.0, "1 d 3 h"),
+            (f64::INFINITY, "213503982334601 d 7 h"),
+        ] {
+            assert_eq!(time(seconds), text);
+        }
+        assert_eq!(clock(Duration::from_secs(3_725)), "1:02:05");
+    }
+
+    #[test]
+    fn spans_are_said_and_read_back() {
+        for (seconds, said) in [
+            (0.0, "0 s"),
+            (59.2, "1 min"),
+            (1800.0, "30 min"),
+            (5400.0, "1 h 30 min"),
+            (354_601.0, "4 d 2 h 30 min 1 s"),
+        ] {
+            assert_eq!(span(seconds, " "), said);
+            let option = humantime::parse_duration(&span(seconds, ""));
+            assert_eq!(option.map(|duration| duration.as_secs_f64()), Ok(seconds.ceil()), "{said}");
+        }
+    }
+}
