@@ -6,6 +6,8 @@ use imu_noise::Term;
 use thiserror::Error;
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
+use crate::sensor::{SENSORS, axes_name, letter, sensor_of};
+
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Figure {
@@ -24,12 +26,8 @@ pub enum FigureChannels {
     One(String),
 }
 
-/// The sensors by the names of their groups.
-const SENSORS: [(&str, Quantity); 3] =
-    [("gyro", Quantity::AngularRate), ("accel", Quantity::Acceleration), ("mag", Quantity::MagneticField)];
-
-/// The parameters by their letters.
-const LETTERS: [(&str, Term); 3] = [("N", Term::White), ("B", Term::BiasInstability), ("K", Term::RateRandomWalk)];
+/// The parameters that a figure may be.
+const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 /// A text is no figure.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -65,7 +63,7 @@ impl Figure {
             FigureChannels::Sensor(quantity) => Some(*quantity),
             FigureChannels::One(_) => {
                 let channel = VNIMU.channels.iter().find(|channel| self.concerns(channel))?;
-                SENSORS.iter().map(|(_, quantity)| *quantity).find(|quantity| *quantity == channel.quantity)
+                sensor_of(channel.quantity).map(|_| channel.quantity)
             }
         }
     }
@@ -97,14 +95,14 @@ impl FromStr for Figure {
 
     fn from_str(text: &str) -> Result<Self, FigureError> {
         let mut words = text.split_whitespace();
-        let (Some(channels), Some(letter), None) = (words.next(), words.next(), words.next()) else {
+        let (Some(channels), Some(name), None) = (words.next(), words.next(), words.next()) else {
             return Err(FigureError::Form(text.into()));
         };
-        let term = LETTERS.iter().find(|(name, _)| name.eq_ignore_ascii_case(letter));
-        let term = term.ok_or_else(|| FigureError::Letter(letter.into()))?.1;
-        let sensor = SENSORS.iter().find(|(name, _)| *name == channels);
+        let term = TERMS.into_iter().find(|term| letter(*term).eq_ignore_ascii_case(name));
+        let term = term.ok_or_else(|| FigureError::Letter(name.into()))?;
+        let sensor = SENSORS.iter().find(|(_, sensor)| axes_name(*sensor) == channels);
         let channels = sensor
-            .map_or_else(|| FigureChannels::One(channels.into()), |(_, quantity)| FigureChannels::Sensor(*quantity));
+            .map_or_else(|| FigureChannels::One(channels.into()), |(quantity, _)| FigureChannels::Sensor(*quantity));
         let figure = Self { channels, term };
         match figure.quantity() {
             None => Err(FigureError::Channel(text.trim().into())),
@@ -117,13 +115,10 @@ impl FromStr for Figure {
 impl fmt::Display for Figure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let channels = match &self.channels {
-            FigureChannels::Sensor(quantity) => {
-                SENSORS.iter().find(|(_, sensor)| sensor == quantity).map_or("", |(name, _)| name)
-            }
+            FigureChannels::Sensor(quantity) => sensor_of(*quantity).map_or("", axes_name),
             FigureChannels::One(name) => name,
         };
-        let letter = LETTERS.iter().find(|(_, term)| *term == self.term).map_or("", |(name, _)| name);
-        write!(f, "{channels} {letter}")
+        write!(f, "{channels} {}", letter(self.term))
     }
 }
 

@@ -13,6 +13,7 @@ mod figure;
 mod goal;
 mod plan;
 mod remedy;
+mod sensor;
 mod settings;
 mod snapshot;
 mod source_facts;
@@ -36,6 +37,7 @@ pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
+pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,

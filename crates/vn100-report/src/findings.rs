@@ -1,8 +1,9 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
 use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, WarningKind};
-use vn100_protocol::Quantity;
+use vn100_analysis::{
+    FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, SENSORS, WarningKind, sensor_name,
+};
 
 use super::record::Record;
 use crate::{units::ChannelValues, verdict_words::sentence};
@@ -147,13 +148,9 @@ impl AxisFindings {
 }
 
 fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
-    let all = [
-        (Quantity::AngularRate, Sensor::Gyroscope, "gyroscope"),
-        (Quantity::Acceleration, Sensor::Accelerometer, "accelerometer"),
-        (Quantity::MagneticField, Sensor::Magnetometer, "magnetometer"),
-    ];
-    all.into_iter()
-        .filter_map(|(quantity, sensor, name)| {
+    SENSORS
+        .into_iter()
+        .filter_map(|(quantity, sensor)| {
             let channels: Vec<&ChannelValues> =
                 record.streamed().iter().filter(|channel| channel.quantity == quantity).collect();
             let long_taus = channels.first()?.noise.as_ref()?.long_taus;
@@ -161,7 +158,7 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
             let onboard =
                 assessed.clone().find(|(channel, _)| channel.quantity == quantity).and_then(|(_, of)| of.onboard);
             let axes = channels.into_iter().map(|channel| axis(record, channel)).collect();
-            Some(SensorFindings { sensor, name, long_taus, onboard, axes })
+            Some(SensorFindings { sensor, name: sensor_name(sensor), long_taus, onboard, axes })
         })
         .collect()
 }

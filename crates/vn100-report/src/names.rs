@@ -1,6 +1,6 @@
 //! Names of what is measured, in words.
 
-use imu_noise::{Sensor, Status, Term};
+use imu_noise::Status;
 use vn100_protocol::{Quantity, Tally};
 
 /// What measures this.
@@ -13,18 +13,6 @@ pub fn sensor(quantity: Quantity) -> &'static str {
         Quantity::AngularRate => "angular rate",
         Quantity::Temperature => "temperature",
         Quantity::Pressure => "pressure",
-    }
-}
-
-/// The letter of a parameter.
-#[must_use]
-pub fn letter(term: Term) -> &'static str {
-    match term {
-        Term::White => "N",
-        Term::BiasInstability => "B",
-        Term::RateRandomWalk => "K",
-        Term::RateRamp => "R",
-        Term::Quantization => "Q",
     }
 }
 
@@ -62,7 +50,3 @@ pub fn bad_lines(tally: &Tally) -> String {
 pub fn echoes(count: u64) -> String {
     if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
-
-/// The sensors by the short names of their groups.
-pub const SENSORS: [(&str, Sensor); 3] =
-    [("gyro", Sensor::Gyroscope), ("accel", Sensor::Accelerometer), ("mag", Sensor::Magnetometer)];

@@ -4,10 +4,10 @@ use imu_noise::{
     BoxcarWindow, ClassicalReading, Deviation, Interval, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw,
     RecordShape, Sensor, Status, Term, Terms, classical_reading, edf, white_deficit,
 };
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::Channel;
 
 use super::{Curve, Onboard};
-use crate::snapshot::Snapshot;
+use crate::{sensor::sensor_of, snapshot::Snapshot};
 
 /// Noise without a ramp.
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
@@ -79,12 +79,7 @@ impl ChannelNoise {
         confidence: f64,
         models: &mut Models,
     ) -> Option<Self> {
-        let sensor = match channel.quantity {
-            Quantity::AngularRate => Sensor::Gyroscope,
-            Quantity::Acceleration => Sensor::Accelerometer,
-            Quantity::MagneticField => Sensor::Magnetometer,
-            Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return None,
-        };
+        let sensor = sensor_of(channel.quantity)?;
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
         let with_quantization =

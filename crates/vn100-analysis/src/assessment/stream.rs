@@ -2,11 +2,12 @@
 //! takes the bias out, rounding.
 
 use imu_noise::counts_to_unit;
-use vn100_protocol::{Channel, Quantity};
+use vn100_protocol::Channel;
 
 use super::{ChannelAssessment, Onboard, noise::LongTauValidity};
 use crate::{
     remedy::{Remedy, Setting, Text},
+    sensor::{sensor_name, sensor_of},
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -33,7 +34,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     for onboard in filters {
         let mut sensors: Vec<&str> = Vec::new();
         for ((channel, _), _) in channels.iter().filter(|(_, assessed)| assessed.onboard == Some(onboard)) {
-            let sensor = sensor_name(channel.quantity);
+            let sensor = sensor_of(channel.quantity).map_or("sensor", sensor_name);
             if !sensors.contains(&sensor) {
                 sensors.push(sensor);
             }
@@ -63,15 +64,6 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         warnings.push(Warning { kind: WarningKind::QuantisationFloor, channels: rounded, text });
     }
     warnings
-}
-
-const fn sensor_name(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::MagneticField => "magnetometer",
-        Quantity::Acceleration => "accelerometer",
-        Quantity::AngularRate => "gyroscope",
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => "sensor",
-    }
 }
 
 fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text> {

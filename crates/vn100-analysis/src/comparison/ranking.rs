@@ -1,16 +1,10 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use imu_noise::{Sensor, Status, Term, VarianceEstimate, conventions, f_test};
+use imu_noise::{Status, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::Quantity;
 
 use super::{Chance, Record, chances, folding::fold_alike, pairs};
-use crate::Onboard;
-
-const SENSORS: [(Quantity, Sensor); 3] = [
-    (Quantity::MagneticField, Sensor::Magnetometer),
-    (Quantity::Acceleration, Sensor::Accelerometer),
-    (Quantity::AngularRate, Sensor::Gyroscope),
-];
+use crate::{Onboard, SENSORS};
 
 /// The records in the order of the white noise of one sensor.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +77,8 @@ impl Ranking {
 pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> {
     let mut rankings = Vec::new();
     let mut probabilities = Vec::new();
-    for (quantity, sensor) in SENSORS {
+    // in the order of the channels
+    for (quantity, sensor) in SENSORS.into_iter().rev() {
         let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
         let mut not_ranked = Vec::new();
         for (number, record) in records.iter().enumerate() {

@@ -4,9 +4,11 @@ use std::{fmt, str::FromStr};
 
 use imu_noise::{Sensor, Sides, Term, conventions};
 use thiserror::Error;
-use vn100_protocol::Quantity;
 
-use crate::figure::{Figure, FigureError, in_percent};
+use crate::{
+    figure::{Figure, FigureError, in_percent},
+    sensor::sensor_of,
+};
 
 /// A figure, and how well it shall be known.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,12 +116,7 @@ fn begins_with_figure(text: &str) -> bool {
 }
 
 fn sensor(figure: &Figure) -> Option<Sensor> {
-    match figure.quantity()? {
-        Quantity::AngularRate => Some(Sensor::Gyroscope),
-        Quantity::Acceleration => Some(Sensor::Accelerometer),
-        Quantity::MagneticField => Some(Sensor::Magnetometer),
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
-    }
+    sensor_of(figure.quantity()?)
 }
 
 /// A number with one of the units in use, or none for SI.

@@ -4,12 +4,8 @@
 use std::fmt::{self, Write};
 
 use imu_noise::BoxcarWindow;
-use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan};
-use vn100_report::{
-    names::{SENSORS, letter},
-    numbers::plain::span,
-    printable,
-};
+use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan, SENSORS, axes_name, letter};
+use vn100_report::{numbers::plain::span, printable};
 
 use super::layout::{WIDTH, fill};
 use crate::plan_steps::Steps;
@@ -87,7 +83,7 @@ fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
     };
     let figures: Vec<String> = SENSORS
         .into_iter()
-        .flat_map(|(name, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(name, quoted)))
+        .flat_map(|(_, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(axes_name(sensor), quoted)))
         .collect();
     let text = format!(
         "Assumed, by the data sheet {}{note}: {}; of a range the lower end. A B that is printed as the minimum of the deviation is that over 0.664; \

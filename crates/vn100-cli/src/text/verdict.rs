@@ -3,9 +3,8 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Claim, Verdict};
-use vn100_analysis::{FigureVerdict, Motion, Verdicts};
+use vn100_analysis::{FigureVerdict, Motion, Verdicts, letter};
 use vn100_report::{
-    names::letter,
     units::ChannelValues,
     verdict_words::{WHY_CONSISTENT, grade, grade_name, sentence, verdict_name},
 };

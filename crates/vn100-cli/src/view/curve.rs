@@ -1,7 +1,7 @@
 //! What the deviation plot shows, in the unit chosen: points, bars, and the model through them.
 
-use imu_noise::{Convention, Deviation, Sensor, Term};
-use vn100_protocol::Quantity;
+use imu_noise::{Convention, Deviation, Term};
+use vn100_analysis::{letter, sensor_of};
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
@@ -40,19 +40,9 @@ pub(crate) struct ModelLine {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// What a sensor measures, where noise parameters have units for it.
-pub(crate) fn sensor(quantity: Quantity) -> Option<Sensor> {
-    match quantity {
-        Quantity::AngularRate => Some(Sensor::Gyroscope),
-        Quantity::Acceleration => Some(Sensor::Accelerometer),
-        Quantity::MagneticField => Some(Sensor::Magnetometer),
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
-    }
-}
-
 /// The unit of deviations, where the sensor has some.
 fn unit(group: &Group, state: &State) -> Option<Convention> {
-    sensor(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
+    sensor_of(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
 }
 
 /// Deviations in the unit chosen, over those in the unit of the channel.
@@ -109,21 +99,16 @@ fn model(source: &Source, channel: &ChannelValues, factor: f64) -> Vec<ModelLine
     let along = |step: u32| (first * (f64::from(step) / f64::from(MODEL_STEPS)).exp2()).round() as u64;
     let mut factors: Vec<u64> = (0..=steps).map(along).collect();
     factors.dedup();
-    let terms = [
-        ("Q", Term::Quantization),
-        ("N", Term::White),
-        ("B", Term::BiasInstability),
-        ("K", Term::RateRandomWalk),
-        ("R", Term::RateRamp),
-    ];
+    let terms = [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
     let mut sum = vec![0.0; factors.len()];
     let mut lines = Vec::new();
-    for (letter, term) in terms {
+    for term in terms {
         // what the fit holds of the stream, whether it is the sensor's or not
         let Some(amplitude) = noise.fit.parameter(term).and_then(|parameter| parameter.value) else { continue };
         let variances: Vec<f64> = factors.iter().map(|m| term.variance(amplitude, *m, &shape)).collect();
         sum.iter_mut().zip(&variances).for_each(|(sum, variance)| *sum += variance);
-        lines.push(ModelLine { term: Some(letter), points: line(&factors, &variances, shape.interval_s, factor) });
+        lines
+            .push(ModelLine { term: Some(letter(term)), points: line(&factors, &variances, shape.interval_s, factor) });
     }
     if lines.len() > 1 {
         lines.push(ModelLine { term: None, points: line(&factors, &sum, shape.interval_s, factor) });

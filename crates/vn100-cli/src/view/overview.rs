@@ -8,11 +8,11 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Block, Borders, Paragraph},
 };
+use vn100_analysis::sensor_of;
 use vn100_protocol::Quantity;
 use vn100_report::numbers::plain::{digits, grouped, time};
 
 use super::{
-    curve::sensor,
     head::{LEAST_NAME, link_word},
     scene::Scene,
     source::{Source, Stage, short_name},
@@ -84,7 +84,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
 
 /// N of all axes, with its unit.
 fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String {
-    let Some(unit) = sensor(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
+    let Some(unit) = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
         return String::new();
     };
     let axes = source.values.iter().filter(|channel| channel.quantity == quantity);

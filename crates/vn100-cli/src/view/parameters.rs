@@ -8,7 +8,9 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Paragraph, Wrap},
 };
-use vn100_analysis::{DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Onboard, WarningKind};
+use vn100_analysis::{
+    DatasheetFigure, DetectableRrw, FigureVerdict, LongTauValidity, Onboard, WarningKind, letter, sensor_of,
+};
 use vn100_protocol::Quantity;
 use vn100_report::{
     numbers::plain::{digits, digits_trimmed, spread, tau, time},
@@ -17,7 +19,6 @@ use vn100_report::{
 };
 
 use super::{
-    curve::sensor,
     scene::{Scene, framed},
     source::{Group, Source, short_name},
     state::{Axes, Panel},
@@ -35,11 +36,11 @@ const LONG_LABEL: usize = 33;
 /// Columns of the label and of three axes, with the frame.
 pub(crate) const WIDTH: u16 = (LABEL + 3 * COLUMN) as u16 + 2;
 
-const TERMS: [(Term, &str, &str); 4] = [
-    (Term::Quantization, "Q", "quantisation"),
-    (Term::White, "N", "white noise"),
-    (Term::BiasInstability, "B", "bias instability"),
-    (Term::RateRandomWalk, "K", "rate random walk"),
+const TERMS: [(Term, &str); 4] = [
+    (Term::Quantization, "quantisation"),
+    (Term::White, "white noise"),
+    (Term::BiasInstability, "bias instability"),
+    (Term::RateRandomWalk, "rate random walk"),
 ];
 
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
@@ -64,7 +65,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
 
 /// N of all axes in a line, for a screen that has no room for the panel.
 pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Option<Line<'static>> {
-    let unit = convention(sensor(group.quantity)?, Term::White, scene.state.units);
+    let unit = convention(sensor_of(group.quantity)?, Term::White, scene.state.units);
     let mut spans = vec![Span::styled(" N", Style::new().bold())];
     for (axis, place) in group.channels.iter().enumerate() {
         let white = source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
@@ -84,7 +85,7 @@ pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Optio
 fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
     let theme = scene.theme;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
-    let Some(sensor) = sensor(group.quantity) else {
+    let Some(sensor) = sensor_of(group.quantity) else {
         return without_parameters(group.quantity).map(Line::raw).into();
     };
     let column_style = |axis: usize| match scene.state.axes {
@@ -102,7 +103,8 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
     let mut lines: Vec<Line<'static>> =
         doubts(source, &axes).into_iter().map(|text| Line::styled(theme.spelled(text), theme.warning())).collect();
     lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
-    for (term, letter, name) in TERMS {
+    for (term, name) in TERMS {
+        let letter = letter(term);
         let parameters: Vec<Option<Parameter>> =
             axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();
         if parameters.iter().all(Option::is_none) {

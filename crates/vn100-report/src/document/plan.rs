@@ -4,9 +4,7 @@
 
 use imu_noise::Term;
 use serde::Serialize;
-use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant};
-
-use crate::names::SENSORS;
+use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant, SENSORS, axes_name};
 
 /// The JSON document of a plan.
 #[derive(Debug, Serialize)]
@@ -71,10 +69,14 @@ impl PlanDocument {
     /// Of `plan`; with a length only if it was `asked` for something in particular.
     #[must_use]
     pub fn new(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool, commands: PlanCommands) -> Self {
-        let assumed = SENSORS.into_iter().map(|(name, sensor)| {
+        let assumed = SENSORS.into_iter().map(|(_, sensor)| {
             let noise = datasheet.typical_noise(sensor);
             let of = |term| noise.iter().find(|(named, _)| *named == term).map(|(_, value)| *value);
-            AssumedDocument { sensor: name, white: of(Term::White), bias_instability: of(Term::BiasInstability) }
+            AssumedDocument {
+                sensor: axes_name(sensor),
+                white: of(Term::White),
+                bias_instability: of(Term::BiasInstability),
+            }
         });
         Self {
             schema: "vn100.plan/1",

@@ -2,7 +2,7 @@
 
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
-use vn100_analysis::{ChannelNoise, DetectableRrw, LongTauValidity};
+use vn100_analysis::{ChannelNoise, DetectableRrw, LongTauValidity, letter};
 use vn100_protocol::Quantity;
 
 use crate::{
@@ -14,12 +14,12 @@ use crate::{
     verdict_words::shown_in,
 };
 
-const TERMS: [(Term, &str, &str); 5] = [
-    (Term::Quantization, "Q", "quantisation"),
-    (Term::White, "N", "white noise"),
-    (Term::BiasInstability, "B", "bias instability"),
-    (Term::RateRandomWalk, "K", "rate random walk"),
-    (Term::RateRamp, "R", "rate ramp"),
+const TERMS: [(Term, &str); 5] = [
+    (Term::Quantization, "quantisation"),
+    (Term::White, "white noise"),
+    (Term::BiasInstability, "bias instability"),
+    (Term::RateRandomWalk, "rate random walk"),
+    (Term::RateRamp, "rate ramp"),
 ];
 
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
@@ -54,14 +54,14 @@ fn table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) -> Markup
                         @for (channel, _) in axes { th scope="col" { (channel.name) } }
                     }
                 }
-                @for (term, letter, name) in TERMS {
+                @for (term, name) in TERMS {
                     @if given(term) {
                         tbody {
                             @let units = conventions(sensor, term);
                             @let says = axes.iter().any(|(_, noise)| noise.parameter(term).is_some_and(|found| found.value.or(found.upper).is_some()));
                             @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
                                 tr.more[index > 0] {
-                                    @if index == 0 { th scope="row" { b { (letter) } ", " (name) } } @else { th {} }
+                                    @if index == 0 { th scope="row" { b { (letter(term)) } ", " (name) } } @else { th {} }
                                     td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
                                     @for (_, noise) in axes { td { (cell(noise.parameter(term), unit.factor, index == 0)) } }
                                 }

@@ -1,12 +1,11 @@
 //! The figures of the data sheet, and what the record says of each.
 
 use maud::{Markup, html};
-use vn100_analysis::{FigureVerdict, Remedy, RemedyWords, StreamUnknown};
+use vn100_analysis::{FigureVerdict, Remedy, RemedyWords, StreamUnknown, letter};
 
 use super::statistics::ORDER;
 use crate::{
     figure::pretty_unit,
-    names::letter,
     numbers::{NOTHING, digits, four_digits},
     record::Record,
     units::ChannelValues,

@@ -1,7 +1,7 @@
 //! What stands between the record and the sensor.
 
 use imu_noise::{Sensor, Term, Verdict, conventions};
-use vn100_analysis::{LongTauValidity, Onboard, Remedy, RemedyWords, WarningKind};
+use vn100_analysis::{LongTauValidity, Onboard, Remedy, RemedyWords, WarningKind, letter};
 
 use super::listed;
 use crate::{
@@ -46,13 +46,13 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
         (Verdict::Undecided, "undecided: the interval holds both, there is none, or the averaging window would decide"),
         (Verdict::NotComparable, "not comparable: this message does not carry it"),
     ];
-    let letters = [(Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")];
+    let terms = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
     let told = words.into_iter().flat_map(|(verdict, what)| {
-        letters.into_iter().filter_map(move |(term, letter)| {
+        terms.into_iter().filter_map(move |term| {
             let judged =
                 |axis: &&AxisFindings| axis.verdicts.iter().any(|(of, found, _)| (*of, *found) == (term, verdict));
             let axes: Vec<String> = findings.axes().filter(judged).map(|axis| axis.name.clone()).collect();
-            (!axes.is_empty()).then(|| format!("{letter} of {}: {what}", listed(&axes)))
+            (!axes.is_empty()).then(|| format!("{} of {}: {what}", letter(term), listed(&axes)))
         })
     });
     let told: Vec<String> = told.collect();

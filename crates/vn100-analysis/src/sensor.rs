@@ -1,0 +1,74 @@
+//! The sensors that noise is told of, and the letters of its parameters.
+
+use imu_noise::{Sensor, Term};
+use vn100_protocol::Quantity;
+
+/// What each sensor measures, in the order of results.
+pub const SENSORS: [(Quantity, Sensor); 3] = [
+    (Quantity::AngularRate, Sensor::Gyroscope),
+    (Quantity::Acceleration, Sensor::Accelerometer),
+    (Quantity::MagneticField, Sensor::Magnetometer),
+];
+
+/// What measures this; `None` for what has no noise parameters.
+#[must_use]
+pub fn sensor_of(quantity: Quantity) -> Option<Sensor> {
+    SENSORS.into_iter().find(|(measured, _)| *measured == quantity).map(|(_, sensor)| sensor)
+}
+
+/// The name of a sensor in a sentence.
+#[must_use]
+pub fn sensor_name(sensor: Sensor) -> &'static str {
+    match sensor {
+        Sensor::Gyroscope => "gyroscope",
+        Sensor::Accelerometer => "accelerometer",
+        Sensor::Magnetometer => "magnetometer",
+    }
+}
+
+/// The name of all axes of a sensor together, with which the names of its channels begin.
+#[must_use]
+pub fn axes_name(sensor: Sensor) -> &'static str {
+    match sensor {
+        Sensor::Gyroscope => "gyro",
+        Sensor::Accelerometer => "accel",
+        Sensor::Magnetometer => "mag",
+    }
+}
+
+/// The letter of a parameter.
+#[must_use]
+pub fn letter(term: Term) -> &'static str {
+    match term {
+        Term::White => "N",
+        Term::BiasInstability => "B",
+        Term::RateRandomWalk => "K",
+        Term::RateRamp => "R",
+        Term::Quantization => "Q",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_protocol::VNIMU;
+
+    use super::*;
+
+    #[test]
+    fn every_axis_bears_the_name_of_its_sensor() {
+        let axes = VNIMU.channels.iter().filter_map(|channel| Some((channel, sensor_of(channel.quantity)?)));
+        assert_eq!(axes.clone().count(), 9);
+        for (channel, sensor) in axes {
+            assert!(channel.name.starts_with(axes_name(sensor)), "{}", channel.name);
+            assert!(sensor_name(sensor).starts_with(axes_name(sensor)));
+        }
+        assert_eq!([Quantity::Angle, Quantity::Temperature, Quantity::Pressure].map(sensor_of), [None; 3]);
+    }
+
+    #[test]
+    fn every_parameter_has_a_letter_of_its_own() {
+        assert_eq!(Term::ALL.map(letter).concat().len(), 5);
+        let letters: std::collections::BTreeSet<_> = Term::ALL.map(letter).into();
+        assert_eq!(letters.into_iter().collect::<String>(), "BKNQR");
+    }
+}
