@@ -180,7 +180,7 @@ mod tests {
         let measured = Measured::ended(facts(None), snapshot, assessment, &unmet);
         assert_eq!(measured.completion, Completion::NotMet);
         let [unmet] = &measured.unmet[..] else { panic!("{:?}", measured.unmet) };
-        assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5% was reached: "), "{unmet}");
+        assert!(unmet.starts_with("a.csv: the data ended before gyro N ±5 % was reached: "), "{unmet}");
     }
 
     #[test]
