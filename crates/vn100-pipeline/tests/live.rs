@@ -448,3 +448,22 @@ async fn a_source_is_opened_for_a_few_commands() {
     let stopped = source.with_link(None, &stop, async |_| Ok::<_, LiveError>(())).await;
     assert!(matches!(stopped, Err(LiveError::Stopped)), "{stopped:?}");
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_that_comes_back_is_set_again() {
+    let sensor = sensor();
+    let mut session = Session::live(LiveSpec { output: rate(20), ..of(&sensor) });
+    until(&mut session, |state| state.snapshot.timing.samples > 20).await;
+    {
+        let mut world = sensor.world();
+        world.plugged = false;
+        world.registers.insert(7, "40".into());
+        world.period = Duration::from_millis(25);
+    }
+    until(&mut session, |state| matches!(state.link, Some(LinkState::Down { .. }))).await;
+    sensor.world().plugged = true;
+    until(&mut session, |state| state.snapshot.link.connects == 2).await;
+    assert_eq!(sensor.world().registers[&7], "20");
+    session.commands.send(Command::Stop).await.unwrap();
+    ended(session).await;
+}

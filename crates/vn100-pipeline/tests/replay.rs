@@ -279,7 +279,7 @@ async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier
     let over = session.events.recv().await.unwrap();
     assert!(matches!(over, SessionEvent::StartedOver { after } if after == 2 * five), "{over:?}");
     command(&session, Command::GoTo(0.75)).await;
-    until(&mut session, |_, state| state.snapshot.timing.samples == 200).await;
+    until(&mut session, |playback, state| playback.samples == 600 && state.snapshot.timing.samples == 200).await;
     command(&session, Command::GoTo(0.1)).await;
     let no_longer = session.events.recv().await.unwrap();
     assert!(matches!(no_longer, SessionEvent::NoLongerExcluded { until } if until == 2 * five), "{no_longer:?}");
@@ -287,4 +287,17 @@ async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
     assert_eq!((result.excluded, result.snapshot.timing.left_out), (Duration::ZERO, 0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_pace_is_that_of_the_rate_in_the_capture() {
+    let body = "VNRRG,07,10";
+    let check = body.bytes().fold(0, |xor, byte| xor ^ byte);
+    let mut file = capture(1);
+    write!(file, "${body}*{check:02X}\r\n{}", LINE.repeat(200)).unwrap();
+    let mut session = paced(&file, Speed::Times(1.0));
+    until(&mut session, |playback, state| playback.samples >= 10 && state.snapshot.timing.rate_hz == 10.0).await;
+    let (began, first) = (time::Instant::now(), session.state.borrow().playback.unwrap().samples);
+    until(&mut session, |playback, _| playback.samples >= first + 40).await;
+    assert!((3.7..4.4).contains(&began.elapsed().as_secs_f64()), "{:?}", began.elapsed());
 }
