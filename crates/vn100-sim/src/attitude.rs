@@ -1,6 +1,6 @@
 //! Other forms of yaw, pitch and roll (Euler 3-2-1, north-east-down to body), and what needs them.
 
-use crate::sensor::{Measurement, rotated};
+use crate::sensor::{SensorValues, rotated};
 
 const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
@@ -35,13 +35,13 @@ pub(crate) fn to_ned(ypr_deg: [f32; 3], body: [f32; 3]) -> [f32; 3] {
 }
 
 /// Acceleration without gravity, north-east-down. The sensor reads -g on its z axis at rest.
-pub(crate) fn linear_accel_ned(measured: &Measurement) -> [f32; 3] {
+pub(crate) fn linear_accel_ned(measured: &SensorValues) -> [f32; 3] {
     let [north, east, down] = to_ned(measured.ypr_deg, measured.accel_m_s2);
     [north, east, (f64::from(down) + STANDARD_GRAVITY_M_S2) as f32]
 }
 
 /// Acceleration without gravity, in axes of the body.
-pub(crate) fn linear_accel_body(measured: &Measurement) -> [f32; 3] {
+pub(crate) fn linear_accel_body(measured: &SensorValues) -> [f32; 3] {
     let gravity = rotated(&direction_cosines(measured.ypr_deg), [0.0, 0.0, STANDARD_GRAVITY_M_S2]);
     [0, 1, 2].map(|axis| (f64::from(measured.accel_m_s2[axis]) + gravity[axis]) as f32)
 }

@@ -7,7 +7,7 @@ use vn100_protocol::xor8;
 use crate::{
     generator::Generator,
     message::Message,
-    sensor::{Deltas, Measurement},
+    sensor::{Deltas, SensorValues},
 };
 
 /// Appends the sentence of one row of a [`Generator`] and of its temperature (degC) and pressure
@@ -17,7 +17,7 @@ use crate::{
 pub fn write_sentence(line: &mut Vec<u8>, message: &Message, row: &[f32; 12], [temperature_c, pressure_kpa]: [f32; 2]) {
     let [yaw, pitch, roll, mx, my, mz, ax, ay, az, gx, gy, gz] = *row;
     let (mag_gauss, accel_m_s2, gyro_rad_s) = ([mx, my, mz], [ax, ay, az], [gx, gy, gz]);
-    let measured = Measurement {
+    let measured = SensorValues {
         ypr_deg: [yaw, pitch, roll],
         mag_gauss,
         accel_m_s2,

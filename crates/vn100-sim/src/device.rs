@@ -50,7 +50,7 @@ pub use {firmware::Firmware, uart::SentByte};
 
 use crate::{
     profile::Profile,
-    sensor::{Deltas, Processing, Sensor},
+    sensor::{Deltas, Processing, SensorModel},
 };
 
 /// From power-up, or from the answer to a restart, to the first output.
@@ -114,7 +114,7 @@ pub struct Device {
     registers: Registers,
     flash: Registers,
     started_with: Registers,
-    sensor: Sensor,
+    sensor: SensorModel,
     /// What `registers` make of raw values.
     processing: Processing,
     /// What the integrals were when they were last taken, and after how many ticks.
@@ -147,7 +147,7 @@ impl Device {
             ticks: 0,
             flash: registers.clone(),
             started_with: registers.clone(),
-            sensor: Sensor::new(&config.profile, config.seed),
+            sensor: SensorModel::new(&config.profile, config.seed),
             processing: registers.processing(&registers),
             deltas: Deltas::default(),
             deltas_tick: None,

@@ -5,7 +5,7 @@
 //!
 //! let plan: FaultPlan = "drop@12.5s flip@0.1%:bit6 unplug@20s+3s stale".parse()?;
 //! assert_eq!(plan.to_string(), "drop@12.5s flip@0.1%:bit6 unplug@20s+3s stale");
-//! # Ok::<(), vn100_sim::fault::PlanError>(())
+//! # Ok::<(), vn100_sim::fault::FaultPlanError>(())
 //! ```
 //!
 //! Faults are set apart by spaces. Times count from power-up: `12.5s`, `20ms`, `5min`, `2h`.
@@ -27,8 +27,8 @@ mod plan_error;
 
 use std::{fmt, num::NonZeroU32, str::FromStr, time::Duration};
 
-pub(crate) use injector::{Event, Injector};
-pub use plan_error::PlanError;
+pub(crate) use injector::{Injector, ScheduledEvent};
+pub use plan_error::FaultPlanError;
 
 use crate::device::BAUD_RATES;
 
@@ -81,10 +81,10 @@ pub struct FaultPlan {
 }
 
 impl FromStr for FaultPlan {
-    type Err = PlanError;
+    type Err = FaultPlanError;
 
     /// An empty text is a plan without faults.
-    fn from_str(text: &str) -> Result<Self, PlanError> {
+    fn from_str(text: &str) -> Result<Self, FaultPlanError> {
         Ok(Self { faults: text.split_whitespace().map(Fault::from_str).collect::<Result<_, _>>()? })
     }
 }
@@ -100,18 +100,18 @@ impl fmt::Display for FaultPlan {
 }
 
 impl FromStr for Fault {
-    type Err = PlanError;
+    type Err = FaultPlanError;
 
-    fn from_str(text: &str) -> Result<Self, PlanError> {
+    fn from_str(text: &str) -> Result<Self, FaultPlanError> {
         let (head, detail) = text.split_once(':').map_or((text, None), |(head, detail)| (head, Some(detail)));
         let (name, when) = head.split_once('@').map_or((head, None), |(name, when)| (name, Some(when)));
         let item = || text.to_owned();
-        let when = || when.ok_or_else(|| PlanError::WhenMissing { item: item() });
+        let when = || when.ok_or_else(|| FaultPlanError::WhenMissing { item: item() });
         let plain = |fault: Self| match detail {
             None => Ok(fault),
-            Some(detail) => Err(PlanError::Detail { item: item(), detail: detail.to_owned() }),
+            Some(detail) => Err(FaultPlanError::Detail { item: item(), detail: detail.to_owned() }),
         };
-        let wrong_detail = || PlanError::Detail { item: item(), detail: detail.unwrap_or_default().to_owned() };
+        let wrong_detail = || FaultPlanError::Detail { item: item(), detail: detail.unwrap_or_default().to_owned() };
         match name {
             "drop" => plain(Self::Drop(bytes(when()?, text)?)),
             "flip" => {
@@ -126,7 +126,7 @@ impl FromStr for Fault {
             "badopen" => plain(Self::BadOpen(chance(when()?, text)?)),
             "stall" => {
                 let (at, length) = span(when()?, text)?;
-                plain(Self::Stall(at, length.ok_or_else(|| PlanError::LengthMissing { item: item() })?))
+                plain(Self::Stall(at, length.ok_or_else(|| FaultPlanError::LengthMissing { item: item() })?))
             }
             "unplug" => {
                 let (at, back_after) = span(when()?, text)?;
@@ -143,12 +143,12 @@ impl FromStr for Fault {
                 Ok(Self::Baud(time(when()?, text)?, baud))
             }
             "stale" if head == name => plain(Self::Stale),
-            _ => Err(PlanError::Unknown { item: item() }),
+            _ => Err(FaultPlanError::Unknown { item: item() }),
         }
     }
 }
 
-fn bytes(when: &str, item: &str) -> Result<Bytes, PlanError> {
+fn bytes(when: &str, item: &str) -> Result<Bytes, FaultPlanError> {
     if when.ends_with('%') {
         return Ok(Bytes::Chance(chance(when, item)?));
     }
@@ -158,23 +158,23 @@ fn bytes(when: &str, item: &str) -> Result<Bytes, PlanError> {
     })
 }
 
-fn span(when: &str, item: &str) -> Result<(Duration, Option<Duration>), PlanError> {
+fn span(when: &str, item: &str) -> Result<(Duration, Option<Duration>), FaultPlanError> {
     match when.split_once('+') {
         None => Ok((time(when, item)?, None)),
         Some((from, length)) => Ok((time(from, item)?, Some(time(length, item)?))),
     }
 }
 
-fn chance(text: &str, item: &str) -> Result<f64, PlanError> {
+fn chance(text: &str, item: &str) -> Result<f64, FaultPlanError> {
     let percent = text.strip_suffix('%').and_then(number).filter(|percent| *percent <= 100.0);
-    let error = || PlanError::Chance { item: item.to_owned(), text: text.to_owned() };
+    let error = || FaultPlanError::Chance { item: item.to_owned(), text: text.to_owned() };
     Ok(percent.ok_or_else(error)? / 100.0)
 }
 
-fn time(text: &str, item: &str) -> Result<Duration, PlanError> {
+fn time(text: &str, item: &str) -> Result<Duration, FaultPlanError> {
     let units = [("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0)];
     let seconds = units.iter().find_map(|(unit, seconds)| Some(number(text.strip_suffix(unit)?)? * seconds));
-    let error = || PlanError::Time { item: item.to_owned(), text: text.to_owned() };
+    let error = || FaultPlanError::Time { item: item.to_owned(), text: text.to_owned() };
     Duration::try_from_secs_f64(seconds.ok_or_else(error)?).map_err(|_| error())
 }
 

@@ -90,7 +90,7 @@ pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::ChannelNoise;
+    use crate::noise::NoiseTruth;
 
     #[test]
     fn a_rate_the_sensor_lacks_is_told_the_rates_it_has() {
@@ -132,7 +132,7 @@ mod tests {
     fn only_angles_wrap() {
         let mut profile = Profile::lab3();
         for channel in &mut profile.channels {
-            channel.noise = ChannelNoise { mean: 190.0, ..ChannelNoise::default() };
+            channel.noise = NoiseTruth { mean: 190.0, ..NoiseTruth::default() };
         }
         let row = Generator::new(&profile, 40, 1).unwrap().next_row();
         assert_eq!(row[..3], [-170.0; 3]);

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use crate::{
     attitude::{linear_accel_body, linear_accel_ned, quaternion},
-    sensor::{Deltas, Measurement},
+    sensor::{Deltas, SensorValues},
 };
 
 /// Yaw, pitch and roll, magnetic field and so on, in the order of a sentence.
@@ -86,7 +86,7 @@ impl Message {
     }
 
     /// Appends its values, a comma before each.
-    pub(crate) fn print(&self, measured: &Measurement, deltas: &Deltas, out: &mut String) {
+    pub(crate) fn print(&self, measured: &SensorValues, deltas: &Deltas, out: &mut String) {
         for group in self.groups {
             // width and decimals by the maker's formats
             match group {

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     flicker::Flicker,
     onboard::{White, Window},
-    random::{Component, normal, random_stream},
+    random::{NoiseComponent, normal, random_stream},
 };
 
 /// The truth of one channel. The unit of the channel is called `u` below: deg, gauss, m/s² or
@@ -17,7 +17,7 @@ use crate::{
 /// The default is a channel that always reads zero. Zero turns a component off; nothing is checked,
 /// a value that is not finite gives samples that are not finite.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ChannelNoise {
+pub struct NoiseTruth {
     /// Constant mean, u.
     pub mean: f64,
     /// White noise density N, two-sided, u/√Hz: Allan deviation N/√τ, standard deviation N·√rate a
@@ -33,10 +33,10 @@ pub struct ChannelNoise {
     /// Ramp R, u/s: Allan deviation R·τ/√2. Starts at zero.
     pub ramp: f64,
     /// A vibration line.
-    pub line: Option<Line>,
+    pub line: Option<Vibration>,
 }
 
-impl ChannelNoise {
+impl NoiseTruth {
     /// What is no noise: mean, ramp and line at a time.
     pub(crate) fn steady(&self, time_s: f64, line_phase_turns: f64) -> f64 {
         let line = self.line.map_or(0.0, |line| {
@@ -49,7 +49,7 @@ impl ChannelNoise {
 
 /// A sinusoid; its phase comes from the seed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct Vibration {
     /// Peak amplitude, in the unit of the channel; the standard deviation is amplitude/√2.
     pub amplitude: f64,
     /// Frequency in Hz; above half the rate it is aliased, as in a real sensor.
@@ -62,7 +62,7 @@ pub struct Line {
 /// one channel, leaves all others as they were.
 #[derive(Debug, Clone)]
 pub struct ChannelStream {
-    noise: ChannelNoise,
+    noise: NoiseTruth,
     rate_hz: f64,
     /// Index of the next sample.
     index: u64,
@@ -80,17 +80,17 @@ impl ChannelStream {
     /// sample, past the window: averaging over some milliseconds changes a process only near the
     /// frequency 1/window, and there each of them lies far below the white noise.
     #[must_use]
-    pub fn new(noise: &ChannelNoise, window: Window, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
+    pub fn new(noise: &NoiseTruth, window: Window, rate_hz: NonZeroU32, seed: u64, channel: u32) -> Self {
         let rng = |component| random_stream(seed, channel, component);
         let interval_s = 1.0 / f64::from(rate_hz.get());
         Self {
             noise: *noise,
             rate_hz: f64::from(rate_hz.get()),
             index: 0,
-            white: White::new(noise.white_density, window, rate_hz, rng(Component::White)),
-            flicker: Flicker::new(noise.bias_instability, interval_s, rng(Component::Flicker)),
-            walk: RandomWalk::new(noise.random_walk, interval_s, rng(Component::Walk)),
-            line_phase_turns: rng(Component::LinePhase).random(),
+            white: White::new(noise.white_density, window, rate_hz, rng(NoiseComponent::White)),
+            flicker: Flicker::new(noise.bias_instability, interval_s, rng(NoiseComponent::Flicker)),
+            walk: RandomWalk::new(noise.random_walk, interval_s, rng(NoiseComponent::Walk)),
+            line_phase_turns: rng(NoiseComponent::LinePhase).random(),
         }
     }
 

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::{
-    noise::{ChannelNoise, Line},
+    noise::{NoiseTruth, Vibration},
     onboard::Window,
 };
 
@@ -15,9 +15,9 @@ const LAB3_RATE_HZ: f64 = 40.0;
 
 /// One channel: its truth, and the way its white noise takes to the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Channel {
+pub struct ChannelProfile {
     /// Mean and noise.
-    pub noise: ChannelNoise,
+    pub noise: NoiseTruth,
     /// Whether `white_density` is that of the output or that of the sensor behind a window.
     pub window: Window,
 }
@@ -29,7 +29,7 @@ pub struct Profile {
     pub name: &'static str,
     /// In the order of `$VNYMR`: yaw, pitch, roll (deg), magnetic field x y z (gauss), acceleration
     /// x y z (m/s²), angular rate x y z (rad/s).
-    pub channels: [Channel; 12],
+    pub channels: [ChannelProfile; 12],
 }
 
 /// There is no profile of that name.
@@ -64,30 +64,32 @@ impl Profile {
     /// angles carry a small white noise of their own, not one computed from the other channels.
     #[must_use]
     pub fn datasheet() -> Self {
-        let gyro = |mean| Channel {
-            noise: ChannelNoise {
+        let gyro = |mean| ChannelProfile {
+            noise: NoiseTruth {
                 mean,
                 white_density: 0.0035_f64.to_radians(),  // 0.0035 deg/s/√Hz
                 bias_instability: rad_s_from_deg_h(6.0), // typical 5 to 7
-                ..ChannelNoise::default()
+                ..NoiseTruth::default()
             },
             window: Window::IMU_DEFAULT,
         };
-        let accel = |mean| Channel {
-            noise: ChannelNoise {
+        let accel = |mean| ChannelProfile {
+            noise: NoiseTruth {
                 mean,
                 white_density: m_s2_from_mg(0.14), // 0.14 mg/√Hz
                 bias_instability: 3e-4,            // stated: below 0.04 mg = 3.92e-4
-                ..ChannelNoise::default()
+                ..NoiseTruth::default()
             },
             window: Window::IMU_DEFAULT,
         };
-        let mag = |mean| Channel {
-            noise: ChannelNoise { mean, white_density: 140e-6, ..ChannelNoise::default() },
+        let mag = |mean| ChannelProfile {
+            noise: NoiseTruth { mean, white_density: 140e-6, ..NoiseTruth::default() },
             window: Window::MAG_DEFAULT,
         };
-        let angle =
-            || Channel { noise: ChannelNoise { white_density: 5e-4, ..ChannelNoise::default() }, window: Window::None };
+        let angle = || ChannelProfile {
+            noise: NoiseTruth { white_density: 5e-4, ..NoiseTruth::default() },
+            window: Window::None,
+        };
         Self {
             name: "datasheet",
             channels: [
@@ -124,10 +126,10 @@ impl Profile {
     /// read 2.3 deg/h.
     #[must_use]
     pub fn lab3() -> Self {
-        let white = |mean, standard_deviation: f64| ChannelNoise {
+        let white = |mean, standard_deviation: f64| NoiseTruth {
             mean,
             white_density: standard_deviation / LAB3_RATE_HZ.sqrt(),
-            ..ChannelNoise::default()
+            ..NoiseTruth::default()
         };
         let noise = [
             white(52.339768, 0.051601),
@@ -143,31 +145,31 @@ impl Profile {
             lab3_gyro_y(),
             white(-0.000009, 0.000638),
         ];
-        Self { name: "lab3", channels: noise.map(|noise| Channel { noise, window: Window::None }) }
+        Self { name: "lab3", channels: noise.map(|noise| ChannelProfile { noise, window: Window::None }) }
     }
 }
 
-fn lab3_gyro_y() -> ChannelNoise {
+fn lab3_gyro_y() -> NoiseTruth {
     const STANDARD_DEVIATION_RAD_S: f64 = 0.000766;
     let white_density = rad_s_sqrt_hz_from_deg_sqrt_h(0.354);
     let white_variance = white_density.powi(2) * LAB3_RATE_HZ;
     let line_variance = STANDARD_DEVIATION_RAD_S.powi(2) - white_variance;
-    ChannelNoise {
+    NoiseTruth {
         mean: -0.000152,
         white_density,
         random_walk: rad_s_sqrt_s_from_deg_h_sqrt_h(0.8969),
-        line: Some(Line { amplitude: (2.0 * line_variance).sqrt(), frequency_hz: 18.4 }),
-        ..ChannelNoise::default()
+        line: Some(Vibration { amplitude: (2.0 * line_variance).sqrt(), frequency_hz: 18.4 }),
+        ..NoiseTruth::default()
     }
 }
 
-fn lab3_accel_y() -> ChannelNoise {
-    ChannelNoise {
+fn lab3_accel_y() -> NoiseTruth {
+    NoiseTruth {
         mean: 0.000759,
         white_density: m_s2_sqrt_hz_from_m_s_sqrt_h(0.114),
         bias_instability: m_s2_from_mg(0.0131),
         random_walk: m_s2_sqrt_s_from_m_s_h_sqrt_h(4.559),
-        ..ChannelNoise::default()
+        ..NoiseTruth::default()
     }
 }
 

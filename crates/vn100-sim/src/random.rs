@@ -12,7 +12,7 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
 /// Numbers of the random streams of one channel. They are part of every capture's recipe: append
 /// only.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Component {
+pub(crate) enum NoiseComponent {
     White = 0,
     Flicker = 1,
     Walk = 2,
@@ -20,7 +20,7 @@ pub(crate) enum Component {
     TurnOnBias = 4,
 }
 
-pub(crate) fn random_stream(seed: u64, channel: u32, component: Component) -> ChaCha8Rng {
+pub(crate) fn random_stream(seed: u64, channel: u32, component: NoiseComponent) -> ChaCha8Rng {
     // room for components to come, so that they do not renumber those of the next channel
     const STREAMS_PER_CHANNEL: u64 = 16;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

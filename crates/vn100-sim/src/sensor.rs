@@ -4,10 +4,10 @@
 use crate::{
     flicker::Flicker,
     generator::wrapped_deg,
-    noise::{ChannelNoise, RandomWalk},
+    noise::{NoiseTruth, RandomWalk},
     onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
     profile::Profile,
-    random::{Component, normal, random_stream},
+    random::{NoiseComponent, normal, random_stream},
     surroundings::Surroundings,
 };
 
@@ -33,7 +33,7 @@ const TURN_ON_BIAS_RAD_S: f64 = 0.02;
 /// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the
 /// uncompensated output passes each: register 85.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct ImuFilter {
+pub(crate) struct AveragingWindows {
     pub(crate) windows: [u32; 3],
     pub(crate) uncompensated: [bool; 3],
     pub(crate) compensated: [bool; 3],
@@ -41,12 +41,12 @@ pub(crate) struct ImuFilter {
 
 /// User calibration of one triad, y = C (x - B), row by row: registers 23, 25 and 84.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Calibration {
+pub(crate) struct TriadCalibration {
     pub(crate) matrix: [f64; 9],
     pub(crate) offset: [f64; 3],
 }
 
-impl Calibration {
+impl TriadCalibration {
     fn apply(&self, value: [f64; 3]) -> [f64; 3] {
         rotated(&self.matrix, [0, 1, 2].map(|axis| value[axis] - self.offset[axis]))
     }
@@ -60,17 +60,17 @@ pub(crate) fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
 /// How raw values become output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Processing {
-    pub(crate) filter: ImuFilter,
-    pub(crate) mag: Calibration,
-    pub(crate) accel: Calibration,
-    pub(crate) gyro: Calibration,
+    pub(crate) filter: AveragingWindows,
+    pub(crate) mag: TriadCalibration,
+    pub(crate) accel: TriadCalibration,
+    pub(crate) gyro: TriadCalibration,
     /// Rotation of the reference frame, row by row: register 26.
     pub(crate) frame: [f64; 9],
 }
 
 /// All values of one tick, in single precision as in the sensor.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Measurement {
+pub(crate) struct SensorValues {
     /// Yaw, pitch, roll, deg.
     pub(crate) ypr_deg: [f32; 3],
     pub(crate) mag_gauss: [f32; 3],
@@ -93,8 +93,8 @@ pub(crate) struct Deltas {
 
 /// One channel of the profile at 800 Hz.
 #[derive(Debug, Clone)]
-struct Channel {
-    truth: ChannelNoise,
+struct SensorChannel {
+    truth: NoiseTruth,
     refresh_hz: u64,
     white: Boxcar,
     flicker: Flicker,
@@ -104,7 +104,7 @@ struct Channel {
     steady: f64,
 }
 
-impl Channel {
+impl SensorChannel {
     fn new(profile: &Profile, number: usize, seed: u64) -> Self {
         let channel = profile.channels[number];
         let rng = |component| random_stream(seed, number as u32, component);
@@ -122,10 +122,10 @@ impl Channel {
         Self {
             truth: channel.noise,
             refresh_hz: u64::from(refresh_hz),
-            white: Boxcar::new(sigma, delivered, rng(Component::White)),
-            flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(Component::Flicker)),
-            walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(Component::Walk)),
-            line_phase_turns: rand::RngExt::random(&mut rng(Component::LinePhase)),
+            white: Boxcar::new(sigma, delivered, rng(NoiseComponent::White)),
+            flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(NoiseComponent::Flicker)),
+            walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(NoiseComponent::Walk)),
+            line_phase_turns: rand::RngExt::random(&mut rng(NoiseComponent::LinePhase)),
             slow: 0.0,
             steady: 0.0,
         }
@@ -155,8 +155,8 @@ fn seconds(tick: u64) -> f64 {
 ///
 /// Which values are read, and when, changes none of them.
 #[derive(Debug, Clone)]
-pub(crate) struct Sensor {
-    channels: [Channel; 12],
+pub(crate) struct SensorModel {
+    channels: [SensorChannel; 12],
     /// Ticks taken.
     ticks: u64,
     turn_on_bias_rad_s: [f64; 3],
@@ -166,12 +166,12 @@ pub(crate) struct Sensor {
     deltas: Deltas,
 }
 
-impl Sensor {
+impl SensorModel {
     pub(crate) fn new(profile: &Profile, seed: u64) -> Self {
         let turn_on_bias_rad_s = [9, 10, 11]
-            .map(|number| TURN_ON_BIAS_RAD_S * normal(&mut random_stream(seed, number, Component::TurnOnBias)));
+            .map(|number| TURN_ON_BIAS_RAD_S * normal(&mut random_stream(seed, number, NoiseComponent::TurnOnBias)));
         Self {
-            channels: std::array::from_fn(|number| Channel::new(profile, number, seed)),
+            channels: std::array::from_fn(|number| SensorChannel::new(profile, number, seed)),
             ticks: 0,
             turn_on_bias_rad_s,
             bias_rad_s: turn_on_bias_rad_s,
@@ -181,7 +181,7 @@ impl Sensor {
     }
 
     /// Takes one tick, with the windows of register 85.
-    pub(crate) fn advance(&mut self, filter: &ImuFilter) {
+    pub(crate) fn advance(&mut self, filter: &AveragingWindows) {
         let tick = self.ticks;
         self.ticks += 1;
         for (channel, window) in self.channels[3..].iter_mut().zip(filter.windows.iter().flat_map(|w| [w; 3])) {
@@ -206,7 +206,7 @@ impl Sensor {
     }
 
     /// The present values.
-    pub(crate) fn measure(&self, processing: &Processing) -> Measurement {
+    pub(crate) fn measure(&self, processing: &Processing) -> SensorValues {
         let filter = &processing.filter;
         let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));
         let gyro = |averaged: bool| [0, 1, 2].map(|axis| self.gyro_rad_s(axis, averaged));
@@ -215,7 +215,7 @@ impl Sensor {
             [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
         };
         let in_frame = |value| single(rotated(&processing.frame, value));
-        Measurement {
+        SensorValues {
             ypr_deg: triad(0, false).map(wrapped_deg),
             mag_gauss: in_frame(processing.mag.apply(triad(3, filter.compensated[0]))),
             accel_m_s2: in_frame(processing.accel.apply(triad(6, filter.compensated[1]))),

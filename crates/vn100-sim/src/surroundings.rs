@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::random::{Component, normal, random_stream};
+use crate::random::{NoiseComponent, normal, random_stream};
 
 /// Number of their random stream, behind those of the twelve channels.
 const STREAM: u32 = 12;
@@ -32,7 +32,7 @@ impl Surroundings {
     /// Of a sensor that is just switched on.
     pub(crate) fn new(seed: u64) -> Self {
         Self {
-            random: random_stream(seed, STREAM, Component::White),
+            random: random_stream(seed, STREAM, NoiseComponent::White),
             temperature_c: ROOM_C,
             pressure_kpa: PRESSURE_KPA,
         }

@@ -5,7 +5,7 @@ use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
 
 use crate::{
     device::{Device, SentByte},
-    fault::{Event, FaultPlan, Injector},
+    fault::{FaultPlan, Injector, ScheduledEvent},
     receiver::Receiver,
     usb::UsbBuffer,
 };
@@ -141,14 +141,14 @@ impl Wire {
     pub fn poll_plug(&mut self, now: Duration) -> Option<PlugEvent> {
         while let Some((at, event)) = self.faults.take_event(now) {
             match event {
-                Event::Reboot => self.device.crash(at),
-                Event::Baud(baud) => self.device.force_baud(baud, at),
-                Event::Unplug => {
+                ScheduledEvent::Reboot => self.device.crash(at),
+                ScheduledEvent::Baud(baud) => self.device.force_baud(baud, at),
+                ScheduledEvent::Unplug => {
                     self.plugged = false;
                     self.held.clear();
                     return Some(PlugEvent::Unplugged);
                 }
-                Event::Replug { other_name } => {
+                ScheduledEvent::Replug { other_name } => {
                     self.plugged = true;
                     self.device.power_cycle(at);
                     return Some(PlugEvent::Replugged { other_name });

@@ -7,13 +7,13 @@ use vn100_protocol::crc16;
 use super::error_code::ErrorCode;
 use crate::{
     attitude::{direction_cosines, linear_accel_body, linear_accel_ned, quaternion, to_ned},
-    sensor::{Deltas, Measurement},
+    sensor::{Deltas, SensorValues},
 };
 
 /// What one packet can say.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contents<'a> {
-    pub(crate) measured: &'a Measurement,
+    pub(crate) measured: &'a SensorValues,
     pub(crate) deltas: &'a Deltas,
     /// Time since start-up, ns.
     pub(crate) time_ns: u64,
@@ -37,7 +37,7 @@ const FIELD_BYTES: [[u32; 16]; 5] = [
 
 /// One of the three binary outputs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct BinaryOutput {
+pub(crate) struct PacketOutput {
     /// 0 off, 1 first port, 2 second port, 3 both.
     mode: u32,
     /// Ticks of 800 Hz from packet to packet; 0 only when asked.
@@ -46,7 +46,7 @@ pub(crate) struct BinaryOutput {
     words: Vec<u16>,
 }
 
-impl BinaryOutput {
+impl PacketOutput {
     /// As delivered: nothing is sent; a poll gives the time.
     pub(crate) fn off() -> Self {
         Self { mode: 0, divisor: 0, groups: 1, words: vec![1] }

@@ -54,13 +54,13 @@ impl CommandBuffer {
 
 /// The parts of a command whose check digits are right.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Command<'a> {
+pub(crate) struct ReceivedCommand<'a> {
     /// Three letters behind `VN`.
     pub(crate) name: &'a str,
     pub(crate) parameters: Vec<&'a str>,
 }
 
-impl<'a> Command<'a> {
+impl<'a> ReceivedCommand<'a> {
     /// From the text between `$` and the line end.
     pub(crate) fn parse(line: &'a [u8]) -> Result<Self, ErrorCode> {
         let star = line.iter().rposition(|byte| *byte == b'*').ok_or(ErrorCode::Checksum)?;

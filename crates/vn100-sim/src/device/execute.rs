@@ -1,8 +1,8 @@
 //! What each command does.
 
 use super::{
-    Device, FLASH_WRITE, PORT, command::Command, error_code::ErrorCode, firmware::Firmware, ns, output::SyncOut,
-    registers::Registers,
+    Device, FLASH_WRITE, PORT, command::ReceivedCommand, error_code::ErrorCode, firmware::Firmware, ns,
+    output::SyncOut, registers::Registers,
 };
 
 use crate::message::MESSAGES;
@@ -10,13 +10,13 @@ use crate::message::MESSAGES;
 impl Device {
     /// Executes a command and answers it, or reports the error in it.
     pub(super) fn execute_line(&mut self, line: &[u8]) {
-        let outcome = Command::parse(line).and_then(|command| self.execute(&command));
+        let outcome = ReceivedCommand::parse(line).and_then(|command| self.execute(&command));
         if let Err(code) = outcome {
             self.report(code);
         }
     }
 
-    fn execute(&mut self, command: &Command<'_>) -> Result<(), ErrorCode> {
+    fn execute(&mut self, command: &ReceivedCommand<'_>) -> Result<(), ErrorCode> {
         let name = command.name;
         match name {
             "RRG" => return self.read_register(&command.parameters),

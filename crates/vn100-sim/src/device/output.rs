@@ -6,7 +6,7 @@ use vn100_protocol::{crc16, xor8};
 
 use super::{
     Device, PORT, Phase, TICK_HZ,
-    binary::{BinaryOutput, Contents},
+    binary::{Contents, PacketOutput},
     error_code::ErrorCode,
     registers::Registers,
 };
@@ -112,7 +112,7 @@ impl Device {
     /// A packet of the present values.
     pub(super) fn packet(&mut self, index: usize) -> Vec<u8> {
         let deltas = if self.registers.binary()[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
-        let output: &BinaryOutput = &self.registers.binary()[index];
+        let output: &PacketOutput = &self.registers.binary()[index];
         output.packet(&Contents {
             measured: &self.sensor.measure(&self.processing),
             deltas: &deltas,

@@ -19,7 +19,7 @@ pub(crate) enum Field {
 
 /// One register.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row {
+pub(crate) struct RegisterRow {
     pub(crate) number: u16,
     pub(crate) read_only: bool,
     pub(crate) fields: &'static [Field],
@@ -40,12 +40,12 @@ const NO_CALIBRATION: &str = "1,0,0,0,1,0,0,0,1,0,0,0";
 /// needs.
 const MAX_WINDOW: u32 = 1000;
 
-const fn writable(number: u16, fields: &'static [Field], default: &'static str) -> Row {
-    Row { number, read_only: false, fields, default }
+const fn writable(number: u16, fields: &'static [Field], default: &'static str) -> RegisterRow {
+    RegisterRow { number, read_only: false, fields, default }
 }
 
-const fn read_only(number: u16, fields: &'static [Field], default: &'static str) -> Row {
-    Row { number, read_only: true, fields, default }
+const fn read_only(number: u16, fields: &'static [Field], default: &'static str) -> RegisterRow {
+    RegisterRow { number, read_only: true, fields, default }
 }
 
 /// All registers with settings but those that are kept by port (5, 6, 7), hold masks (75 to 77), or
@@ -53,7 +53,7 @@ const fn read_only(number: u16, fields: &'static [Field], default: &'static str)
 ///
 /// Ranges the maker does not state are as wide as the named values of the field. Register 83 has no
 /// agreed defaults: all zero but the distance that makes it compute anew.
-pub(crate) const ROWS: &[Row] = &[
+pub(crate) const ROWS: &[RegisterRow] = &[
     writable(0, &[Text(20)], ""),
     read_only(1, &[Text(24)], "VN-100S-CR"),
     read_only(2, &[Whole(0, u32::MAX)], "7"),
@@ -114,7 +114,7 @@ pub(crate) const ROWS: &[Row] = &[
 ];
 
 /// Defaults of one firmware that differ from the table.
-pub(crate) fn default_of(row: &Row, firmware: Firmware) -> &'static str {
+pub(crate) fn default_of(row: &RegisterRow, firmware: Firmware) -> &'static str {
     match (row.number, firmware) {
         (44, Firmware::V2_1) => "1,3,5",
         _ => row.default,

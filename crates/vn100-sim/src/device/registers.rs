@@ -3,14 +3,14 @@
 use std::{collections::BTreeMap, fmt::Write};
 
 use super::{
-    binary::BinaryOutput,
+    binary::PacketOutput,
     error_code::ErrorCode,
     firmware::Firmware,
     register_table::{BAUD_RATES, Field, ROWS, default_of},
 };
 use crate::{
     message::MESSAGES,
-    sensor::{Calibration, ImuFilter, Processing},
+    sensor::{AveragingWindows, Processing, TriadCalibration},
 };
 
 /// The largest departure from an orthonormal matrix that register 26 takes.
@@ -28,7 +28,7 @@ enum Value {
 
 /// One of the two serial ports of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Port {
+pub(crate) struct PortSettings {
     pub(crate) baud: u32,
     /// Register 6.
     pub(crate) message: u32,
@@ -41,8 +41,8 @@ pub(crate) struct Registers {
     firmware: Firmware,
     serial: u32,
     values: BTreeMap<u16, Vec<Value>>,
-    ports: [Port; 2],
-    binary: [BinaryOutput; 3],
+    ports: [PortSettings; 2],
+    binary: [PacketOutput; 3],
 }
 
 impl Registers {
@@ -55,8 +55,8 @@ impl Registers {
             firmware,
             serial,
             values: values.collect(),
-            ports: [Port { baud: 115_200, message: 14, rate_hz: 40 }; 2],
-            binary: std::array::from_fn(|_| BinaryOutput::off()),
+            ports: [PortSettings { baud: 115_200, message: 14, rate_hz: 40 }; 2],
+            binary: std::array::from_fn(|_| PacketOutput::off()),
         }
     }
 
@@ -86,7 +86,7 @@ impl Registers {
             5..=7 => return self.write_port(number, parameters, port),
             75..=77 => {
                 let before =
-                    std::mem::replace(&mut self.binary[usize::from(number - 75)], BinaryOutput::parse(parameters)?);
+                    std::mem::replace(&mut self.binary[usize::from(number - 75)], PacketOutput::parse(parameters)?);
                 if !self.fits(0) || !self.fits(1) {
                     self.binary[usize::from(number - 75)] = before;
                     return Err(ErrorCode::InsufficientBaud);
@@ -144,7 +144,7 @@ impl Registers {
         u64::from(lines) * 800 + packets <= u64::from(settings.baud) / 10 * 800
     }
 
-    pub(crate) fn port(&self, port: usize) -> &Port {
+    pub(crate) fn port(&self, port: usize) -> &PortSettings {
         &self.ports[port]
     }
 
@@ -161,7 +161,7 @@ impl Registers {
         self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
     }
 
-    pub(crate) fn binary(&self) -> &[BinaryOutput; 3] {
+    pub(crate) fn binary(&self) -> &[PacketOutput; 3] {
         &self.binary
     }
 
@@ -185,12 +185,12 @@ impl Registers {
         let calibration = |number| {
             let numbers = real(self, number);
             let at = |index: usize| numbers.get(index).copied().unwrap_or_default();
-            Calibration { matrix: std::array::from_fn(at), offset: std::array::from_fn(|axis| at(9 + axis)) }
+            TriadCalibration { matrix: std::array::from_fn(at), offset: std::array::from_fn(|axis| at(9 + axis)) }
         };
         let frame = real(started_with, 26);
         let modes = [0, 1, 2].map(|triad| self.whole(85, 5 + triad));
         Processing {
-            filter: ImuFilter {
+            filter: AveragingWindows {
                 windows: [0, 1, 2].map(|triad| self.whole(85, triad)),
                 uncompensated: modes.map(|mode| mode & 1 != 0),
                 compensated: modes.map(|mode| mode & 2 != 0),

@@ -18,7 +18,7 @@ const BAD_SESSION_BIT: u8 = 6;
 
 /// Faults of the whole link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Event {
+pub(crate) enum ScheduledEvent {
     Unplug,
     Replug { other_name: bool },
     Reboot,
@@ -40,7 +40,7 @@ pub(crate) struct Injector {
     /// Faults of bytes; those that have happened are taken out.
     faults: Vec<Fault>,
     /// In order of time.
-    events: VecDeque<(Duration, Event)>,
+    events: VecDeque<(Duration, ScheduledEvent)>,
     splice: Option<Splice>,
     bad_session: bool,
     /// The latest bytes of the sensor.
@@ -54,13 +54,14 @@ impl Injector {
         for fault in &plan.faults {
             match *fault {
                 Fault::Unplug { at, back_after, other_name } => {
-                    events.push((at, Event::Unplug));
+                    events.push((at, ScheduledEvent::Unplug));
                     events.extend(
-                        back_after.map(|back_after| (at.saturating_add(back_after), Event::Replug { other_name })),
+                        back_after
+                            .map(|back_after| (at.saturating_add(back_after), ScheduledEvent::Replug { other_name })),
                     );
                 }
-                Fault::Reboot(at) => events.push((at, Event::Reboot)),
-                Fault::Baud(at, baud) => events.push((at, Event::Baud(baud))),
+                Fault::Reboot(at) => events.push((at, ScheduledEvent::Reboot)),
+                Fault::Baud(at, baud) => events.push((at, ScheduledEvent::Baud(baud))),
                 _ => {}
             }
         }
@@ -81,7 +82,7 @@ impl Injector {
     }
 
     /// The next event that is due by `now`, with its time.
-    pub(crate) fn take_event(&mut self, now: Duration) -> Option<(Duration, Event)> {
+    pub(crate) fn take_event(&mut self, now: Duration) -> Option<(Duration, ScheduledEvent)> {
         self.next_event().filter(|at| *at <= now)?;
         self.events.pop_front()
     }

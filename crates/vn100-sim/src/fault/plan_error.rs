@@ -6,7 +6,7 @@ use crate::device::BAUD_RATES;
 
 /// A plan of faults has an item that is none.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum PlanError {
+pub enum FaultPlanError {
     /// There is no such fault.
     #[error(
         "`{item}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"

@@ -12,11 +12,11 @@ use super::*;
 /// Standard deviations a test may be off by; the seeds are fixed, so that it never fails by chance.
 const SIGMAS: f64 = 4.5;
 
-fn stream(noise: &ChannelNoise, rate_hz: u32, seed: u64) -> ChannelStream {
+fn stream(noise: &NoiseTruth, rate_hz: u32, seed: u64) -> ChannelStream {
     ChannelStream::new(noise, Window::None, NonZeroU32::new(rate_hz).unwrap(), seed, 0)
 }
 
-fn samples(noise: &ChannelNoise, rate_hz: u32, seed: u64, n: usize) -> Vec<f64> {
+fn samples(noise: &NoiseTruth, rate_hz: u32, seed: u64, n: usize) -> Vec<f64> {
     let mut stream = stream(noise, rate_hz, seed);
     (0..n).map(|_| stream.next_sample()).collect()
 }
@@ -46,7 +46,7 @@ fn assert_within(found: f64, expected: f64, edf: f64, what: &str) {
 
 #[test]
 fn white_reads_n_over_sqrt_tau() {
-    let noise = ChannelNoise { white_density: 2e-3, ..ChannelNoise::default() };
+    let noise = NoiseTruth { white_density: 2e-3, ..NoiseTruth::default() };
     let n = 1 << 18;
     let record = samples(&noise, 40, 1, n);
     for m in [1, 4, 64, 1024] {
@@ -58,7 +58,7 @@ fn white_reads_n_over_sqrt_tau() {
 
 #[test]
 fn walk_reads_k_sqrt_tau_over_3() {
-    let noise = ChannelNoise { random_walk: 1e-3, ..ChannelNoise::default() };
+    let noise = NoiseTruth { random_walk: 1e-3, ..NoiseTruth::default() };
     let n = 1 << 14;
     let records: Vec<_> = (0..32).map(|seed| samples(&noise, 40, seed, n)).collect();
     assert_eq!(records[0][0], 0.0);
@@ -73,7 +73,7 @@ fn walk_reads_k_sqrt_tau_over_3() {
 
 #[test]
 fn flicker_is_flat_from_a_minute_to_a_day() {
-    let noise = ChannelNoise { bias_instability: 3.0, ..ChannelNoise::default() };
+    let noise = NoiseTruth { bias_instability: 3.0, ..NoiseTruth::default() };
     let n = 1 << 20;
     let seeds = 8;
     let records: Vec<_> = (0..seeds).map(|seed| samples(&noise, 1, seed, n)).collect();
@@ -87,7 +87,7 @@ fn flicker_is_flat_from_a_minute_to_a_day() {
 
 #[test]
 fn ramp_reads_r_tau_over_sqrt_2() {
-    let noise = ChannelNoise { mean: 5.0, ramp: 1e-3, ..ChannelNoise::default() };
+    let noise = NoiseTruth { mean: 5.0, ramp: 1e-3, ..NoiseTruth::default() };
     let record = samples(&noise, 40, 1, 4096);
     assert_eq!(record[0], 5.0);
     for m in [1, 16, 256] {
@@ -99,8 +99,8 @@ fn ramp_reads_r_tau_over_sqrt_2() {
 
 #[test]
 fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
-    let line = Line { amplitude: 0.5, frequency_hz: 3.7 };
-    let noise = ChannelNoise { line: Some(line), ..ChannelNoise::default() };
+    let line = Vibration { amplitude: 0.5, frequency_hz: 3.7 };
+    let noise = NoiseTruth { line: Some(line), ..NoiseTruth::default() };
     let record = samples(&noise, 40, 1, 1 << 16);
     for m in [1, 2, 3, 7, 20] {
         let (f, m_) = (PI * line.frequency_hz / 40.0, m as f64);
@@ -114,16 +114,16 @@ fn line_has_its_frequency_and_amplitude_and_a_phase_of_the_seed() {
 
 #[test]
 fn components_do_not_disturb_each_other() {
-    let nothing = ChannelNoise::default();
+    let nothing = NoiseTruth::default();
     let parts = [
-        ChannelNoise { mean: 3.0, ..nothing },
-        ChannelNoise { white_density: 0.1, ..nothing },
-        ChannelNoise { bias_instability: 0.2, ..nothing },
-        ChannelNoise { random_walk: 0.3, ..nothing },
-        ChannelNoise { ramp: -0.4, ..nothing },
-        ChannelNoise { line: Some(Line { amplitude: 0.5, frequency_hz: 1.3 }), ..nothing },
+        NoiseTruth { mean: 3.0, ..nothing },
+        NoiseTruth { white_density: 0.1, ..nothing },
+        NoiseTruth { bias_instability: 0.2, ..nothing },
+        NoiseTruth { random_walk: 0.3, ..nothing },
+        NoiseTruth { ramp: -0.4, ..nothing },
+        NoiseTruth { line: Some(Vibration { amplitude: 0.5, frequency_hz: 1.3 }), ..nothing },
     ];
-    let all = ChannelNoise {
+    let all = NoiseTruth {
         mean: 3.0,
         white_density: 0.1,
         bias_instability: 0.2,
@@ -142,7 +142,9 @@ fn components_do_not_disturb_each_other() {
 fn every_component_of_every_channel_has_its_own_stream() {
     let mut seen = HashSet::new();
     for channel in 0..12 {
-        for component in [Component::White, Component::Flicker, Component::Walk, Component::LinePhase] {
+        for component in
+            [NoiseComponent::White, NoiseComponent::Flicker, NoiseComponent::Walk, NoiseComponent::LinePhase]
+        {
             assert!(seen.insert(random_stream(1, channel, component).next_u64()));
         }
     }
@@ -150,5 +152,5 @@ fn every_component_of_every_channel_has_its_own_stream() {
 
 #[test]
 fn silence_is_zero() {
-    assert_eq!(samples(&ChannelNoise::default(), 200, 1, 10), [0.0; 10]);
+    assert_eq!(samples(&NoiseTruth::default(), 200, 1, 10), [0.0; 10]);
 }

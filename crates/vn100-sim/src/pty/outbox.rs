@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, io};
 
-use super::port::Port;
+use super::port::PseudoTerminal;
 
 /// A terminal takes some 4 KiB at once, and two seconds of stream that a stall held back are 48 KiB
 /// at 200 Hz.
@@ -23,7 +23,7 @@ impl Outbox {
     }
 
     /// Hands on what the terminal has room for: how many.
-    pub(super) fn hand_on(&mut self, port: &Port) -> io::Result<usize> {
+    pub(super) fn hand_on(&mut self, port: &PseudoTerminal) -> io::Result<usize> {
         let sent = port.write(self.waiting.make_contiguous())?;
         self.waiting.drain(..sent);
         Ok(sent)
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_burst_comes_whole_as_far_as_there_is_room_for_it() -> io::Result<()> {
-        let port = Port::new(NonZeroU32::MIN)?;
+        let port = PseudoTerminal::new(NonZeroU32::MIN)?;
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().try_into().unwrap();
         let mut host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(port.path())?;
         let burst: Vec<u8> = (0..ROOM + 100).map(|index| (index % 251) as u8).collect();

@@ -30,7 +30,7 @@ pub(super) enum HostChange {
 
 /// A pseudo-terminal that a host can open by its path.
 #[derive(Debug)]
-pub(super) struct Port {
+pub(super) struct PseudoTerminal {
     master: OwnedFd,
     /// Our own hold on the side of the host. Without it the port reads as hung up until the first
     /// host comes, and no one could tell how much a host has not read yet.
@@ -42,7 +42,7 @@ pub(super) struct Port {
     host_is_there: bool,
 }
 
-impl Port {
+impl PseudoTerminal {
     /// Raw, and left at a rate, as by an earlier program.
     pub(super) fn new(baud: NonZeroU32) -> io::Result<Self> {
         let master = openpt(SLAVE_FLAGS)?;

@@ -21,7 +21,7 @@ use super::{
     PtyError, PtyOptions, PtyStats,
     link::{Link, with_suffix},
     outbox::Outbox,
-    port::{HostChange, Port},
+    port::{HostChange, PseudoTerminal},
 };
 use crate::{
     device::Device,
@@ -132,7 +132,7 @@ impl Drop for PtySensor {
 struct Server {
     wire: Wire,
     /// `None` while it is unplugged.
-    port: Option<Port>,
+    port: Option<PseudoTerminal>,
     outbox: Outbox,
     link: Option<Link>,
     link_path: Option<PathBuf>,
@@ -230,7 +230,7 @@ impl Server {
     }
 
     fn plug_in(&mut self, other_name: bool) -> Result<(), PtyError> {
-        let port = Port::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+        let port = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         let path = match &self.link_path {
             None => port.path().to_owned(),
             Some(link) => {
@@ -247,7 +247,7 @@ impl Server {
     /// A host has left: the next one finds a fresh port.
     fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
         let Some(mut old) = self.port.take() else { return Ok(()) };
-        let fresh = Port::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
+        let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         self.lead_to(fresh.path())?;
         // a host that comes back at once has the old one
         if old.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {

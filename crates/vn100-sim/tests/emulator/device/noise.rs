@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use vn100_protocol::{Decoder, Item, Options, Packet};
-use vn100_sim::{DeviceConfig, Profile, noise::ChannelNoise};
+use vn100_sim::{DeviceConfig, Profile, noise::NoiseTruth};
 
 use super::bench::{BOOT_MS, Bench};
 
@@ -118,7 +118,7 @@ fn at_800_hz_gyro_is_new_in_every_packet_and_correlated_and_mag_comes_at_250() {
 fn drifting(ramp: f64) -> DeviceConfig {
     let mut profile = Profile::datasheet();
     for channel in &mut profile.channels {
-        channel.noise = ChannelNoise::default();
+        channel.noise = NoiseTruth::default();
     }
     profile.channels[9].noise.ramp = ramp;
     DeviceConfig { profile, ..DeviceConfig::default() }

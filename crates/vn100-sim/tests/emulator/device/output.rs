@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use vn100_protocol::{Decoder, Item, Options, Packet, VNIMU, VNMAR, VNQMR, VNYMR};
-use vn100_sim::{DeviceConfig, Profile, noise::ChannelNoise};
+use vn100_sim::{DeviceConfig, Profile, noise::NoiseTruth};
 
 use super::bench::Bench;
 
@@ -27,7 +27,7 @@ const MESSAGES: [(u32, &str, u32, usize, usize); 12] = [
 fn constant(mean: f64) -> DeviceConfig {
     let mut profile = Profile::datasheet();
     for channel in &mut profile.channels {
-        channel.noise = ChannelNoise { mean, ..ChannelNoise::default() };
+        channel.noise = NoiseTruth { mean, ..NoiseTruth::default() };
     }
     DeviceConfig { profile, ..DeviceConfig::default() }
 }
