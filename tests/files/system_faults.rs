@@ -11,7 +11,7 @@ use std::{
 
 use serde_json::Value;
 use vn100_capture::RecordingReader;
-use vn100_protocol::stream::Input;
+use vn100_protocol::stream::StreamInput;
 
 use crate::support::{replay, replay_log, vn100};
 
@@ -103,7 +103,7 @@ fn stream(path: &Path) -> Vec<u8> {
     let mut reader = RecordingReader::open(fs::File::open(path).unwrap()).unwrap();
     let inputs = std::iter::from_fn(|| reader.next_input().unwrap());
     inputs
-        .filter_map(|input| if let Input::Chunk(chunk) = input { Some(chunk.bytes) } else { None })
+        .filter_map(|input| if let StreamInput::Chunk(chunk) = input { Some(chunk.bytes) } else { None })
         .flatten()
         .collect()
 }

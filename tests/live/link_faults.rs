@@ -6,7 +6,7 @@ use std::{collections::VecDeque, io, time::Duration};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, MissingFrom, Settings, Snapshot};
 use vn100_capture::{Event, Source, read_samples};
-use vn100_protocol::stream::{Chunk, Input, ReadOptions};
+use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
 use vn100_protocol::{Decoder, Item, Options, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
@@ -32,8 +32,8 @@ struct Measured {
 struct Reads(VecDeque<Chunk>);
 
 impl Source for Reads {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
-        Ok(self.0.pop_front().map(Input::from))
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
+        Ok(self.0.pop_front().map(StreamInput::from))
     }
 }
 

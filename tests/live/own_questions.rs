@@ -12,7 +12,7 @@ use tokio::time::{Instant, sleep_until, timeout_at};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Event, Source};
 use vn100_driver::{BAUD_RATES, Connect, ConnectError, Connection, LinkOptions, open_link};
-use vn100_protocol::stream::{Chunk, Diagnostic, Input, LinkEventKind, ReadOptions, StreamCounts};
+use vn100_protocol::stream::{Chunk, Diagnostic, LinkEventKind, ReadOptions, StreamCounts, StreamInput};
 use vn100_protocol::xor8;
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
@@ -91,7 +91,7 @@ impl Connect for Bench {
 }
 
 impl Source for Bench {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         loop {
             let wake = {
                 let (mut wire, now) = (self.wire.lock().unwrap(), self.now());
@@ -135,7 +135,7 @@ impl Connection for Bench {
         Ok(())
     }
 
-    async fn close(self) -> Vec<Input> {
+    async fn close(self) -> Vec<StreamInput> {
         let now = self.now();
         self.wire.lock().unwrap().close(now);
         Vec::new()

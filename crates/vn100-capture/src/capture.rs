@@ -34,10 +34,10 @@ pub struct Capture {
     pub stored_bytes_read: Arc<AtomicU64>,
     /// What it says of itself, where it is a recording of this program.
     pub recorded: Option<Recorded>,
-    input: Input,
+    input: StreamInput,
 }
 
-enum Input {
+enum StreamInput {
     Bytes(ReaderSource),
     TimedBytes(Box<dyn Read + Send>, Sidecar),
     Rows(Plan, Box<dyn Read + Send>),
@@ -83,10 +83,10 @@ impl Capture {
     /// Outside a tokio runtime.
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
         match self.input {
-            Input::Bytes(source) => Ok(read_samples(source, options, stop)),
-            Input::TimedBytes(reader, sidecar) => read_timed(reader, sidecar, options, stop),
-            Input::Rows(plan, reader) => read_rows(plan, reader, options, stop),
-            Input::Recording(recording) => read_recording(*recording, options, stop),
+            StreamInput::Bytes(source) => Ok(read_samples(source, options, stop)),
+            StreamInput::TimedBytes(reader, sidecar) => read_timed(reader, sidecar, options, stop),
+            StreamInput::Rows(plan, reader) => read_rows(plan, reader, options, stop),
+            StreamInput::Recording(recording) => read_recording(*recording, options, stop),
         }
     }
 
@@ -105,7 +105,7 @@ impl Capture {
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
         let (format, input) = match recognised {
-            Detected::Csv(plan) => (Format::Csv, Input::Rows(plan, reader)),
+            Detected::Csv(plan) => (Format::Csv, StreamInput::Rows(plan, reader)),
             Detected::Text => (Format::Text, bytes(reader, sidecar).map_err(failed)?),
             Detected::Raw => (Format::Raw, bytes(reader, sidecar).map_err(failed)?),
             Detected::Mcap => {
@@ -114,7 +114,7 @@ impl Capture {
                     problem => OpenError::Recording { path: path.to_owned(), problem },
                 })?;
                 recorded = Some(recording.recorded().clone());
-                (Format::Mcap, Input::Recording(Box::new(recording)))
+                (Format::Mcap, StreamInput::Recording(Box::new(recording)))
             }
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
@@ -123,10 +123,10 @@ impl Capture {
     }
 }
 
-fn bytes(reader: Box<dyn Read + Send>, sidecar: Option<Sidecar>) -> io::Result<Input> {
+fn bytes(reader: Box<dyn Read + Send>, sidecar: Option<Sidecar>) -> io::Result<StreamInput> {
     match sidecar {
-        Some(sidecar) => Ok(Input::TimedBytes(reader, sidecar)),
-        None => ReaderSource::spawn(reader).map(Input::Bytes),
+        Some(sidecar) => Ok(StreamInput::TimedBytes(reader, sidecar)),
+        None => ReaderSource::spawn(reader).map(StreamInput::Bytes),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use vn100_protocol::stream::{Batch, Input, LinkEvent, SampleReader};
+use vn100_protocol::stream::{Batch, LinkEvent, SampleReader, StreamInput};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub enum Event {
 
 impl Event {
     /// The events that follow from what a source delivered.
-    pub fn from_input(reader: &mut SampleReader, input: Input) -> impl Iterator<Item = Self> + use<> {
+    pub fn from_input(reader: &mut SampleReader, input: StreamInput) -> impl Iterator<Item = Self> + use<> {
         let link_event = reader.take_input(input);
         reader.take_batches().into_iter().map(Self::Batch).chain(link_event.map(Self::Link))
     }

@@ -5,37 +5,38 @@ use std::collections::VecDeque;
 
 use tokio::sync::mpsc;
 
-use vn100_protocol::stream::{Input, LinkEvent, LinkEventKind};
+use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 
 /// Link events that may wait for room; later ones are dropped. A link brings two each time it goes
 /// down and comes back.
 const WAITING_EVENTS: usize = 64;
 
-/// Sends [`Input`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at their
-/// place; what befell the link waits for room, so that bytes of before and after are not joined.
+/// Sends [`StreamInput`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at
+/// their place; what befell the link waits for room, so that bytes of before and after are not
+/// joined.
 #[derive(Debug)]
 pub struct LossySender {
-    inputs: mpsc::Sender<Input>,
+    inputs: mpsc::Sender<StreamInput>,
     waiting: VecDeque<LinkEvent>,
     lost_bytes: u64,
 }
 
 impl LossySender {
     /// A sender with nothing pending.
-    pub fn new(inputs: mpsc::Sender<Input>) -> Self {
+    pub fn new(inputs: mpsc::Sender<StreamInput>) -> Self {
         Self { inputs, waiting: VecDeque::new(), lost_bytes: 0 }
     }
 
     /// Sends one input, behind all that waits.
-    pub fn send(&mut self, input: Input, now_ns: i64) {
+    pub fn send(&mut self, input: StreamInput, now_ns: i64) {
         match input {
-            Input::Chunk(chunk) => {
+            StreamInput::Chunk(chunk) => {
                 let length = chunk.bytes.len();
                 if !self.send_waiting() || self.inputs.try_send(chunk.into()).is_err() {
                     self.lose(length as u64, now_ns);
                 }
             }
-            Input::Link(event) => {
+            StreamInput::Link(event) => {
                 if self.waiting.len() < WAITING_EVENTS {
                     self.waiting.push_back(event);
                 }
@@ -47,7 +48,7 @@ impl LossySender {
     /// Sends what waits, as far as there is room; says whether nothing waits any more.
     pub fn send_waiting(&mut self) -> bool {
         while let Some(event) = self.waiting.front() {
-            if self.inputs.try_send(Input::Link(event.clone())).is_err() {
+            if self.inputs.try_send(StreamInput::Link(event.clone())).is_err() {
                 return false;
             }
             self.waiting.pop_front();
@@ -59,7 +60,7 @@ impl LossySender {
     pub fn send_waiting_blocking(&mut self) {
         for event in self.waiting.drain(..) {
             // without a receiver nobody has use for it
-            let _ = self.inputs.blocking_send(Input::Link(event));
+            let _ = self.inputs.blocking_send(StreamInput::Link(event));
         }
     }
 
@@ -67,7 +68,7 @@ impl LossySender {
     pub async fn send_waiting_async(&mut self) {
         for event in self.waiting.drain(..) {
             // a receiver that was dropped has no use for it
-            let _ = self.inputs.send(Input::Link(event)).await;
+            let _ = self.inputs.send(StreamInput::Link(event)).await;
         }
     }
 
@@ -93,15 +94,15 @@ mod tests {
     use super::*;
     use vn100_protocol::stream::Chunk;
 
-    fn chunk(length: usize) -> Input {
+    fn chunk(length: usize) -> StreamInput {
         Chunk { bytes: Bytes::from(vec![b'x'; length]), at_ns: None }.into()
     }
 
-    fn link(kind: LinkEventKind) -> Input {
-        Input::Link(LinkEvent { at_ns: 7, kind })
+    fn link(kind: LinkEventKind) -> StreamInput {
+        StreamInput::Link(LinkEvent { at_ns: 7, kind })
     }
 
-    fn down() -> Input {
+    fn down() -> StreamInput {
         link(LinkEventKind::Down { cause: "unplugged".into() })
     }
 
@@ -136,9 +137,9 @@ mod tests {
             let mut sender = LossySender::new(sender);
             let (mut arrived, mut lost, mut sent) = (0, 0, 0);
             let mut take = |input| match input {
-                Input::Chunk(chunk) => arrived += chunk.bytes.len() as u64,
-                Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
-                Input::Link(other) => panic!("{other:?}"),
+                StreamInput::Chunk(chunk) => arrived += chunk.bytes.len() as u64,
+                StreamInput::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
+                StreamInput::Link(other) => panic!("{other:?}"),
             };
             for (length, receive) in steps {
                 sender.send(chunk(length), 7);

@@ -8,7 +8,7 @@ use std::{
 
 use bytes::BytesMut;
 use tokio::sync::mpsc;
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 use crate::clock::Clock;
 
@@ -29,7 +29,7 @@ pub trait Source: Send + 'static {
     ///
     /// # Errors
     /// The error of the read that failed; the stream has then ended.
-    fn next_input(&mut self) -> impl Future<Output = io::Result<Option<Input>>> + Send;
+    fn next_input(&mut self) -> impl Future<Output = io::Result<Option<StreamInput>>> + Send;
 }
 
 /// A blocking reader on a thread of its own, as fast as its bytes are taken.
@@ -69,8 +69,8 @@ impl ReaderSource {
 }
 
 impl Source for ReaderSource {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
-        Ok(self.chunks.recv().await.transpose()?.map(Input::Chunk))
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
+        Ok(self.chunks.recv().await.transpose()?.map(StreamInput::Chunk))
     }
 }
 
@@ -110,7 +110,7 @@ mod tests {
                 Some(clock) => ReaderSource::spawn_live(&b"$VNYMR"[..], clock).unwrap(),
                 None => ReaderSource::spawn(&b"$VNYMR"[..]).unwrap(),
             };
-            let Some(Input::Chunk(chunk)) = source.next_input().await.unwrap() else { panic!("no chunk") };
+            let Some(StreamInput::Chunk(chunk)) = source.next_input().await.unwrap() else { panic!("no chunk") };
             assert_eq!((&chunk.bytes[..], chunk.at_ns.is_some()), (&b"$VNYMR"[..], stamped));
             assert_eq!(source.next_input().await.unwrap(), None);
         }

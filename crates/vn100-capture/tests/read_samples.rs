@@ -7,7 +7,9 @@ use bytes::Bytes;
 use proptest::prelude::*;
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Event, Source, read_samples};
-use vn100_protocol::stream::{Arrival, Chunk, Input, LinkEvent, LinkEventKind, MarkKind, ReadOptions, StreamCounts};
+use vn100_protocol::stream::{
+    Arrival, Chunk, LinkEvent, LinkEventKind, MarkKind, ReadOptions, StreamCounts, StreamInput,
+};
 use vn100_protocol::{VNIMU, xor8};
 
 const YMR: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -21,7 +23,7 @@ const DAMAGED: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9
 
 /// Hands out inputs as told, and ends as told.
 struct Script {
-    inputs: std::vec::IntoIter<Input>,
+    inputs: std::vec::IntoIter<StreamInput>,
     error: Option<io::Error>,
 }
 
@@ -30,13 +32,13 @@ impl Script {
         Self::of(bytes.chunks(piece).map(chunk).collect())
     }
 
-    fn of(inputs: Vec<Input>) -> Self {
+    fn of(inputs: Vec<StreamInput>) -> Self {
         Self { inputs: inputs.into_iter(), error: None }
     }
 }
 
 impl Source for Script {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.inputs.next() {
             Some(input) => Ok(Some(input)),
             None => self.error.take().map_or(Ok(None), Err),
@@ -44,12 +46,12 @@ impl Source for Script {
     }
 }
 
-fn chunk(bytes: &[u8]) -> Input {
-    Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(7_000_000) })
+fn chunk(bytes: &[u8]) -> StreamInput {
+    StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(7_000_000) })
 }
 
-fn link(kind: LinkEventKind) -> Input {
-    Input::Link(LinkEvent { at_ns: 7_000_000, kind })
+fn link(kind: LinkEventKind) -> StreamInput {
+    StreamInput::Link(LinkEvent { at_ns: 7_000_000, kind })
 }
 
 /// Everything a stream told, with the borders of its batches taken out.

@@ -11,7 +11,7 @@ use std::{
 use tempfile::TempDir;
 use tokio::time::timeout;
 use vn100_capture::{RecordError, Recorded, Recorder, RecordingReader};
-use vn100_protocol::stream::{Chunk, Input, LinkEvent, LinkEventKind};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
 const SECOND_NS: i64 = 1_000_000_000;
 
@@ -25,25 +25,25 @@ fn conditions(operator: &str) -> BTreeMap<String, String> {
     [("operator".into(), operator.into())].into()
 }
 
-fn read(at_ns: i64) -> Input {
+fn read(at_ns: i64) -> StreamInput {
     Chunk { bytes: format!("read at {at_ns};").into(), at_ns: Some(at_ns) }.into()
 }
 
-fn link(at_ns: i64, kind: LinkEventKind) -> Input {
-    Input::Link(LinkEvent { at_ns, kind })
+fn link(at_ns: i64, kind: LinkEventKind) -> StreamInput {
+    StreamInput::Link(LinkEvent { at_ns, kind })
 }
 
-fn down(at_ns: i64, cause: &str) -> Input {
+fn down(at_ns: i64, cause: &str) -> StreamInput {
     link(at_ns, LinkEventKind::Down { cause: cause.into() })
 }
 
-fn replay(path: &Path) -> (Vec<Input>, Recorded) {
+fn replay(path: &Path) -> (Vec<StreamInput>, Recorded) {
     let mut reader = RecordingReader::open(fs::File::open(path).unwrap()).unwrap();
     let inputs = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
     (inputs, reader.recorded().clone())
 }
 
-async fn record(recorder: Recorder, inputs: &[Input], reason: &str) {
+async fn record(recorder: Recorder, inputs: &[StreamInput], reason: &str) {
     for input in inputs {
         recorder.inputs().send(input.clone()).await.unwrap();
     }
@@ -88,7 +88,7 @@ async fn each_second_of_stream_and_each_event_is_flushed() {
         (read(2 * SECOND_NS), true),
     ] {
         recorder.inputs().send(input.clone()).await.unwrap();
-        if let Input::Chunk(chunk) = &input {
+        if let StreamInput::Chunk(chunk) = &input {
             bytes += chunk.bytes.len() as u64;
         }
         sent.push(input);
@@ -144,7 +144,7 @@ async fn a_whole_recording_goes_on_behind_a_break() {
 #[tokio::test]
 async fn a_recording_that_goes_on_names_the_sensor_it_is_of() {
     let (_folder, path) = place();
-    let said = |bytes: &'static str| Input::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
+    let said = |bytes: &'static str| StreamInput::from(Chunk { bytes: bytes.into(), at_ns: Some(5) });
     // whole in two reads
     let inputs = [said("$VNRRG,03,0100012345*5C\r\n$VNRRG,03,01000"), said("99887*5A\r\n")];
     let recorder = Recorder::create(&path, &conditions("me")).unwrap();
@@ -174,7 +174,7 @@ async fn a_cut_recording_goes_on_wherever_it_was_cut() {
         }
         let (mut inputs, _) = replay(&path);
         assert_eq!(inputs.pop(), Some(read(9)), "cut at {cut}");
-        if let Some(Input::Link(event)) = inputs.pop() {
+        if let Some(StreamInput::Link(event)) = inputs.pop() {
             interrupted += usize::from(event.kind == LinkEventKind::Down { cause: "recording interrupted".into() });
         }
         assert_eq!(inputs, before[..inputs.len()], "cut at {cut}");

@@ -15,25 +15,25 @@ use vn100_capture::{
     read_samples,
 };
 use vn100_protocol::DeviceError;
-use vn100_protocol::stream::{Arrival, Chunk, Input, LinkEvent, LinkEventKind, ReadOptions, StreamCounts};
+use vn100_protocol::stream::{Arrival, Chunk, LinkEvent, LinkEventKind, ReadOptions, StreamCounts, StreamInput};
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 const START_NS: i64 = 1_700_000_000_000_000_000;
 
-fn read(bytes: &[u8], at_ns: i64) -> Input {
-    Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) })
+fn read(bytes: &[u8], at_ns: i64) -> StreamInput {
+    StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) })
 }
 
-fn link(at_ns: i64, kind: LinkEventKind) -> Input {
-    Input::Link(LinkEvent { at_ns, kind })
+fn link(at_ns: i64, kind: LinkEventKind) -> StreamInput {
+    StreamInput::Link(LinkEvent { at_ns, kind })
 }
 
-fn up(at_ns: i64) -> Input {
+fn up(at_ns: i64) -> StreamInput {
     link(at_ns, LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) })
 }
 
 /// A session of a few lines that were read in pieces, with a break.
-fn session() -> Vec<Input> {
+fn session() -> Vec<StreamInput> {
     let line = LINE.as_bytes();
     vec![
         link(START_NS, LinkEventKind::DiscardedDuringBaudScan { bytes: 9 }),
@@ -49,36 +49,36 @@ fn session() -> Vec<Input> {
     ]
 }
 
-fn recording(inputs: &[Input]) -> Vec<u8> {
+fn recording(inputs: &[StreamInput]) -> Vec<u8> {
     recording_ended(inputs, Some("the test is over"))
 }
 
-fn recording_ended(inputs: &[Input], reason: Option<&str>) -> Vec<u8> {
+fn recording_ended(inputs: &[StreamInput], reason: Option<&str>) -> Vec<u8> {
     let mut writer = RecordingWriter::new(Vec::new(), &[("axis up".into(), "z".into())].into()).unwrap();
     inputs.iter().for_each(|input| writer.write(input).unwrap());
     writer.finish(reason).unwrap()
 }
 
-fn inputs(file: &[u8]) -> (Vec<Input>, RecordingEnd) {
+fn inputs(file: &[u8]) -> (Vec<StreamInput>, RecordingEnd) {
     let mut reader = RecordingReader::open(file).unwrap();
     let inputs = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
     (inputs, reader.recorded().end.get().unwrap().clone())
 }
 
 /// The payloads, one behind the other.
-fn stream(inputs: &[Input]) -> Vec<u8> {
-    let bytes = |input: &Input| match input {
-        Input::Chunk(chunk) => chunk.bytes.to_vec(),
-        Input::Link(_) => Vec::new(),
+fn stream(inputs: &[StreamInput]) -> Vec<u8> {
+    let bytes = |input: &StreamInput| match input {
+        StreamInput::Chunk(chunk) => chunk.bytes.to_vec(),
+        StreamInput::Link(_) => Vec::new(),
     };
     inputs.iter().flat_map(bytes).collect()
 }
 
 /// Inputs of a list, one after the other.
-struct Script(std::vec::IntoIter<Input>);
+struct Script(std::vec::IntoIter<StreamInput>);
 
 impl Source for Script {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         Ok(self.0.next())
     }
 }
@@ -124,7 +124,7 @@ async fn replayed(file: Vec<u8>) -> Told {
     told(capture.read(ReadOptions::default(), CancellationToken::new()).unwrap()).await
 }
 
-async fn measured(inputs: Vec<Input>) -> Told {
+async fn measured(inputs: Vec<StreamInput>) -> Told {
     told(read_samples(Script(inputs.into_iter()), ReadOptions::default(), CancellationToken::new())).await
 }
 
@@ -248,7 +248,7 @@ fn a_later_form_is_refused_by_its_name() {
     assert!(matches!(RecordingReader::open(&later[..]), Err(RecordingError::Format { found }) if found == "2"));
 }
 
-fn any_input() -> impl Strategy<Value = Input> {
+fn any_input() -> impl Strategy<Value = StreamInput> {
     let bytes = prop::collection::vec(any::<u8>(), 1..300);
     prop_oneof![
         8 => (bytes, any::<Option<i64>>()).prop_map(|(bytes, at_ns)| Chunk { bytes: bytes.into(), at_ns }.into()),
@@ -291,7 +291,7 @@ proptest! {
     fn what_is_written_is_read(session in prop::collection::vec(any_input(), 0..30), piece in 1..5000_usize) {
         let file = recording(&session);
         let mut reader = RecordingReader::open(Dribble(&file, piece)).unwrap();
-        let read: Vec<Input> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
+        let read: Vec<StreamInput> = std::iter::from_fn(|| reader.next_input().unwrap()).collect();
         prop_assert_eq!(read, session);
         prop_assert!(reader.recorded().end.get().unwrap().complete);
     }

@@ -177,7 +177,7 @@ async fn attach_one(
     let mut told = Ok(());
     let result = follow(session, &job, &stop, &mut told).await?;
     let was_opened = match &*result.end {
-        EndReason::NotStarted(StartError::Input(_)) => result.facts.kind.is_some(),
+        EndReason::NotStarted(StartError::StreamInput(_)) => result.facts.kind.is_some(),
         EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
         _ => true,
     };

@@ -7,8 +7,8 @@ use serde::Serialize;
 use tokio::runtime::Runtime;
 use vn100_driver::{CommandError, LinkHandle, LinkState};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, Fields, ImuFilter, LineForm, LinkLoad, MESSAGES,
-    OUTPUT_RATES_HZ, ProtocolControl, Register, RegisterContents, RegisterValue, RequestFailure,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MESSAGES, OUTPUT_RATES_HZ,
+    ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
 };
 use vn100_report::printable;
 
@@ -213,7 +213,7 @@ impl Info {
 }
 
 fn value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
-    let fields = Fields::new(registers.get(&register)?.as_str()).ok()?;
+    let fields = RegisterFields::new(registers.get(&register)?.as_str()).ok()?;
     RegisterContents { register: Register(register), fields, check: Check::Xor8 }.value().ok()
 }
 

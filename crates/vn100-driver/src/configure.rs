@@ -6,7 +6,7 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::{AsyncRate, AsyncType, Command, Fields, Register, RegisterContents, RequestFailure};
+use vn100_protocol::{AsyncRate, AsyncType, Register, RegisterContents, RegisterFields, RequestFailure, SensorCommand};
 
 use crate::{
     link::CommandError, link::LinkHandle, link_state::LinkState, output_plan::Change, output_plan::OutputSettings,
@@ -71,7 +71,7 @@ pub enum ConfigureError {
         /// Which one.
         register: Register,
         /// What was written.
-        asked: Fields,
+        asked: RegisterFields,
         /// What it reads.
         got: String,
     },
@@ -130,7 +130,7 @@ pub async fn configure(
     };
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
     // also where nothing was written, and awaited: the caller may close the link next
-    let is_as_found = !touched || link.request(Command::Async(!was_paused)).await.is_ok();
+    let is_as_found = !touched || link.request(SensorCommand::Async(!was_paused)).await.is_ok();
     let may_be_paused = !is_as_found && !was_paused;
     let (left, is_read) = if is_back { (Vec::new(), true) } else { left(link, &changes).await };
     if !left.is_empty() || may_be_paused {
@@ -205,9 +205,9 @@ async fn attempt(
         write(link, planned, written).await?;
         if settings.save {
             written.kept = true;
-            link.request(Command::WriteSettings).await?;
+            link.request(SensorCommand::WriteSettings).await?;
         }
-        link.request(Command::Async(true)).await?;
+        link.request(SensorCommand::Async(true)).await?;
     }
     tokio::time::sleep(SETTLE.max(period(&current))).await;
     let mut state = link.state();
@@ -265,7 +265,7 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     // where that cannot be read, nothing can be restored either
     let was_paused = is_paused(link).await.unwrap_or(false);
     let back = write_back(link, changes).await;
-    let output = link.request(Command::Async(!was_paused)).await;
+    let output = link.request(SensorCommand::Async(!was_paused)).await;
     let may_be_paused = output.is_err() && !was_paused;
     let Err(cause) = back.and(output.map(drop).map_err(ConfigureError::from)) else { return Ok(()) };
     let (changes, is_read) = left(link, changes).await;
@@ -335,7 +335,7 @@ async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Ve
 async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), ConfigureError> {
     written.touched = true;
     // commands lose bytes while the port is busy with frames
-    link.request(Command::Async(false)).await?;
+    link.request(SensorCommand::Async(false)).await?;
     tokio::time::sleep(DRAIN).await;
     Ok(())
 }
@@ -350,7 +350,7 @@ async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -
         }
         // a write that is not answered may have been carried out
         written.changes.push(change.clone());
-        let write = Command::WriteRegister { register: change.register, fields: change.after.clone() };
+        let write = SensorCommand::WriteRegister { register: change.register, fields: change.after.clone() };
         let answer = link.request(write).await;
         if let Err(CommandError::Failed(RequestFailure::Device { .. })) = answer {
             written.changes.pop();

@@ -4,7 +4,7 @@ use std::{future::Future, io};
 
 use crate::{connect_error::ConnectError, low_latency::LatencyTimer};
 use vn100_capture::Source;
-use vn100_protocol::stream::Input;
+use vn100_protocol::stream::StreamInput;
 
 /// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {
@@ -47,7 +47,7 @@ pub trait Connection: Source {
 
     /// Closes it. When this is done the port can be opened again. Gives the inputs that were read
     /// and not taken, so that every byte is counted.
-    fn close(self) -> impl Future<Output = Vec<Input>> + Send;
+    fn close(self) -> impl Future<Output = Vec<StreamInput>> + Send;
 
     /// The latency timer of the adapter, where it has one.
     fn latency_timer(&self) -> Option<&LatencyTimer> {

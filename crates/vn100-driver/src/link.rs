@@ -13,8 +13,10 @@ use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Event, LossySender, WAITING_BATCHES};
-use vn100_protocol::stream::{Input, ReadOptions};
-use vn100_protocol::{Answer, AsyncType, Command, DeviceError, QueueFull, Register, RegisterContents, RequestFailure};
+use vn100_protocol::stream::{ReadOptions, StreamInput};
+use vn100_protocol::{
+    AsyncType, DeviceError, QueueFull, Register, RegisterContents, RequestFailure, Response, SensorCommand,
+};
 
 use crate::{
     connect::Connect, link_error::LinkHint, link_state::LinkState, link_task::LinkTask, link_task::Outputs,
@@ -35,8 +37,9 @@ pub struct LinkOptions {
     pub read: ReadOptions,
     /// Where a copy of everything that is received is sent, in order. What it does not take at once
     /// is dropped and reported in it as
-    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays measuring.
-    pub recording: Option<mpsc::Sender<Input>>,
+    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays
+    /// measuring.
+    pub recording: Option<mpsc::Sender<StreamInput>>,
     /// Read the temperature and the uncompensated measurements (register 54) this often between the
     /// lines, where the line has room for it. The answers are among the
     /// [`registers`](vn100_protocol::stream::Batch::registers) of the batches.
@@ -89,7 +92,7 @@ impl LinkHandle {
     ///
     /// # Errors
     /// When the sensor refuses or does not answer, or the link is lost, closed, or only listens.
-    pub async fn request(&self, command: Command) -> Result<Answer, CommandError> {
+    pub async fn request(&self, command: SensorCommand) -> Result<Response, CommandError> {
         let (answer, answered) = oneshot::channel();
         let request = Request { command, answer };
         self.requests.send(request).await.map_err(|_| CommandError::LinkClosed)?;
@@ -102,9 +105,9 @@ impl LinkHandle {
     /// # Errors
     /// As [`request`](Self::request).
     pub async fn read(&self, register: Register) -> Result<Option<RegisterContents>, CommandError> {
-        match self.request(Command::ReadRegister(register)).await {
-            Ok(Answer::Register(contents)) => Ok(Some(contents)),
-            Ok(Answer::Done)
+        match self.request(SensorCommand::ReadRegister(register)).await {
+            Ok(Response::Register(contents)) => Ok(Some(contents)),
+            Ok(Response::Done)
             | Err(CommandError::Failed(RequestFailure::Device { error: DeviceError::InvalidRegister, .. })) => Ok(None),
             Err(error) => Err(error),
         }
@@ -170,8 +173,8 @@ impl Counters {
 /// reconnects when the link is lost.
 ///
 /// The events are those of [`read_samples`](vn100_capture::read_samples), with one [`Event::Link`]
-/// for each change of the link. They end on `stop`, and with an error when the first connection fails:
-/// a link that never was up is not retried for long.
+/// for each change of the link. They end on `stop`, and with an error when the first connection
+/// fails: a link that never was up is not retried for long.
 ///
 /// When the events are not taken, the link waits; a port then loses bytes, which are counted.
 ///

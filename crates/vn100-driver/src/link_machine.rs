@@ -37,8 +37,8 @@ mod verification;
 use std::{io, mem, time::Duration};
 
 use vn100_capture::{End, Event as StreamEvent};
-use vn100_protocol::stream::{Input as StreamInput, LinkEventKind};
-use vn100_protocol::{Answer, Command};
+use vn100_protocol::stream::{LinkEventKind, StreamInput};
+use vn100_protocol::{Response, SensorCommand};
 
 pub use self::baud_scan::BAUD_RATES;
 pub(crate) use self::baud_scan::QUESTION_BYTES;
@@ -81,7 +81,7 @@ pub(crate) enum Input {
     /// The port is closed. What had been received by then and was not reported is in `unread`.
     PortClosed { unread: Vec<StreamInput> },
     /// The user submits a command; its result is reported with this number.
-    Request { id: u64, command: Command },
+    Request { id: u64, command: SensorCommand },
     /// The link is to be closed for good.
     Stop,
 }
@@ -115,7 +115,7 @@ pub(crate) enum Event {
     /// To the receiver of the stream.
     Stream(StreamEvent),
     /// The result of the user's command with this number.
-    Answered { id: u64, result: Result<Answer, CommandError> },
+    Answered { id: u64, result: Result<Response, CommandError> },
     /// To those who watch the state.
     State(LinkState),
 }
@@ -463,7 +463,7 @@ impl LinkMachine {
             (Phase::Closing { .. } | Phase::Closed | Phase::RestoringOutput { .. }, _) => {}
             (_, Some(on)) => {
                 self.phase = Phase::RestoringOutput { on };
-                self.shared.requests.submit_for_phase(Command::Async(on));
+                self.shared.requests.submit_for_phase(SensorCommand::Async(on));
             }
             (_, None) => self.close(now, None),
         }

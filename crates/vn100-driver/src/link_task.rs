@@ -16,7 +16,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Event as StreamEvent, LossySender};
-use vn100_protocol::{Answer, Command};
+use vn100_protocol::{Response, SensorCommand};
 
 use crate::{
     connect::Connect,
@@ -32,8 +32,8 @@ const LAST_EVENTS: Duration = Duration::from_secs(1);
 /// A command of the user, and where its result goes.
 #[derive(Debug)]
 pub(crate) struct Request {
-    pub(crate) command: Command,
-    pub(crate) answer: oneshot::Sender<Result<Answer, CommandError>>,
+    pub(crate) command: SensorCommand,
+    pub(crate) answer: oneshot::Sender<Result<Response, CommandError>>,
 }
 
 /// Where the events of a link go.
@@ -51,7 +51,7 @@ pub(crate) struct LinkTask<C: Connect> {
     stop: CancellationToken,
     requests: mpsc::Receiver<Request>,
     /// Where the results of the open requests go, by their numbers.
-    open_requests: BTreeMap<u64, oneshot::Sender<Result<Answer, CommandError>>>,
+    open_requests: BTreeMap<u64, oneshot::Sender<Result<Response, CommandError>>>,
     request_count: u64,
     outputs: Outputs,
     /// The last state, which is published when all else is done.

@@ -5,8 +5,8 @@ use std::fmt;
 
 use thiserror::Error;
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, Fields, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ,
-    ProtocolControl, Register, RegisterContents, RegisterValue, Setting, SyncControl, ValueError,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, ImuFilter, LineForm, LinkLoad, OUTPUT_RATES_HZ, ProtocolControl,
+    Register, RegisterContents, RegisterFields, RegisterValue, SyncControl, ValueError, WritableValue,
 };
 
 /// What the sensor shall send. `None` leaves a setting as it is.
@@ -34,9 +34,9 @@ pub struct Change {
     /// Which one.
     pub register: Register,
     /// Its fields before.
-    pub before: Fields,
+    pub before: RegisterFields,
     /// Its fields then.
-    pub after: Fields,
+    pub after: RegisterFields,
 }
 
 impl fmt::Display for Change {
@@ -300,7 +300,7 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
 }
 
 /// The write that makes one value of another; values are compared, not how the sensor prints them.
-fn change<T: Setting + PartialEq>(before: &T, after: &T) -> Option<Change> {
+fn change<T: WritableValue + PartialEq>(before: &T, after: &T) -> Option<Change> {
     let change = || Change { register: after.register(), before: before.fields(), after: after.fields() };
     (before != after).then(change)
 }

@@ -22,7 +22,7 @@ use crate::{
     low_latency::shorten_latency, port_address::PortAddress, ports::PortEntry, ports::list_ports,
 };
 use vn100_capture::{Clock, LossySender, Source};
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 /// The timeout of a read, after which it is checked whether to stop: twenty wake-ups a second, 0.01
 /// % of a core. A part of a line that is not continued in this time is handed on as it is.
@@ -129,7 +129,7 @@ impl Connect for SerialPorts {
 pub struct SerialConnection {
     name: String,
     port: Box<dyn SerialPort>,
-    inputs: mpsc::Receiver<Input>,
+    inputs: mpsc::Receiver<StreamInput>,
     /// Why the inputs ended.
     end: oneshot::Receiver<io::Error>,
     stop: StopOnDrop,
@@ -163,7 +163,7 @@ impl SerialConnection {
 }
 
 impl Source for SerialConnection {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.inputs.recv().await {
             Some(input) => Ok(Some(input)),
             // the reading thread says why before it lets go of the channel, unless it was told to stop
@@ -187,7 +187,7 @@ impl Connection for SerialConnection {
         self.port.write_all(bytes)
     }
 
-    async fn close(self) -> Vec<Input> {
+    async fn close(self) -> Vec<StreamInput> {
         let Self { port, mut inputs, stop, .. } = self;
         drop((port, stop));
         let mut left = Vec::new();
@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    fn reader(room: usize) -> (Reader, mpsc::Receiver<Input>, oneshot::Receiver<io::Error>) {
+    fn reader(room: usize) -> (Reader, mpsc::Receiver<StreamInput>, oneshot::Receiver<io::Error>) {
         let (sender, inputs) = mpsc::channel(room);
         let (end_sender, end) = oneshot::channel();
         let stop = Arc::new(AtomicBool::new(false));
@@ -299,13 +299,13 @@ mod tests {
     }
 
     /// Bytes handed on, each time so many, and bytes told lost.
-    fn told(mut inputs: mpsc::Receiver<Input>) -> (Vec<usize>, u64) {
+    fn told(mut inputs: mpsc::Receiver<StreamInput>) -> (Vec<usize>, u64) {
         let (mut lengths, mut lost) = (Vec::new(), 0);
         while let Some(input) = inputs.blocking_recv() {
             match input {
-                Input::Chunk(chunk) => lengths.push(chunk.bytes.len()),
-                Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
-                Input::Link(other) => panic!("{other:?}"),
+                StreamInput::Chunk(chunk) => lengths.push(chunk.bytes.len()),
+                StreamInput::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) => lost += bytes,
+                StreamInput::Link(other) => panic!("{other:?}"),
             }
         }
         (lengths, lost)
@@ -349,7 +349,7 @@ mod tests {
         reader.run(Waiting(port, Arc::clone(&reads), clock));
         let reads = reads.lock().unwrap();
         for (read, next) in [(1, 2), (2, 3)] {
-            let Some(Input::Chunk(chunk)) = inputs.blocking_recv() else { panic!("no bytes") };
+            let Some(StreamInput::Chunk(chunk)) = inputs.blocking_recv() else { panic!("no bytes") };
             assert!((reads[read]..=reads[next]).contains(&chunk.at_ns.unwrap()));
         }
     }
@@ -362,7 +362,7 @@ mod tests {
         while inputs.len() < 5 {
             thread::yield_now();
         }
-        assert!(matches!(inputs.blocking_recv(), Some(Input::Chunk(_))));
+        assert!(matches!(inputs.blocking_recv(), Some(StreamInput::Chunk(_))));
         let (lengths, lost) = told(inputs);
         assert_eq!(lengths.iter().sum::<usize>() as u64 + 10 + lost, 320);
         thread.join().unwrap();

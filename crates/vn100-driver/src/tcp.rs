@@ -14,7 +14,7 @@ use tokio::{
 
 use crate::{connect::Connect, connect::Connection, connect_error::ConnectError};
 use vn100_capture::{Clock, Source};
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 /// Bytes of one read.
 const READ_BYTES: usize = 4096;
@@ -95,7 +95,7 @@ pub struct TcpConnection {
 }
 
 impl Source for TcpConnection {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         self.buffer.reserve(READ_BYTES);
         let n = self.stream.read_buf(&mut self.buffer).await?;
         let at_ns = Some(self.clock.now_ns());
@@ -120,7 +120,7 @@ impl Connection for TcpConnection {
         })
     }
 
-    async fn close(mut self) -> Vec<Input> {
+    async fn close(mut self) -> Vec<StreamInput> {
         // it is closed either way when it is dropped
         let _ = self.stream.shutdown().await;
         // what was read is handed out at once
@@ -154,7 +154,7 @@ mod tests {
         let (mut connection, (mut far, _)) = (connection.unwrap(), accepted.unwrap());
 
         far.write_all(b"$VNYMR").await.unwrap();
-        let Some(Input::Chunk(chunk)) = connection.next_input().await.unwrap() else { panic!("no chunk") };
+        let Some(StreamInput::Chunk(chunk)) = connection.next_input().await.unwrap() else { panic!("no chunk") };
         assert_eq!(&chunk.bytes[..], b"$VNYMR");
         assert!(chunk.at_ns.is_some());
 

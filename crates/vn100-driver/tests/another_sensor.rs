@@ -9,7 +9,7 @@ use std::time::Duration;
 use support::{Link, Sensor};
 use vn100_driver::{Change, LinkOptions, LinkState};
 use vn100_protocol::stream::LinkEventKind;
-use vn100_protocol::{Fields, Register};
+use vn100_protocol::{Register, RegisterFields};
 
 const KNOWN: &str = "0100099887";
 const OTHER: &str = "0100012345";
@@ -20,7 +20,7 @@ const fn ms(ms: u64) -> Duration {
 
 /// That the rate was set to 20 Hz.
 fn slowed() -> Vec<Change> {
-    let fields = |text| Fields::new(text).unwrap();
+    let fields = |text| RegisterFields::new(text).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
 }
 

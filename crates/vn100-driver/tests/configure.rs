@@ -10,7 +10,7 @@ use support::{LINE, Link, OTHER_LINE, Sensor};
 use tokio::{join, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
-use vn100_protocol::{Fields, Register};
+use vn100_protocol::{Register, RegisterFields};
 
 const PROTOCOL: (u8, &str) = (30, "0,0,0,0,1,0,1");
 const FILTER: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
@@ -353,7 +353,7 @@ async fn the_output_goes_on_where_it_cannot_be_put_back() {
 
 #[tokio::test(start_paused = true)]
 async fn what_went_with_the_power_is_not_told_as_staying_changed() {
-    let fields = |text| Fields::new(text).unwrap();
+    let fields = |text| RegisterFields::new(text).unwrap();
     let change = Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields("200") };
     for (reads, stays) in [("40", false), ("100", false), ("200", true)] {
         let sensor = sensor();

@@ -9,7 +9,7 @@ use std::time::Duration;
 use support::{Sensor, Told};
 use tokio::sync::mpsc;
 use vn100_driver::LinkOptions;
-use vn100_protocol::stream::{Input, LinkEventKind};
+use vn100_protocol::stream::{LinkEventKind, StreamInput};
 
 /// The last one in the order of the baud scan.
 const LAST_BAUD: u32 = 128_000;
@@ -19,12 +19,12 @@ const fn ms(ms: u64) -> Duration {
 }
 
 /// The bytes that a recording accounts for: those in it, and those that it says are missing.
-async fn accounted_for(mut recorded: mpsc::Receiver<Input>) -> u64 {
+async fn accounted_for(mut recorded: mpsc::Receiver<StreamInput>) -> u64 {
     let mut bytes = 0;
     while let Some(input) = recorded.recv().await {
         bytes += match input {
-            Input::Chunk(chunk) => chunk.bytes.len() as u64,
-            Input::Link(event) => match event.kind {
+            StreamInput::Chunk(chunk) => chunk.bytes.len() as u64,
+            StreamInput::Link(event) => match event.kind {
                 LinkEventKind::DiscardedDuringBaudScan { bytes } | LinkEventKind::Overrun { bytes } => bytes,
                 _ => 0,
             },
@@ -33,7 +33,7 @@ async fn accounted_for(mut recorded: mpsc::Receiver<Input>) -> u64 {
     bytes
 }
 
-async fn assert_ledger(told: &Told, recorded: mpsc::Receiver<Input>, sensor: &Sensor, case: &str) {
+async fn assert_ledger(told: &Told, recorded: mpsc::Receiver<StreamInput>, sensor: &Sensor, case: &str) {
     let bytes = sensor.world().bytes;
     assert_eq!(told.counts.bytes(), bytes, "counted, {case}");
     assert_eq!(accounted_for(recorded).await, bytes, "recorded, {case}");

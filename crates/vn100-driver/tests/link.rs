@@ -9,8 +9,8 @@ use std::time::Duration;
 use support::{LINE, Sensor};
 use tokio::sync::mpsc;
 use vn100_driver::{BAUD_RATES, Change, LinkOptions, LinkState};
-use vn100_protocol::stream::{Input, LinkEventKind};
-use vn100_protocol::{Fields, Register};
+use vn100_protocol::stream::{LinkEventKind, StreamInput};
+use vn100_protocol::{Register, RegisterFields};
 
 /// Both rates, with a speed that carries them.
 const RATES: [(u32, u32); 2] = [(40, 115_200), (200, 921_600)];
@@ -176,7 +176,7 @@ async fn an_unplug_in_the_middle_of_a_line_is_a_new_segment() {
 
 /// That the rate was set to 20 Hz.
 fn slowed() -> Vec<Change> {
-    let fields = |text| Fields::new(text).unwrap();
+    let fields = |text| RegisterFields::new(text).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }]
 }
 
@@ -216,7 +216,7 @@ async fn a_sensor_that_needs_the_speed_it_lost_with_its_power_is_set_to_it_again
     // what 115 200 baud do not carry, and what they do
     for (rate_hz, baud, periods) in [("200", 460_800, 200), ("50", 115_200, 50)] {
         let sensor = Sensor::new(460_800, periods);
-        let fields = |text| Fields::new(text).unwrap();
+        let fields = |text| RegisterFields::new(text).unwrap();
         let keep = vec![Change { register: Register::ASYNC_RATE, before: fields("100"), after: fields(rate_hz) }];
         let mut link = sensor.link(LinkOptions { desired_settings: keep, ..LinkOptions::default() });
         link.until_up().await;
@@ -329,18 +329,18 @@ async fn the_recording_holds_what_came_and_never_delays() {
     link.run(ms(1000)).await;
     assert!(sensor.world().lines > 35, "not delayed by a recording that nobody takes");
     assert!(
-        matches!(recorded.recv().await, Some(Input::Link(event)) if matches!(event.kind, LinkEventKind::Up { .. }))
+        matches!(recorded.recv().await, Some(StreamInput::Link(event)) if matches!(event.kind, LinkEventKind::Up { .. }))
     );
     let mut recorded_bytes = 0;
-    while let Ok(Input::Chunk(chunk)) = recorded.try_recv() {
+    while let Ok(StreamInput::Chunk(chunk)) = recorded.try_recv() {
         recorded_bytes += chunk.bytes.len() as u64;
     }
     assert_eq!(link.handle.unrecorded_bytes() + recorded_bytes, sensor.world().bytes);
     link.run(ms(30)).await;
     let unrecorded = link.handle.unrecorded_bytes();
     let overrun = LinkEventKind::Overrun { bytes: unrecorded };
-    assert!(matches!(recorded.recv().await, Some(Input::Link(event)) if event.kind == overrun));
-    assert!(matches!(recorded.recv().await, Some(Input::Chunk(_))));
+    assert!(matches!(recorded.recv().await, Some(StreamInput::Link(event)) if event.kind == overrun));
+    assert!(matches!(recorded.recv().await, Some(StreamInput::Chunk(_))));
     assert_eq!(link.stop().await.counts.overrun_bytes, 0, "nothing was lost for the measurement");
 }
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 use support::{LINE, QUESTION, Sensor};
 use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, LinkState, OutputSettings};
 use vn100_protocol::stream::LinkEventKind;
-use vn100_protocol::{Answer, AsyncRate, BaudRate, Command, DeviceError, Register, RequestFailure};
+use vn100_protocol::{AsyncRate, BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -38,14 +38,14 @@ async fn requests_are_answered_between_the_lines() {
     let handle = link.handle.clone();
     let asked = tokio::spawn(async move {
         let read = handle.read(Register::ASYNC_RATE).await;
-        let refused = handle.request(Command::ReadRegister(Register(99))).await;
+        let refused = handle.request(SensorCommand::ReadRegister(Register(99))).await;
         let absent = handle.read(Register(99)).await;
-        let written = handle.request(Command::write(&AsyncRate::new(50).unwrap())).await;
+        let written = handle.request(SensorCommand::write(&AsyncRate::new(50).unwrap())).await;
         (read, refused, absent, written)
     });
     link.run(ms(2000)).await;
     let (read, refused, absent, written) = asked.await.unwrap();
-    let Ok(Answer::Register(written)) = written else { panic!("{written:?}") };
+    let Ok(Response::Register(written)) = written else { panic!("{written:?}") };
     assert_eq!((read.unwrap().unwrap().fields.as_str(), written.fields.as_str()), ("40", "50"));
     let text = refused.unwrap_err().to_string();
     assert!(text.starts_with("the sensor refused $VNRRG,99*73 with VNERR 08: "), "{text}");
@@ -78,7 +78,7 @@ async fn the_link_follows_the_sensor_to_another_speed() {
     link.run(ms(2000)).await;
     let handle = link.handle.clone();
     let asked = tokio::spawn(async move {
-        handle.request(Command::write(&BaudRate::new(921_600).unwrap())).await?;
+        handle.request(SensorCommand::write(&BaudRate::new(921_600).unwrap())).await?;
         handle.read(Register::BAUD_RATE).await
     });
     link.run(ms(1000)).await;

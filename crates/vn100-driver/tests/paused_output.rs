@@ -8,7 +8,7 @@ use std::time::Duration;
 use support::{Link, Sensor, Told};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
-use vn100_protocol::Command;
+use vn100_protocol::SensorCommand;
 use vn100_protocol::stream::LinkEventKind;
 
 const fn ms(ms: u64) -> Duration {
@@ -122,7 +122,7 @@ async fn whoever_asks_for_the_output_keeps_it() {
     let mut link = up(&sensor).await;
     link.until(|kind| *kind == LinkEventKind::OutputResumed).await;
     let handle = link.handle.clone();
-    let asked = tokio::spawn(async move { handle.request(Command::Async(true)).await });
+    let asked = tokio::spawn(async move { handle.request(SensorCommand::Async(true)).await });
     link.run(ms(500)).await;
     asked.await.unwrap().unwrap();
     assert_eq!(stop(link).await.1, None);

@@ -13,7 +13,7 @@ use vn100_capture::{Clock, Event, Source};
 use vn100_driver::{
     Connect, ConnectError, Connection, LinkOptions, LinkState, SerialConnection, SerialPorts, open_link,
 };
-use vn100_protocol::stream::{Input, StreamCounts};
+use vn100_protocol::stream::{StreamCounts, StreamInput};
 
 /// The sensor's end, and the name of ours.
 fn terminal() -> (TTYPort, String) {
@@ -30,7 +30,7 @@ async fn receive(connection: &mut SerialConnection, length: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     while bytes.len() < length {
         match connection.next_input().await.unwrap() {
-            Some(Input::Chunk(chunk)) => {
+            Some(StreamInput::Chunk(chunk)) => {
                 assert!(chunk.at_ns.is_some());
                 bytes.extend_from_slice(&chunk.bytes);
             }

@@ -11,7 +11,7 @@ use support::Sensor;
 use tokio::{sync::watch, task::JoinHandle, time::Instant};
 use vn100_driver::{Change, LinkOptions, LinkState};
 use vn100_protocol::stream::LinkEventKind;
-use vn100_protocol::{Fields, Register};
+use vn100_protocol::{Register, RegisterFields};
 
 const fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -38,7 +38,7 @@ fn states(mut state: watch::Receiver<LinkState>) -> JoinHandle<Vec<&'static str>
 
 /// That the rate was set to this.
 fn set_to(rate_hz: u32) -> Vec<Change> {
-    let fields = |rate_hz: u32| Fields::new(rate_hz.to_string()).unwrap();
+    let fields = |rate_hz: u32| RegisterFields::new(rate_hz.to_string()).unwrap();
     vec![Change { register: Register::ASYNC_RATE, before: fields(10), after: fields(rate_hz) }]
 }
 

@@ -55,7 +55,7 @@ pub enum StartError {
     Live(#[from] LiveError),
     /// The input that was handed in was none.
     #[error(transparent)]
-    Input(Box<dyn Error + Send + Sync>),
+    StreamInput(Box<dyn Error + Send + Sync>),
     /// The session was stopped before.
     #[error("not read, interrupted")]
     Stopped,

@@ -57,7 +57,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     let unusable = Err(Box::from("the source is in use"));
     let source = match std::mem::replace(&mut spec.source, unusable) {
         Ok(source) => source,
-        Err(error) => return channels.end(not_started(StartError::Input(error), &channels)),
+        Err(error) => return channels.end(not_started(StartError::StreamInput(error), &channels)),
     };
     // first: nothing is changed for a recording that cannot be made
     let recorder = match &spec.recording {

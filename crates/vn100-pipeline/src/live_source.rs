@@ -11,7 +11,7 @@ use tokio::{sync::mpsc, task};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
 use vn100_driver::{Change, Connect, LinkHandle, LinkHint, LinkOptions, LinkState, open_link};
-use vn100_protocol::stream::{Input, ReadOptions};
+use vn100_protocol::stream::{ReadOptions, StreamInput};
 
 use crate::measure::EventObserver;
 
@@ -82,7 +82,7 @@ pub(crate) struct MeasureLink {
     /// The sensor that is measured on, where that is known.
     pub(crate) known_serial: Option<String>,
     /// Gets all that is delivered, too.
-    pub(crate) recording: Option<mpsc::Sender<Input>>,
+    pub(crate) recording: Option<mpsc::Sender<StreamInput>>,
 }
 
 impl LiveSource {
@@ -197,11 +197,11 @@ impl LiveSource {
 /// A source that can wait, with a copy of all its inputs for a recording.
 struct Tee<S> {
     source: S,
-    recording: Option<mpsc::Sender<Input>>,
+    recording: Option<mpsc::Sender<StreamInput>>,
 }
 
 impl<S: Source> Source for Tee<S> {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = self.source.next_input().await?;
         if let (Some(recording), Some(input)) = (&self.recording, &input) {
             // a recording that has stopped says so itself

@@ -2,7 +2,7 @@
 
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
-use vn100_protocol::{Command, Register};
+use vn100_protocol::{Register, SensorCommand};
 
 use crate::{
     live_source::{LiveError, LiveSource},
@@ -94,7 +94,7 @@ impl SensorSetup {
         let undo = async |link: LinkHandle| {
             let restored = restore_same(&link, &changes, serial.as_deref()).await;
             if was_paused || may_be_paused {
-                link.request(Command::Async(!was_paused)).await?;
+                link.request(SensorCommand::Async(!was_paused)).await?;
             }
             restored
         };

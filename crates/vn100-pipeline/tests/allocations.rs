@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::{Source, read_samples};
 use vn100_pipeline::Session;
-use vn100_protocol::stream::{Chunk, Input, ReadOptions};
+use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
 
 /// The same chunk of whole lines, so often.
 struct Again {
@@ -18,12 +18,12 @@ struct Again {
 }
 
 impl Source for Again {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         self.left = match self.left.checked_sub(1) {
             None => return Ok(None),
             Some(left) => left,
         };
-        Ok(Some(Input::Chunk(Chunk { bytes: self.bytes.clone(), at_ns: None })))
+        Ok(Some(StreamInput::Chunk(Chunk { bytes: self.bytes.clone(), at_ns: None })))
     }
 }
 

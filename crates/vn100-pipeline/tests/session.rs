@@ -10,7 +10,7 @@ use vn100_capture::{CsvReport, End, Event, RejectedRows, Source, read_samples};
 use vn100_pipeline::{Command, EndReason, Session, SessionEvent, SessionResult, Stage};
 use vn100_protocol::{
     DeviceError, VNYMR,
-    stream::{Batch, Chunk, Input, LinkEvent, LinkEventKind, ReadOptions},
+    stream::{Batch, Chunk, LinkEvent, LinkEventKind, ReadOptions, StreamInput},
 };
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -213,22 +213,22 @@ async fn a_command_stops_it_with_what_came() {
 }
 
 /// What a link delivered, one after the other.
-struct Script(VecDeque<Input>);
+struct Script(VecDeque<StreamInput>);
 
 impl Source for Script {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         Ok(self.0.pop_front())
     }
 }
 
 #[tokio::test]
 async fn unsolicited_device_errors_are_warnings_to_the_end() {
-    let read = |bytes: &[u8]| Input::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
+    let read = |bytes: &[u8]| StreamInput::Chunk(Chunk { bytes: bytes.to_vec().into(), at_ns: None });
     let refused = LinkEventKind::UnsolicitedError { error: DeviceError::InvalidCommand };
     let (full, restarted) = (read(b"$VNERR,0B*03\r\n"), read(b"$VNERR,01*70\r\n"));
     // the last but one answers a question of another moment
     let answer = read(b"$VNERR,08*79\r\n");
-    let link = Input::Link(LinkEvent { at_ns: 0, kind: refused });
+    let link = StreamInput::Link(LinkEvent { at_ns: 0, kind: refused });
     let inputs = [read(LINE), full.clone(), full, restarted, link, answer, read(LINE)];
     let snapshot = measured(Script(inputs.into()), ReadOptions::default(), Settings::default()).await.snapshot;
     let warnings: Vec<_> = (snapshot.warnings.iter())
@@ -244,14 +244,14 @@ async fn unsolicited_device_errors_are_warnings_to_the_end() {
 /// Lines of 1 Hz, each with the time of its read.
 fn lines_of_1_hz(lines: i64) -> Script {
     let chunk = |second| Chunk { bytes: LINE.to_vec().into(), at_ns: Some(1_000_000_000 * second) };
-    Script((0..lines).map(|second| Input::Chunk(chunk(second))).collect())
+    Script((0..lines).map(|second| StreamInput::Chunk(chunk(second))).collect())
 }
 
 /// A source that stays open when all was delivered.
 struct Open(Script);
 
 impl Source for Open {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.0.next_input().await? {
             Some(input) => Ok(Some(input)),
             None => std::future::pending().await,

@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Settings};
 use vn100_capture::{Event, Source};
 use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, open_link};
-use vn100_protocol::stream::{Chunk, Input, LinkEventKind};
+use vn100_protocol::stream::{Chunk, LinkEventKind, StreamInput};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
@@ -45,7 +45,7 @@ impl Connect for Sensor {
 }
 
 impl Source for Sensor {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         if self.sent == LINES_S * self.rate_hz {
             return Ok(None);
         }
@@ -70,7 +70,7 @@ impl Connection for Sensor {
         Ok(())
     }
 
-    async fn close(self) -> Vec<Input> {
+    async fn close(self) -> Vec<StreamInput> {
         Vec::new()
     }
 }

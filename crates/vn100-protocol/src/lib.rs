@@ -30,23 +30,23 @@
 //!
 //! # Asking the sensor
 //!
-//! A [`Command`] reads or writes a [`Register`], or starts an action of the sensor; a [`Reply`] is
-//! what it answers. A [`Session`] sends one after the other and finds the answers among the
-//! lines that keep coming; it has neither link nor clock: the time is an argument.
+//! A [`SensorCommand`] reads or writes a [`Register`], or starts an action of the sensor; a
+//! [`Reply`] is what it answers. A [`RequestQueue`] sends one after the other and finds the answers
+//! among the lines that keep coming; it has neither link nor clock: the time is an argument.
 //!
 //! ```
 //! use std::time::Duration;
-//! use vn100_protocol::{Answer, AsyncRate, Check, Command, Decoder, Item, Options, Register, Reply, Session};
+//! use vn100_protocol::{Response, AsyncRate, Check, SensorCommand, Decoder, Item, Options, Register, Reply, RequestQueue};
 //!
-//! let mut session = Session::new(Check::Xor8);
-//! let asked = session.submit(Command::ReadRegister(Register::ASYNC_RATE))?;
+//! let mut session = RequestQueue::new(Check::Xor8);
+//! let asked = session.submit(SensorCommand::ReadRegister(Register::ASYNC_RATE))?;
 //! assert_eq!(session.poll_transmit(Duration::ZERO).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
 //! Decoder::new(Options::default()).push(b"$VNYPR,+010.071,+000.278,-002.026*60\r\n$VNRRG,07,40*5C\r\n", |item| {
 //!     if let Item::Reply(sentence) = item && let Ok(reply) = Reply::parse(&sentence) {
 //!         session.handle_reply(&reply, Duration::from_millis(12));
 //!     }
 //! });
-//! let Some((ended, Ok(Answer::Register(contents)))) = session.poll_completion() else { panic!("no answer") };
+//! let Some((ended, Ok(Response::Register(contents)))) = session.poll_completion() else { panic!("no answer") };
 //! assert_eq!((ended, contents.value::<AsyncRate>()?.hz()), (asked, 40));
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
@@ -122,14 +122,14 @@ pub use message::{
 };
 pub use register::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, ImuFilter, PerSensor,
-    ProtocolControl, ReferenceFrameRotation, Register, RegisterContents, RegisterValue, Setting, StartupGyroBias,
-    SyncControl, ValueError, VpeControl,
-    fields::{Fields, FieldsError},
+    ProtocolControl, ReferenceFrameRotation, Register, RegisterContents, RegisterValue, StartupGyroBias, SyncControl,
+    ValueError, VpeControl, WritableValue,
+    fields::{RegisterFields, RegisterFieldsError},
 };
 pub use request::{
     RequestFailure,
-    command::Command,
+    command::SensorCommand,
     device_error::DeviceError,
+    queue::{Handled, QueueFull, RequestId, RequestQueue, Response},
     reply::{Reply, ReplyError},
-    session::{Answer, Handled, QueueFull, RequestId, Session},
 };

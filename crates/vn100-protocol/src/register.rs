@@ -24,7 +24,7 @@ pub use self::{
     protocol_control::ProtocolControl,
     sync_control::SyncControl,
 };
-use crate::{framing::checksum::Check, register::fields::Fields};
+use crate::{framing::checksum::Check, register::fields::RegisterFields};
 
 /// The number of a register; displays with two digits at least, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -36,7 +36,7 @@ pub struct RegisterContents {
     /// Which register.
     pub register: Register,
     /// Its fields.
-    pub fields: Fields,
+    pub fields: RegisterFields,
     /// What protected the line that brought them.
     pub check: Check,
 }
@@ -55,13 +55,13 @@ pub trait RegisterValue: Sized {
 }
 
 /// A value that can be written; displays as its fields with commas between them.
-pub trait Setting: RegisterValue + fmt::Display {
+pub trait WritableValue: RegisterValue + fmt::Display {
     /// The register it belongs to.
     fn register(&self) -> Register;
 
     /// The fields to write.
-    fn fields(&self) -> Fields {
-        Fields::trusted(self.to_string())
+    fn fields(&self) -> RegisterFields {
+        RegisterFields::trusted(self.to_string())
     }
 }
 
@@ -193,7 +193,7 @@ impl RegisterContents {
     /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise,
     /// and registers 5 to 7 may name their port.
     #[must_use]
-    pub fn is_as_written(&self, fields: &Fields) -> bool {
+    pub fn is_as_written(&self, fields: &RegisterFields) -> bool {
         let names_port = matches!(self.register, Register::BAUD_RATE | Register::ASYNC_TYPE | Register::ASYNC_RATE);
         fields.means(&self.fields, usize::from(names_port))
     }

@@ -3,7 +3,7 @@
 pub(crate) mod command;
 pub(crate) mod device_error;
 mod failure;
+pub(crate) mod queue;
 pub(crate) mod reply;
-pub(crate) mod session;
 
 pub use self::failure::RequestFailure;

@@ -1,6 +1,6 @@
 //! What a stream of samples is made of, as plain data, and the one place where rows become batches.
 //!
-//! A source delivers [`Input`]s; a [`SampleReader`] decodes them and collects the samples in
+//! A source delivers [`StreamInput`]s; a [`SampleReader`] decodes them and collects the samples in
 //! [`Batch`]es, with [`StreamCounts`] of everything the stream has carried.
 
 mod batch;
@@ -14,7 +14,7 @@ mod unsolicited_errors;
 pub use batch::{Arrival, Batch, Mark, MarkKind, RegisterReply, RowCounter};
 pub use counts::{MessageName, StreamCounts};
 pub use diagnostic::Diagnostic;
-pub use input::{Chunk, Input, LinkEvent, LinkEventKind};
+pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 pub use rejected_rows::{RejectedRow, RejectedRowCounts};
 pub use sample_reader::{ReadOptions, SampleReader};
 pub use unsolicited_errors::UnsolicitedErrors;

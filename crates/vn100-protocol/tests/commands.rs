@@ -6,12 +6,12 @@ mod support;
 use proptest::prelude::*;
 use support::{line, parse_reply, reply, sentence};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, Command, DeviceError, Fields, ImuFilter,
-    PerSensor, ProtocolControl, Register, Reply, ReplyError, Setting, SyncControl,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, DeviceError, ImuFilter, PerSensor,
+    ProtocolControl, Register, RegisterFields, Reply, ReplyError, SensorCommand, SyncControl, WritableValue,
 };
 
-fn read(register: u8) -> Command {
-    Command::ReadRegister(Register(register))
+fn read(register: u8) -> SensorCommand {
+    SensorCommand::ReadRegister(Register(register))
 }
 
 fn binary(async_mode: u16, rate_divisor: u16, groups: u8, field_words: &[u16]) -> BinaryOutput {
@@ -65,8 +65,8 @@ fn reads_are_the_published_lines() {
 
 #[test]
 fn writes_are_the_published_lines() {
-    fn check(setting: &impl Setting, published: &str) {
-        assert_eq!(line(&Command::write(setting), Check::Xor8), published);
+    fn check(setting: &impl WritableValue, published: &str) {
+        assert_eq!(line(&SensorCommand::write(setting), Check::Xor8), published);
     }
     for (code, published) in [
         (AsyncType::OFF, "$VNWRG,06,0*6C"),
@@ -126,22 +126,23 @@ fn writes_are_the_published_lines() {
     let filter = ImuFilter::default();
     let filter = ImuFilter { window: PerSensor { accel: 20, gyro: 20, ..filter.window }, ..filter };
     check(&filter, "$VNWRG,85,0,20,20,4,0,0,3,3,3,0*7C");
-    let with_port = Command::WriteRegister { register: Register::ASYNC_TYPE, fields: Fields::new("14,2").unwrap() };
+    let with_port =
+        SensorCommand::WriteRegister { register: Register::ASYNC_TYPE, fields: RegisterFields::new("14,2").unwrap() };
     assert_eq!(line(&with_port, Check::Xor8), "$VNWRG,06,14,2*47");
-    let crc = Command::write(&binary(1, 4, 0x01, &[0x0601]));
+    let crc = SensorCommand::write(&binary(1, 4, 0x01, &[0x0601]));
     assert_eq!(line(&crc, Check::Crc16), "$VNWRG,75,1,4,01,0601*BE74");
 }
 
 #[test]
 fn the_other_commands_are_the_published_lines_and_answered_by_themselves() {
     let commands = [
-        (Command::WriteSettings, "$VNWNV*57"),
-        (Command::RestoreFactorySettings, "$VNRFS*5F"),
-        (Command::Reset, "$VNRST*4D"),
-        (Command::Tare, "$VNTAR*5F"),
-        (Command::SetGyroBias, "$VNSGB*4E"),
-        (Command::Async(false), "$VNASY,0*4F"),
-        (Command::Async(true), "$VNASY,1*4E"),
+        (SensorCommand::WriteSettings, "$VNWNV*57"),
+        (SensorCommand::RestoreFactorySettings, "$VNRFS*5F"),
+        (SensorCommand::Reset, "$VNRST*4D"),
+        (SensorCommand::Tare, "$VNTAR*5F"),
+        (SensorCommand::SetGyroBias, "$VNSGB*4E"),
+        (SensorCommand::Async(false), "$VNASY,0*4F"),
+        (SensorCommand::Async(true), "$VNASY,1*4E"),
     ];
     for (command, published) in &commands {
         assert_eq!(line(command, Check::Xor8), *published);
@@ -149,16 +150,16 @@ fn the_other_commands_are_the_published_lines_and_answered_by_themselves() {
             assert_eq!(command.is_answered_by(&parse_reply(echo).unwrap()), command == other, "{published} {echo}");
         }
     }
-    assert_eq!(line(&Command::Async(false), Check::Crc16), "$VNASY,0*4158");
+    assert_eq!(line(&SensorCommand::Async(false), Check::Crc16), "$VNASY,0*4158");
 }
 
 #[test]
 fn only_reads_writes_and_pausing_may_be_repeated() {
-    let write = Command::write(&AsyncType::YMR);
-    for command in [read(1), write, Command::Async(true)] {
+    let write = SensorCommand::write(&AsyncType::YMR);
+    for command in [read(1), write, SensorCommand::Async(true)] {
         assert!(command.is_repeatable(), "{command:?}");
     }
-    use Command::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
+    use SensorCommand::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
     for command in [WriteSettings, RestoreFactorySettings, Reset, SetGyroBias, Tare] {
         assert!(!command.is_repeatable(), "{command:?}");
     }
@@ -166,7 +167,7 @@ fn only_reads_writes_and_pausing_may_be_repeated() {
 
 #[test]
 fn answers_are_told_by_command_and_register_however_padded() {
-    let write = Command::write(&AsyncRate::new(40).unwrap());
+    let write = SensorCommand::write(&AsyncRate::new(40).unwrap());
     for (body, reads, writes) in [
         ("VNRRG,07,40", true, false),
         ("VNRRG,7,40", true, false),
@@ -241,9 +242,9 @@ fn what_is_no_reply_says_why() {
 proptest! {
     #[test]
     fn what_is_sent_comes_back_as_an_answer(number: u8, text in "[ -#%-)+-~]{0,60}", crc: bool) {
-        let fields = Fields::new(text).unwrap();
+        let fields = RegisterFields::new(text).unwrap();
         let register = Register(number);
-        let command = Command::WriteRegister { register, fields: fields.clone() };
+        let command = SensorCommand::WriteRegister { register, fields: fields.clone() };
         let check = if crc { Check::Crc16 } else { Check::Xor8 };
         let reply = parse_reply(&line(&command, check)).unwrap();
         prop_assert!(command.is_answered_by(&reply));

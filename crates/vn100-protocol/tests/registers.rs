@@ -8,18 +8,18 @@ use core::fmt::Debug;
 use proptest::prelude::*;
 use support::{contents, line, sentence};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, Check, Command, ImuFilter,
-    PerSensor, ProtocolControl, ReferenceFrameRotation, Register, RegisterValue, Sample, Setting, StartupGyroBias,
-    SyncControl, VNIMU, ValueError, VpeControl,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, Check, ImuFilter, PerSensor,
+    ProtocolControl, ReferenceFrameRotation, Register, RegisterValue, Sample, SensorCommand, StartupGyroBias,
+    SyncControl, VNIMU, ValueError, VpeControl, WritableValue,
 };
 
 /// Reads `published`, and expects the write of the value to have the same fields.
-fn check<T: Setting + PartialEq + Debug>(published: &str, expected: T) {
+fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {
     let contents = contents(published);
     let value: T = contents.value().unwrap();
     assert_eq!(value, expected, "{published}");
     let body = format!("VNWRG,{},{}", contents.register, contents.fields);
-    assert_eq!(format!("{}\r\n", line(&Command::write(&value), Check::Xor8)), sentence(&body));
+    assert_eq!(format!("{}\r\n", line(&SensorCommand::write(&value), Check::Xor8)), sentence(&body));
 }
 
 /// Reads a value, as text of the error if it has one.
@@ -153,8 +153,8 @@ proptest! {
         window: [u16; 5], mode: [u8; 5], numbers: [u8; 7],
         words in prop::collection::vec(any::<u16>(), 0..5),
     ) {
-        fn back<T: Setting + PartialEq + Debug>(value: &T) {
-            let Command::WriteRegister { register, fields } = Command::write(value) else { unreachable!() };
+        fn back<T: WritableValue + PartialEq + Debug>(value: &T) {
+            let SensorCommand::WriteRegister { register, fields } = SensorCommand::write(value) else { unreachable!() };
             let contents = contents(&sentence(&format!("VNRRG,{register},{fields}")));
             assert_eq!(contents.value::<T>().as_ref(), Ok(value));
         }

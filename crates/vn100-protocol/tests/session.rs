@@ -5,7 +5,8 @@ mod support;
 
 use support::bench::{Bench, READ_MODEL, READ_RATE, ms, write_rate};
 use vn100_protocol::{
-    Answer, BaudRate, Command, DeviceError, Fields, Handled, QueueFull, Register, RequestFailure, Session,
+    BaudRate, DeviceError, Handled, QueueFull, Register, RegisterFields, RequestFailure, RequestQueue, Response,
+    SensorCommand,
 };
 
 #[test]
@@ -26,7 +27,8 @@ fn a_read_is_answered_among_other_lines() {
 #[test]
 fn one_request_is_on_the_wire_at_a_time_in_their_order() {
     let mut bench = Bench::new();
-    let [rate, model, pause] = [READ_RATE, READ_MODEL, Command::Async(false)].map(|command| bench.submit(command));
+    let [rate, model, pause] =
+        [READ_RATE, READ_MODEL, SensorCommand::Async(false)].map(|command| bench.submit(command));
     assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
     assert_eq!(bench.hear("VNRRG,01,VN-100S-CR"), Handled::NotMine);
     assert_eq!(bench.hear("VNRRG,7,40"), Handled::Mine);
@@ -37,7 +39,7 @@ fn one_request_is_on_the_wire_at_a_time_in_their_order() {
     assert_eq!(bench.hear("VNASY,0"), Handled::Mine);
     assert_eq!(
         (bench.value(rate), bench.value(model), bench.answer(pause)),
-        ("40".into(), "VN-100S-CR".into(), Answer::Done)
+        ("40".into(), "VN-100S-CR".into(), Response::Done)
     );
 }
 
@@ -45,14 +47,14 @@ fn one_request_is_on_the_wire_at_a_time_in_their_order() {
 fn an_urgent_request_is_sent_next_and_one_that_is_cancelled_not_again() {
     let mut bench = Bench::new();
     let [rate, model] = [READ_RATE, READ_MODEL].map(|command| bench.submit(command));
-    let pause = bench.session.submit_next(Command::Async(false)).unwrap();
+    let pause = bench.session.submit_next(SensorCommand::Async(false)).unwrap();
     assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
     bench.session.cancel(rate);
     assert_eq!(bench.sent(), ["$VNASY,0*4F"], "at once");
     bench.session.cancel(model);
     assert_eq!(bench.hear("VNRRG,07,40"), Handled::NotMine);
     assert_eq!(bench.hear("VNASY,0"), Handled::Mine);
-    assert_eq!(bench.answer(pause), Answer::Done);
+    assert_eq!(bench.answer(pause), Response::Done);
     assert_eq!((bench.sent(), bench.due(), bench.session.poll_completion()), (vec![], None, None));
 }
 
@@ -60,7 +62,7 @@ fn an_urgent_request_is_sent_next_and_one_that_is_cancelled_not_again() {
 fn a_read_is_sent_three_times_and_given_up() {
     let mut bench = Bench::new();
     let id = bench.submit(READ_MODEL);
-    for _ in 0..Session::ATTEMPTS {
+    for _ in 0..RequestQueue::ATTEMPTS {
         assert_eq!(bench.sent(), ["$VNRRG,01*72"]);
         bench.wait(499);
         assert_eq!((bench.sent(), bench.due()), (vec![], Some(ms(1))));
@@ -76,7 +78,7 @@ fn a_read_is_sent_three_times_and_given_up() {
 
 #[test]
 fn what_may_not_be_repeated_is_sent_once() {
-    use Command::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
+    use SensorCommand::{Reset, RestoreFactorySettings, SetGyroBias, Tare, WriteSettings};
     for (command, wait) in
         [(WriteSettings, 1200), (RestoreFactorySettings, 2500), (Reset, 2500), (SetGyroBias, 500), (Tare, 500)]
     {
@@ -133,11 +135,11 @@ fn an_error_answers_the_request_unless_it_comes_unasked() {
 #[test]
 fn the_newest_notices_are_kept() {
     let mut bench = Bench::new();
-    for code in 0x20..0x20 + Session::NOTICES + 2 {
+    for code in 0x20..0x20 + RequestQueue::NOTICES + 2 {
         bench.hear(&format!("VNERR,{code:02X}"));
     }
     let notices: Vec<_> = core::iter::from_fn(|| bench.session.poll_notice()).collect();
-    assert_eq!((notices.len(), notices[0]), (Session::NOTICES, DeviceError::Unknown(0x22)));
+    assert_eq!((notices.len(), notices[0]), (RequestQueue::NOTICES, DeviceError::Unknown(0x22)));
 }
 
 #[test]
@@ -155,8 +157,8 @@ fn a_write_is_confirmed_by_its_fields() {
         "the sensor answered $VNWRG,07,50*58 with other fields: asked for 50, got 40; read the register to see what it holds"
     );
     // a register without a port has no field more than it was given
-    let fields = Fields::new("0,1,5").unwrap();
-    let id = bench.submit(Command::WriteRegister { register: Register::HSI_CONTROL, fields });
+    let fields = RegisterFields::new("0,1,5").unwrap();
+    let id = bench.submit(SensorCommand::WriteRegister { register: Register::HSI_CONTROL, fields });
     bench.sent();
     bench.hear("VNWRG,44,0,1,5,1");
     assert!(matches!(bench.failure(id), RequestFailure::EchoDiffers { .. }));
@@ -165,7 +167,7 @@ fn a_write_is_confirmed_by_its_fields() {
 #[test]
 fn a_late_error_is_not_taken_for_that_of_the_next_request() {
     let mut bench = Bench::new();
-    let first = bench.submit(Command::ReadRegister(Register(99)));
+    let first = bench.submit(SensorCommand::ReadRegister(Register(99)));
     let second = bench.submit(READ_RATE);
     bench.sent();
     bench.wait(500);
@@ -238,7 +240,7 @@ fn a_late_echo_of_an_earlier_write_is_not_taken_for_a_wrong_one() {
     let mut bench = Bench::new();
     let first = bench.submit(write_rate(50));
     let second = bench.submit(write_rate(100));
-    for _ in 0..Session::ATTEMPTS {
+    for _ in 0..RequestQueue::ATTEMPTS {
         assert_eq!(bench.sent(), ["$VNWRG,07,50*58"]);
         bench.wait(500);
     }
@@ -254,10 +256,10 @@ fn a_late_echo_of_an_earlier_write_is_not_taken_for_a_wrong_one() {
 fn an_echo_is_excused_by_no_other_late_write() {
     for (late, late_fields) in [(Register(99), "50"), (Register::ASYNC_RATE, "40")] {
         let mut bench = Bench::new();
-        let fields = Fields::new(late_fields).unwrap();
-        let first = bench.submit(Command::WriteRegister { register: late, fields });
+        let fields = RegisterFields::new(late_fields).unwrap();
+        let first = bench.submit(SensorCommand::WriteRegister { register: late, fields });
         let second = bench.submit(write_rate(100));
-        for _ in 0..Session::ATTEMPTS {
+        for _ in 0..RequestQueue::ATTEMPTS {
             bench.sent();
             bench.wait(500);
         }
@@ -280,13 +282,13 @@ fn an_answer_that_comes_when_the_line_should_be_repeated_still_counts() {
 
 #[test]
 fn nothing_is_sent_while_the_sensor_restarts_or_saves() {
-    for (command, echo, busy) in [(Command::Reset, "VNRST", 1250), (Command::WriteSettings, "VNWNV", 500)] {
+    for (command, echo, busy) in [(SensorCommand::Reset, "VNRST", 1250), (SensorCommand::WriteSettings, "VNWNV", 500)] {
         let mut bench = Bench::new();
         let id = bench.submit(command);
         bench.submit(READ_RATE);
         bench.sent();
         bench.hear(echo);
-        assert_eq!(bench.answer(id), Answer::Done);
+        assert_eq!(bench.answer(id), Response::Done);
         assert_eq!((bench.sent(), bench.due()), (vec![], Some(ms(busy))));
         bench.wait(busy);
         assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
@@ -296,7 +298,7 @@ fn nothing_is_sent_while_the_sensor_restarts_or_saves() {
 #[test]
 fn all_requests_end_with_the_link() {
     let mut bench = Bench::new();
-    let first = bench.submit(Command::write(&BaudRate::DEFAULT));
+    let first = bench.submit(SensorCommand::write(&BaudRate::DEFAULT));
     let second = bench.submit(READ_RATE);
     bench.sent();
     bench.session.handle_link_down();
@@ -315,7 +317,7 @@ fn all_requests_end_with_the_link() {
 #[test]
 fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
     let mut bench = Bench::new();
-    bench.submit(Command::Reset);
+    bench.submit(SensorCommand::Reset);
     bench.sent();
     bench.hear("VNRST");
     bench.session.handle_link_down();
@@ -332,7 +334,7 @@ fn a_new_link_does_not_wait_for_what_was_due_on_the_old_one() {
 #[test]
 fn a_full_session_says_so_until_answers_are_collected() {
     let mut bench = Bench::new();
-    for _ in 0..Session::CAPACITY {
+    for _ in 0..RequestQueue::CAPACITY {
         bench.submit(READ_RATE);
     }
     bench.sent();

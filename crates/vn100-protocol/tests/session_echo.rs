@@ -4,7 +4,7 @@
 mod support;
 
 use support::bench::{Bench, READ_RATE, write_rate};
-use vn100_protocol::{Command, Handled, Register, RequestFailure, Session};
+use vn100_protocol::{Handled, Register, RequestFailure, RequestQueue, SensorCommand};
 
 #[test]
 fn on_a_line_that_echoes_the_first_copy_is_no_answer() {
@@ -15,7 +15,7 @@ fn on_a_line_that_echoes_the_first_copy_is_no_answer() {
     assert_eq!(bench.session.poll_completion(), None);
     assert_eq!(bench.hear("VNRRG,07,40"), Handled::Mine);
     assert_eq!(bench.value(rate), "40");
-    for command in [write_rate(20), Command::Async(false)] {
+    for command in [write_rate(20), SensorCommand::Async(false)] {
         let refused = bench.submit(command.clone());
         let [line] = &bench.sent()[..] else { panic!("one line") };
         let body = &line[1..line.len() - 3];
@@ -34,7 +34,7 @@ fn on_a_line_that_echoes_the_first_copy_is_no_answer() {
     }
     // another line may follow
     bench.session.handle_link_down();
-    let pause = bench.submit(Command::Async(false));
+    let pause = bench.submit(SensorCommand::Async(false));
     bench.sent();
     assert_eq!(bench.hear("VNASY,0"), Handled::Mine);
     bench.answer(pause);
@@ -43,14 +43,14 @@ fn on_a_line_that_echoes_the_first_copy_is_no_answer() {
 #[test]
 fn a_register_printed_as_nothing_does_not_make_the_line_echo() {
     let mut bench = Bench::new();
-    let tag = bench.submit(Command::ReadRegister(Register(0)));
-    for _ in 0..Session::ATTEMPTS {
+    let tag = bench.submit(SensorCommand::ReadRegister(Register(0)));
+    for _ in 0..RequestQueue::ATTEMPTS {
         bench.sent();
         bench.hear("VNRRG,00");
         bench.wait(500);
     }
     bench.failure(tag);
-    let pause = bench.submit(Command::Async(false));
+    let pause = bench.submit(SensorCommand::Async(false));
     bench.wait(500);
     bench.sent();
     assert_eq!(bench.hear("VNASY,0"), Handled::Mine);

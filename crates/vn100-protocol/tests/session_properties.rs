@@ -10,21 +10,24 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use proptest::{collection::vec, prelude::*, sample::select};
 use support::{frames, reply, sentence};
 use vn100_protocol::{
-    Answer, Check, Command, DeviceError, Fields, Frame, Options, Register, RequestFailure, RequestId, Session,
+    Check, DeviceError, Frame, Options, Register, RegisterFields, RequestFailure, RequestId, RequestQueue, Response,
+    SensorCommand,
 };
 
 const PRESENT: Register = Register(7);
 const OTHER: Register = Register(21);
 const ABSENT: Register = Register(99);
 
-fn command() -> impl Strategy<Value = Command> {
-    let write =
-        |register, value: u32| Command::WriteRegister { register, fields: Fields::new(value.to_string()).unwrap() };
+fn command() -> impl Strategy<Value = SensorCommand> {
+    let write = |register, value: u32| SensorCommand::WriteRegister {
+        register,
+        fields: RegisterFields::new(value.to_string()).unwrap(),
+    };
     prop_oneof![
-        4 => select(vec![PRESENT, OTHER, ABSENT]).prop_map(Command::ReadRegister),
+        4 => select(vec![PRESENT, OTHER, ABSENT]).prop_map(SensorCommand::ReadRegister),
         4 => (select(vec![PRESENT, OTHER, ABSENT]), 0_u32..4).prop_map(move |(register, value)| write(register, value)),
-        2 => any::<bool>().prop_map(Command::Async),
-        1 => select(vec![Command::Tare, Command::SetGyroBias, Command::WriteSettings, Command::Reset]),
+        2 => any::<bool>().prop_map(SensorCommand::Async),
+        1 => select(vec![SensorCommand::Tare, SensorCommand::SetGyroBias, SensorCommand::WriteSettings, SensorCommand::Reset]),
     ]
 }
 
@@ -42,7 +45,7 @@ fn is_repeatable(body: &str) -> bool {
 
 #[derive(Debug, Clone)]
 enum Event {
-    Submit(Command),
+    Submit(SensorCommand),
     Transmit,
     Timeout,
     Reply(String),
@@ -150,11 +153,11 @@ impl Sensor {
 proptest! {
     #[test]
     fn every_request_ends_once_and_nothing_else_does(events in vec(event(), 0..120)) {
-        let mut session = Session::new(Check::Crc16);
+        let mut session = RequestQueue::new(Check::Crc16);
         let mut now = Duration::ZERO;
         let mut open = BTreeSet::new();
         let mut asked_once: BTreeMap<String, i32> = BTreeMap::new();
-        let collect = |session: &mut Session, open: &mut BTreeSet<RequestId>| {
+        let collect = |session: &mut RequestQueue, open: &mut BTreeSet<RequestId>| {
             while let Some((id, _)) = session.poll_completion() {
                 assert!(open.remove(&id), "{id:?} ended twice, or was never asked");
             }
@@ -200,7 +203,7 @@ proptest! {
     fn answers_belong_to_their_requests_over_a_bad_link(
         commands in vec(command(), 1..30), fates in vec(fate(), 1..90),
     ) {
-        let mut session = Session::new(Check::Xor8);
+        let mut session = RequestQueue::new(Check::Xor8);
         let mut sensor = Sensor::new();
         let mut now = Duration::ZERO;
         let asked: BTreeMap<_, _> = commands.into_iter().map(|command| (session.submit(command.clone()).unwrap(), command)).collect();
@@ -210,23 +213,23 @@ proptest! {
             while let Some((id, result)) = session.poll_completion() {
                 prop_assert!(ended.insert(id, result.clone()).is_none());
                 match (&asked[&id], result) {
-                    (Command::ReadRegister(ABSENT) | Command::WriteRegister { register: ABSENT, .. }, Ok(answer)) => {
+                    (SensorCommand::ReadRegister(ABSENT) | SensorCommand::WriteRegister { register: ABSENT, .. }, Ok(answer)) => {
                         prop_assert!(false, "{answer:?} of a register that is not there")
                     }
-                    (Command::ReadRegister(register), Ok(Answer::Register(contents))) => {
+                    (SensorCommand::ReadRegister(register), Ok(Response::Register(contents))) => {
                         prop_assert_eq!(contents.register, *register);
                         prop_assert_eq!(contents.fields.as_str(), &sensor.registers[register]);
                     }
-                    (Command::WriteRegister { register, fields }, Ok(_)) => {
+                    (SensorCommand::WriteRegister { register, fields }, Ok(_)) => {
                         prop_assert_eq!(fields.as_str(), &sensor.registers[register]);
                     }
                     (
-                        Command::ReadRegister(ABSENT) | Command::WriteRegister { register: ABSENT, .. },
+                        SensorCommand::ReadRegister(ABSENT) | SensorCommand::WriteRegister { register: ABSENT, .. },
                         Err(RequestFailure::Device { error: DeviceError::InvalidRegister, .. }),
                     )
                     | (_, Err(RequestFailure::Timeout { .. }))
                     | (_, Err(RequestFailure::Device { error: DeviceError::InvalidChecksum, .. }))
-                    | (_, Ok(Answer::Done)) => {}
+                    | (_, Ok(Response::Done)) => {}
                     (command, result) => prop_assert!(false, "{:?}: {:?}", command, result),
                 }
             }
@@ -247,7 +250,7 @@ proptest! {
         prop_assert_eq!(session.poll_notice(), None);
         for once in ["VNTAR", "VNSGB", "VNWNV", "VNRST"] {
             let count = |bodies: &mut dyn Iterator<Item = String>| bodies.filter(|body| body == once).count();
-            let of_command = |command: &Command| {
+            let of_command = |command: &SensorCommand| {
                 let mut line = String::new();
                 command.encode(Check::Xor8, &mut line).unwrap();
                 body(line.as_bytes())
@@ -258,7 +261,7 @@ proptest! {
 
     #[test]
     fn lines_of_a_session_are_whole_sentences(command in command()) {
-        let mut session = Session::new(Check::Xor8);
+        let mut session = RequestQueue::new(Check::Xor8);
         session.submit(command).unwrap();
         let line = session.poll_transmit(Duration::MAX).unwrap();
         prop_assert_eq!(String::from_utf8(line.clone()).unwrap(), sentence(&body(&line)));

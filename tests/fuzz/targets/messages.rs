@@ -5,8 +5,8 @@ use std::fmt::Debug;
 
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, Check, Decoder, ImuFilter, Item, Options,
-    ProtocolControl, ReferenceFrameRotation, RegisterContents, RegisterValue, Reply, Sample, Sentence, Setting,
-    StartupGyroBias, SyncControl, VNIMU, VpeControl, crc16, xor8,
+    ProtocolControl, ReferenceFrameRotation, RegisterContents, RegisterValue, Reply, Sample, Sentence, StartupGyroBias,
+    SyncControl, VNIMU, VpeControl, WritableValue, crc16, xor8,
 };
 
 /// The first byte chooses the checksum; what can stand between `$` and `*` of the others is the
@@ -81,7 +81,7 @@ fn check_register(contents: &RegisterContents) {
     fn reads<T: RegisterValue + Debug>(contents: &RegisterContents) {
         _ = contents.value::<T>().map_err(|error| error.to_string());
     }
-    fn comes_back<T: Setting + PartialEq + Debug>(contents: &RegisterContents) {
+    fn comes_back<T: WritableValue + PartialEq + Debug>(contents: &RegisterContents) {
         if let Ok(value) = contents.value::<T>() {
             let written = RegisterContents { register: value.register(), fields: value.fields(), ..contents.clone() };
             assert_eq!(written.value::<T>().as_ref(), Ok(&value), "{written:?}");

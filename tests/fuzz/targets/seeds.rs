@@ -4,7 +4,7 @@
 use std::{fs, io::Write, path::Path};
 
 use vn100_capture::RecordingWriter;
-use vn100_protocol::stream::{Chunk, Input, LinkEvent, LinkEventKind};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 
 const REPLIES: &str =
     "VNRRG,01,VN-100S-CR\nVNRRG,05,115200\nVNWRG,07,40\nVNASY,0\nVNERR,0C\nVNERR,03\nVNWNV\nVNRST\nVNTAR\nVNSGB";
@@ -110,7 +110,7 @@ pub(super) fn captures() -> Vec<Vec<u8>> {
 
 fn recording() -> Vec<u8> {
     let mut writer = RecordingWriter::new(Vec::new(), &[("axis up".into(), "z".into())].into()).unwrap();
-    let link = |at_ns, kind| Input::Link(LinkEvent { at_ns, kind });
+    let link = |at_ns, kind| StreamInput::Link(LinkEvent { at_ns, kind });
     let up = || LinkEventKind::Up { port: "/dev/ttyUSB0".into(), baud: Some(115_200) };
     writer.write(&link(0, LinkEventKind::DiscardedDuringBaudScan { bytes: 9 })).unwrap();
     writer.write(&link(1, up())).unwrap();

@@ -3,7 +3,9 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use vn100_protocol::{Check, Command, Decoder, Fields, Item, Options, Register, Reply, RequestId, Session, xor8};
+use vn100_protocol::{
+    Check, Decoder, Item, Options, Register, RegisterFields, Reply, RequestId, RequestQueue, SensorCommand, xor8,
+};
 
 /// A request that the session has taken.
 struct Asked {
@@ -13,7 +15,7 @@ struct Asked {
 
 /// A session, and what must be remembered to judge it.
 struct Conversation {
-    session: Session,
+    session: RequestQueue,
     now: Duration,
     asked: BTreeMap<RequestId, Asked>,
     /// Lines sent that may be sent once.
@@ -22,8 +24,12 @@ struct Conversation {
 
 /// Each byte of the script is one step; some take bytes behind them.
 pub(crate) fn check(script: &[u8]) {
-    let mut conversation =
-        Conversation { session: Session::new(Check::Xor8), now: Duration::ZERO, asked: BTreeMap::new(), sent_once: 0 };
+    let mut conversation = Conversation {
+        session: RequestQueue::new(Check::Xor8),
+        now: Duration::ZERO,
+        asked: BTreeMap::new(),
+        sent_once: 0,
+    };
     let mut rest = script;
     while let Some((&step, behind)) = rest.split_first() {
         rest = conversation.step(step, behind);
@@ -63,15 +69,15 @@ impl Conversation {
         behind
     }
 
-    fn submit(&mut self, command: Command) {
+    fn submit(&mut self, command: SensorCommand) {
         let is_repeatable = command.is_repeatable();
         let waiting = self.asked.values().filter(|asked| !asked.has_ended).count();
         match self.session.submit(command) {
             Ok(id) => {
-                assert!(waiting < Session::CAPACITY);
+                assert!(waiting < RequestQueue::CAPACITY);
                 assert!(self.asked.insert(id, Asked { is_repeatable, has_ended: false }).is_none());
             }
-            Err(_) => assert_eq!(waiting, Session::CAPACITY),
+            Err(_) => assert_eq!(waiting, RequestQueue::CAPACITY),
         }
     }
 
@@ -105,12 +111,12 @@ impl Conversation {
             _ = result.map_err(|failure| failure.to_string());
         }
         let notices = std::iter::from_fn(|| self.session.poll_notice()).count();
-        assert!(notices <= Session::NOTICES);
+        assert!(notices <= RequestQueue::NOTICES);
     }
 
     fn come_to_rest(&mut self) {
         // three attempts of each that may wait, with a wait behind each
-        for _ in 0..4 * Session::CAPACITY * Session::ATTEMPTS as usize {
+        for _ in 0..4 * RequestQueue::CAPACITY * RequestQueue::ATTEMPTS as usize {
             self.transmit();
             self.collect();
             let Some(at) = self.session.poll_timeout() else { break };
@@ -122,16 +128,17 @@ impl Conversation {
     }
 }
 
-fn command(choice: u8) -> Command {
+fn command(choice: u8) -> SensorCommand {
     let register = Register(choice >> 3);
     match choice & 7 {
-        0 | 1 => Command::ReadRegister(register),
-        2 | 3 => {
-            Command::WriteRegister { register, fields: Fields::new("1".repeat(usize::from(choice >> 4))).unwrap() }
-        }
-        4 => Command::Async(choice & 8 == 0),
-        5 => [Command::WriteSettings, Command::Reset][usize::from(choice >> 3 & 1)].clone(),
-        6 => [Command::RestoreFactorySettings, Command::Tare][usize::from(choice >> 3 & 1)].clone(),
-        _ => Command::SetGyroBias,
+        0 | 1 => SensorCommand::ReadRegister(register),
+        2 | 3 => SensorCommand::WriteRegister {
+            register,
+            fields: RegisterFields::new("1".repeat(usize::from(choice >> 4))).unwrap(),
+        },
+        4 => SensorCommand::Async(choice & 8 == 0),
+        5 => [SensorCommand::WriteSettings, SensorCommand::Reset][usize::from(choice >> 3 & 1)].clone(),
+        6 => [SensorCommand::RestoreFactorySettings, SensorCommand::Tare][usize::from(choice >> 3 & 1)].clone(),
+        _ => SensorCommand::SetGyroBias,
     }
 }

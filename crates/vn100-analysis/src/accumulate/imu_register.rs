@@ -3,7 +3,7 @@
 
 use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
-use vn100_protocol::{Channel, Check, Fields, Quantity, Register, RegisterContents, Sample, VNIMU};
+use vn100_protocol::{Channel, Check, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
 use crate::snapshot::{ChannelSnapshot, PolledChannel};
 
@@ -53,7 +53,7 @@ impl ImuRegister {
 
 fn measurement(reply: &Reply) -> Option<Sample> {
     let register = Register(reply.register);
-    let fields = Fields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
+    let fields = RegisterFields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
     Sample::from_contents(&RegisterContents { register, fields, check: Check::Xor8 }, &VNIMU).ok()
 }
 

@@ -2,7 +2,7 @@
 //! every so manyth average.
 
 use imu_noise::BoxcarWindow;
-use vn100_protocol::{Channel, Check, Fields, ImuFilter, Quantity, Register, RegisterContents};
+use vn100_protocol::{Channel, Check, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
 
 use crate::{accumulate::rate_authority::rates_hz, snapshot::Snapshot};
 
@@ -74,6 +74,6 @@ impl Onboard {
 
 fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     let register = Register::IMU_FILTER;
-    let fields = Fields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
+    let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
     RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
 }

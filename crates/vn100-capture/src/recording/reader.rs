@@ -18,7 +18,7 @@ use super::{
     BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
     io_error, link_json::from_json,
 };
-use vn100_protocol::stream::{Chunk, Input, LinkEvent};
+use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
@@ -104,7 +104,7 @@ pub(super) enum Entry<'a> {
     Metadata(Metadata),
 }
 
-/// The [`Input`]s of a recording, as they came.
+/// The [`StreamInput`]s of a recording, as they came.
 ///
 /// Memory is bounded, whatever the length of the recording.
 pub struct RecordingReader<R> {
@@ -168,10 +168,12 @@ impl<R: Read> RecordingReader<R> {
     ///
     /// # Errors
     /// When the file cannot be read, or is damaged. Nothing follows; what came before stands.
-    pub fn next_input(&mut self) -> io::Result<Option<Input>> {
+    pub fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         let input = |entry: Entry<'_>| match entry {
-            Entry::Bytes { at_ns, bytes } => Some(Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns })),
-            Entry::Link(event) => Some(Input::Link(event)),
+            Entry::Bytes { at_ns, bytes } => {
+                Some(StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+            }
+            Entry::Link(event) => Some(StreamInput::Link(event)),
             Entry::Metadata(_) => None,
         };
         while let Some(input) = self.next_entry(input)? {

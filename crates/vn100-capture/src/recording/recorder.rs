@@ -12,7 +12,7 @@ use std::{
 use tokio::sync::{mpsc, watch};
 
 use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the
 /// sender to drop and to tell.
@@ -41,7 +41,7 @@ pub struct RecordingState {
 /// link. A recorder that is dropped ends its file without a reason, on its own time.
 #[derive(Debug)]
 pub struct Recorder {
-    inputs: mpsc::Sender<Input>,
+    inputs: mpsc::Sender<StreamInput>,
     state: watch::Receiver<RecordingState>,
     reason: Arc<OnceLock<String>>,
     known_serial: Option<String>,
@@ -106,7 +106,7 @@ impl Recorder {
     /// `LinkOptions::recording`. When it is full the disk does not
     /// keep up; when it is closed the recording has stopped.
     #[must_use]
-    pub fn inputs(&self) -> mpsc::Sender<Input> {
+    pub fn inputs(&self) -> mpsc::Sender<StreamInput> {
         self.inputs.clone()
     }
 
@@ -144,7 +144,7 @@ impl Recorder {
 /// Records until all senders are gone; gives the finished file.
 fn record<W: Write>(
     mut writer: RecordingWriter<W>,
-    mut inputs: mpsc::Receiver<Input>,
+    mut inputs: mpsc::Receiver<StreamInput>,
     states: &watch::Sender<RecordingState>,
     reason: &OnceLock<String>,
 ) -> io::Result<W> {
@@ -153,16 +153,16 @@ fn record<W: Write>(
     while let Some(input) = inputs.blocking_recv() {
         writer.write(&input)?;
         let flush = match input {
-            Input::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
+            StreamInput::Chunk(Chunk { bytes: more, at_ns: Some(at_ns) }) => {
                 bytes += more.len() as u64;
                 at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
             }
             // nothing tells how much time has passed
-            Input::Chunk(Chunk { bytes: more, at_ns: None }) => {
+            StreamInput::Chunk(Chunk { bytes: more, at_ns: None }) => {
                 bytes += more.len() as u64;
                 true
             }
-            Input::Link(_) => true,
+            StreamInput::Link(_) => true,
         };
         if flush {
             writer.flush()?;

@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::reader::{Entry, RecordingReader};
 use crate::{event::End, event::Event, read_samples::WAITING_BATCHES, source::READ_BYTES};
-use vn100_protocol::stream::{Input, ReadOptions, SampleReader};
+use vn100_protocol::stream::{ReadOptions, SampleReader, StreamInput};
 
 /// Starts a thread that reads a recording to its end, or until `stop`; tells as
 /// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read
@@ -63,7 +63,7 @@ fn read(
         })?;
         let told: Vec<Event> = match shown {
             None => break,
-            Some(Some(event)) => Event::from_input(parser, Input::Link(event)).collect(),
+            Some(Some(event)) => Event::from_input(parser, StreamInput::Link(event)).collect(),
             Some(None) if unsent >= READ_BYTES => parser.take_batches().into_iter().map(Event::Batch).collect(),
             Some(None) => continue,
         };

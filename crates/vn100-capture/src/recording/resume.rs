@@ -17,7 +17,7 @@ use super::{
 };
 use bytes::Bytes;
 use vn100_protocol::Register;
-use vn100_protocol::stream::{Chunk, Input, LinkEvent, LinkEventKind, ReadOptions, SampleReader};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
 
 /// Gives the writer behind the copy, which then bears the name of the recording, and the last
 /// serial number in it. The recording stays as it was until the copy is on the disk.
@@ -77,9 +77,9 @@ fn copy_inputs(
             for value in told.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
                 serial = Some(value.fields);
             }
-            writer.write(&Input::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+            writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
         }
-        Entry::Link(event) => writer.write(&Input::Link(event)),
+        Entry::Link(event) => writer.write(&StreamInput::Link(event)),
         Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
     };
     while let Some(copied) = recording.next_entry(&mut copy)? {
@@ -93,7 +93,7 @@ fn copy_inputs(
         Some(reason) => format!("recording ended ({reason}) and resumed"),
         None => "recording interrupted".into(),
     };
-    writer.write(&Input::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
+    writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
     Ok(serial)
 }
 

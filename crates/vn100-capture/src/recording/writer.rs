@@ -15,22 +15,22 @@ use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
     RECORDING_METADATA, UNSTAMPED, io_error, link_json::to_json, log_time,
 };
-use vn100_protocol::stream::{Chunk, Input, LinkEvent};
+use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
 const PROGRAM: &str = concat!("vn100 ", env!("CARGO_PKG_VERSION"));
 
 /// Bytes that may wait in memory between two flushes; more are written at once.
 const BUFFERED_BYTES: usize = 64 * 1024;
 
-/// Writes [`Input`]s as an MCAP file, to anything that can be written.
+/// Writes [`StreamInput`]s as an MCAP file, to anything that can be written.
 ///
 /// What was flushed can be replayed, whatever happens to the file behind it. After an error nothing
 /// more is written: what stands there is a recording that was cut.
 ///
 /// ```
-/// use vn100_capture::{Chunk, Input, RecordingReader, RecordingWriter};
+/// use vn100_capture::{Chunk, StreamInput, RecordingReader, RecordingWriter};
 ///
-/// let read = Input::Chunk(Chunk { bytes: "$VNYMR,".into(), at_ns: Some(1_700_000_000_000_000_000) });
+/// let read = StreamInput::Chunk(Chunk { bytes: "$VNYMR,".into(), at_ns: Some(1_700_000_000_000_000_000) });
 /// let mut recording = RecordingWriter::new(Vec::new(), &[("operator".into(), "me".into())].into())?;
 /// recording.write(&read)?;
 /// let file = recording.finish(Some("done"))?;
@@ -62,15 +62,19 @@ impl<W: Write> RecordingWriter<W> {
     ///
     /// # Errors
     /// The first error of the writer; every call after it fails as well.
-    pub fn write(&mut self, input: &Input) -> io::Result<()> {
+    pub fn write(&mut self, input: &StreamInput) -> io::Result<()> {
         match input {
-            Input::Chunk(Chunk { bytes, at_ns: Some(at_ns) }) => self.write_message(self.bytes_channel, *at_ns, bytes),
-            Input::Chunk(Chunk { bytes, at_ns: None }) => {
+            StreamInput::Chunk(Chunk { bytes, at_ns: Some(at_ns) }) => {
+                self.write_message(self.bytes_channel, *at_ns, bytes)
+            }
+            StreamInput::Chunk(Chunk { bytes, at_ns: None }) => {
                 let unstamped = BTreeMap::from([(UNSTAMPED.0.into(), UNSTAMPED.1.into())]);
                 let channel = self.put(|mcap| mcap.add_channel(0, BYTES_TOPIC, BYTES_ENCODING, &unstamped))?;
                 self.write_message(channel, self.last_ns, bytes)
             }
-            Input::Link(LinkEvent { at_ns, kind }) => self.write_message(self.link_channel, *at_ns, &to_json(kind)),
+            StreamInput::Link(LinkEvent { at_ns, kind }) => {
+                self.write_message(self.link_channel, *at_ns, &to_json(kind))
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, io, time::Duration};
 
-use vn100_protocol::{Command, Register};
+use vn100_protocol::{Register, SensorCommand};
 
 use super::{PortAction, shared::Shared};
 use crate::{link_error::LinkError, link_state::LinkState};
@@ -12,7 +12,7 @@ use crate::{link_error::LinkError, link_state::LinkState};
 pub const BAUD_RATES: [u32; 9] = [115_200, 921_600, 460_800, 230_400, 57_600, 38_400, 19_200, 9600, 128_000];
 
 /// The question: every firmware answers it.
-const QUESTION: Command = Command::ReadRegister(Register::MODEL);
+const QUESTION: SensorCommand = SensorCommand::ReadRegister(Register::MODEL);
 
 /// Length of the question on the line, `$VNRRG,01*72\r\n`.
 pub(crate) const QUESTION_BYTES: u64 = 14;

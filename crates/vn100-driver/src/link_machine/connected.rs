@@ -2,7 +2,7 @@
 
 use std::{mem, time::Duration};
 
-use vn100_protocol::stream::{Input as StreamInput, LinkEventKind};
+use vn100_protocol::stream::{LinkEventKind, StreamInput};
 use vn100_protocol::{Frame, Register, Reply};
 
 use super::{

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 use vn100_protocol::{Frame, Framer, Options, Register, Reply};
 
 /// Finds the frames in a stream of chunks; a frame may be spread over several of them.
@@ -35,7 +35,7 @@ impl FrameScanner {
 /// The inputs in the order in which they were received, and what their frames say.
 pub(super) struct PendingInputs {
     options: Options,
-    inputs: VecDeque<Input>,
+    inputs: VecDeque<StreamInput>,
     scanner: FrameScanner,
     /// Where the first frame of a sensor begins, in bytes from the first input.
     sensor_at: Option<u64>,
@@ -49,9 +49,9 @@ impl PendingInputs {
     }
 
     /// Keeps an input, and gives the replies that it completes.
-    pub(super) fn push(&mut self, input: Input) -> Vec<Reply> {
+    pub(super) fn push(&mut self, input: StreamInput) -> Vec<Reply> {
         let mut replies = Vec::new();
-        if let Input::Chunk(chunk) = &input {
+        if let StreamInput::Chunk(chunk) = &input {
             self.scanner.scan(&chunk.bytes, |frame| {
                 let (reply, offset) = match frame {
                     Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => {
@@ -81,24 +81,24 @@ impl PendingInputs {
     }
 
     /// Takes the first input.
-    pub(super) fn pop(&mut self) -> Option<Input> {
+    pub(super) fn pop(&mut self) -> Option<StreamInput> {
         self.inputs.pop_front()
     }
 
     /// Takes all inputs; the next one is the first of another stream.
-    pub(super) fn take_all(&mut self) -> VecDeque<Input> {
+    pub(super) fn take_all(&mut self) -> VecDeque<StreamInput> {
         std::mem::replace(self, Self::new(self.options)).inputs
     }
 
     /// Takes what was received before the first frame of a sensor.
-    pub(super) fn take_before_sensor(&mut self) -> VecDeque<Input> {
+    pub(super) fn take_before_sensor(&mut self) -> VecDeque<StreamInput> {
         let Some(offset) = self.sensor_at else { return self.take_all() };
         let mut left = usize::try_from(offset).unwrap_or(usize::MAX);
         let mut before = VecDeque::new();
         while left > 0
             && let Some(input) = self.inputs.pop_front()
         {
-            let Input::Chunk(Chunk { mut bytes, at_ns }) = input else {
+            let StreamInput::Chunk(Chunk { mut bytes, at_ns }) = input else {
                 before.push_back(input);
                 continue;
             };
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    fn chunk(text: &'static str) -> Input {
+    fn chunk(text: &'static str) -> StreamInput {
         Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()
     }
 

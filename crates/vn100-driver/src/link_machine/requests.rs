@@ -1,5 +1,5 @@
 //! The commands that the user of a link and the link itself send to the sensor, over one
-//! [`Session`], and what follows from the replies.
+//! [`RequestQueue`], and what follows from the replies.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -7,7 +7,8 @@ use std::{
 };
 
 use vn100_protocol::{
-    Answer, BaudRate, Check, Command, DeviceError, Handled, Register, Reply, RequestFailure, RequestId, Session,
+    BaudRate, Check, DeviceError, Handled, Register, Reply, RequestFailure, RequestId, RequestQueue, Response,
+    SensorCommand,
 };
 
 use super::{baud_scan::BAUD_RATES, temperature_poll::TemperaturePoll};
@@ -70,9 +71,9 @@ pub(super) enum Requester {
 #[derive(Debug, PartialEq)]
 pub(super) enum RequestEvent {
     /// A request of the user has ended.
-    Answered { id: u64, result: Result<Answer, CommandError> },
+    Answered { id: u64, result: Result<Response, CommandError> },
     /// The command of the phase has ended.
-    PhaseAnswered(Result<Answer, RequestFailure>),
+    PhaseAnswered(Result<Response, RequestFailure>),
     /// The sensor has carried out the user's command to change its baud rate.
     BaudChanged(BaudRate),
     /// The sensor was asked whether it is there, and did not reply.
@@ -98,9 +99,9 @@ enum InitialOutputState {
 
 pub(super) struct Requests {
     listen_only: bool,
-    session: Session,
+    session: RequestQueue,
     /// The commands that the session has not completed.
-    open: BTreeMap<RequestId, (Command, Requester)>,
+    open: BTreeMap<RequestId, (SensorCommand, Requester)>,
     /// Registers to read while no other command is open.
     to_read: VecDeque<Register>,
     /// The earliest time of the next such read.
@@ -121,7 +122,7 @@ impl Requests {
     pub(super) fn new(listen_only: bool, poll_temperature: Option<Duration>) -> Self {
         Self {
             listen_only,
-            session: Session::new(Check::Xor8),
+            session: RequestQueue::new(Check::Xor8),
             open: BTreeMap::new(),
             to_read: VecDeque::new(),
             read_at: Duration::ZERO,
@@ -174,7 +175,7 @@ impl Requests {
     }
 
     /// Submits a command of the user.
-    pub(super) fn submit_for_user(&mut self, id: u64, command: Command) {
+    pub(super) fn submit_for_user(&mut self, id: u64, command: SensorCommand) {
         if self.listen_only {
             self.events.push_back(RequestEvent::Answered { id, result: Err(CommandError::ListenOnly) });
         } else {
@@ -183,7 +184,7 @@ impl Requests {
     }
 
     /// Submits the command that the present phase waits for, ahead of those of the user.
-    pub(super) fn submit_for_phase(&mut self, command: Command) {
+    pub(super) fn submit_for_phase(&mut self, command: SensorCommand) {
         self.submit(command, Requester::Phase);
     }
 
@@ -196,7 +197,8 @@ impl Requests {
         if self.initial_output == InitialOutputState::Commanded {
             self.initial_output = InitialOutputState::Untouched;
         }
-        let question = if may_be_paused { Command::Async(true) } else { Command::ReadRegister(Register::MODEL) };
+        let question =
+            if may_be_paused { SensorCommand::Async(true) } else { SensorCommand::ReadRegister(Register::MODEL) };
         self.submit(question, Requester::Presence);
     }
 
@@ -224,7 +226,7 @@ impl Requests {
             && let Some(register) = self.to_read.pop_front()
         {
             self.read_at = now + READ_INTERVAL;
-            self.submit(Command::ReadRegister(register), Requester::Identification);
+            self.submit(SensorCommand::ReadRegister(register), Requester::Identification);
         }
     }
 
@@ -293,7 +295,7 @@ impl Requests {
         self.events.retain(|event| matches!(event, RequestEvent::Answered { .. }));
     }
 
-    fn submit(&mut self, command: Command, requester: Requester) {
+    fn submit(&mut self, command: SensorCommand, requester: Requester) {
         let submitted = match requester {
             Requester::Phase => self.session.submit_next(command.clone()),
             _ => self.session.submit(command.clone()),
@@ -317,7 +319,7 @@ impl Requests {
         while let Some((id, result)) = self.session.poll_completion() {
             let Some((command, requester)) = self.open.remove(&id) else { continue };
             let is_refused = matches!(result, Err(RequestFailure::Device { .. }));
-            if is_refused && self.spurious_errors_expected > 0 && matches!(command, Command::ReadRegister(_)) {
+            if is_refused && self.spurious_errors_expected > 0 && matches!(command, SensorCommand::ReadRegister(_)) {
                 self.spurious_errors_expected -= 1;
                 self.submit(command, requester);
                 continue;
@@ -335,7 +337,7 @@ impl Requests {
                 // a one-way cable carries no replies; one missing register says nothing of the others
                 Requester::Identification if is_unanswered => self.to_read.clear(),
                 Requester::Presence if is_unanswered => self.events.push_back(RequestEvent::Absent),
-                Requester::Presence if result.is_ok() && command == Command::Async(true) => {
+                Requester::Presence if result.is_ok() && command == SensorCommand::Async(true) => {
                     self.initial_output = InitialOutputState::Commanded;
                 }
                 Requester::Identification | Requester::Presence => {}
@@ -344,15 +346,15 @@ impl Requests {
     }
 
     /// What a command of the user changes for the link.
-    fn note_effects(&mut self, command: &Command, result: &Result<Answer, RequestFailure>) {
+    fn note_effects(&mut self, command: &SensorCommand, result: &Result<Response, RequestFailure>) {
         match (command, result) {
-            (Command::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Answer::Register(written)))
+            (SensorCommand::WriteRegister { register: Register::BAUD_RATE, fields }, Ok(Response::Register(written)))
                 // a second field names a port of the sensor, which may be the other one
                 if fields.iter().count() == 1 =>
             {
                 self.events.extend(written.value().ok().map(RequestEvent::BaudChanged));
             }
-            (Command::Async(on), Ok(_)) => {
+            (SensorCommand::Async(on), Ok(_)) => {
                 self.is_paused_by_user = !on;
                 self.initial_output = InitialOutputState::Untouched;
             }
@@ -363,14 +365,14 @@ impl Requests {
 
 #[cfg(test)]
 mod tests {
-    use vn100_protocol::{Fields, RegisterContents};
+    use vn100_protocol::{RegisterContents, RegisterFields};
 
     use super::*;
 
     const MODEL: &[u8] = b"$VNRRG,01*72\r\n";
 
     fn register(register: Register, fields: &str) -> Reply {
-        Reply::Register(RegisterContents { register, fields: Fields::new(fields).unwrap(), check: Check::Xor8 })
+        Reply::Register(RegisterContents { register, fields: RegisterFields::new(fields).unwrap(), check: Check::Xor8 })
     }
 
     const fn s(s: u64) -> Duration {
@@ -409,12 +411,12 @@ mod tests {
         let mut requests = Requests::new(false, None);
         requests.identify(s(0));
         assert_eq!(transmit(&mut requests, s(0), None).as_deref(), Some(&b"$VNRRG,07*74\r\n"[..]));
-        requests.submit_for_user(1, Command::ReadRegister(Register::IMU));
+        requests.submit_for_user(1, SensorCommand::ReadRegister(Register::IMU));
         requests.handle_reply(&register(Register::ASYNC_RATE, "40"), s(0));
         assert_eq!(requests.poll_event(), None);
         assert_eq!(transmit(&mut requests, s(0), None).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
         requests.handle_reply(&register(Register::IMU, "+21.6"), s(0));
-        let Some(RequestEvent::Answered { id: 1, result: Ok(Answer::Register(contents)) }) = requests.poll_event()
+        let Some(RequestEvent::Answered { id: 1, result: Ok(Response::Register(contents)) }) = requests.poll_event()
         else {
             panic!("no answer")
         };
@@ -448,10 +450,10 @@ mod tests {
     #[test]
     fn a_command_of_the_phase_is_sent_before_those_of_the_user() {
         let mut requests = Requests::new(false, None);
-        requests.submit_for_user(1, Command::ReadRegister(Register::IMU));
-        requests.submit_for_user(2, Command::ReadRegister(Register::MODEL));
+        requests.submit_for_user(1, SensorCommand::ReadRegister(Register::IMU));
+        requests.submit_for_user(2, SensorCommand::ReadRegister(Register::MODEL));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
-        requests.submit_for_phase(Command::ReadRegister(Register::SERIAL_NUMBER));
+        requests.submit_for_phase(SensorCommand::ReadRegister(Register::SERIAL_NUMBER));
         requests.handle_reply(&register(Register::IMU, "1"), s(0));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(&b"$VNRRG,03*70\r\n"[..]));
         requests.handle_reply(&register(Register::SERIAL_NUMBER, "1"), s(0));
@@ -459,7 +461,7 @@ mod tests {
         assert!(matches!(requests.poll_event(), Some(RequestEvent::PhaseAnswered(Ok(_)))));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(MODEL));
         // a lost link ends what is open, and only the user hears of it
-        requests.submit_for_phase(Command::ReadRegister(Register::SERIAL_NUMBER));
+        requests.submit_for_phase(SensorCommand::ReadRegister(Register::SERIAL_NUMBER));
         requests.handle_link_down();
         assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { id: 2, result: Err(_) })));
         assert_eq!((requests.poll_event(), requests.poll_transmit(s(9))), (None, None));
@@ -478,7 +480,7 @@ mod tests {
         ] {
             assert_eq!(reported(&mut requests, error, s(0)), expected);
         }
-        requests.submit_for_user(1, Command::Async(true));
+        requests.submit_for_user(1, SensorCommand::Async(true));
         let refused = RequestEvent::Answered { id: 1, result: Err(CommandError::ListenOnly) };
         assert_eq!(requests.poll_event(), Some(refused));
         requests.identify(s(0));
@@ -489,7 +491,7 @@ mod tests {
     #[test]
     fn errors_after_a_baud_scan_are_not_taken_for_answers_until_the_first_good_one() {
         let refusal = DeviceError::InvalidCommand;
-        let read = |requests: &mut Requests| requests.submit_for_user(1, Command::ReadRegister(Register::MODEL));
+        let read = |requests: &mut Requests| requests.submit_for_user(1, SensorCommand::ReadRegister(Register::MODEL));
         let mut requests = Requests::new(false, None);
         requests.expect_spurious_errors();
         assert_eq!(reported(&mut requests, refusal, s(0)), [], "before anything is sent");
@@ -548,7 +550,7 @@ mod tests {
     fn an_output_that_the_user_has_set_is_left_alone() {
         for on in [false, true] {
             let mut requests = silent();
-            requests.submit_for_user(1, Command::Async(on));
+            requests.submit_for_user(1, SensorCommand::Async(on));
             assert!(requests.poll_transmit(s(2)).is_some());
             requests.handle_reply(&Reply::Echo(format!("VNASY,{}", u8::from(on))), s(2));
             requests.ask_presence(s(0), s(9));
@@ -557,7 +559,7 @@ mod tests {
             if on {
                 requests.handle_reply(&Reply::Echo("VNASY,1".into()), s(9));
                 assert!(requests.detect_resumed_output());
-                requests.submit_for_user(2, Command::Async(true));
+                requests.submit_for_user(2, SensorCommand::Async(true));
                 assert!(requests.poll_transmit(s(9)).is_some());
                 requests.handle_reply(&Reply::Echo("VNASY,1".into()), s(9));
                 assert!(!requests.must_restore_pause());

@@ -4,7 +4,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
-use vn100_protocol::stream::{Input as StreamInput, LinkEvent, LinkEventKind, SampleReader};
+use vn100_protocol::stream::{LinkEvent, LinkEventKind, SampleReader, StreamInput};
 use vn100_protocol::{Options, Register, RegisterContents, Reply};
 
 use super::{

@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use proptest::prelude::*;
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamCounts};
-use vn100_protocol::{DeviceError, Fields, Register};
+use vn100_protocol::{DeviceError, Register, RegisterFields};
 
 use super::*;
 use crate::output_plan::Change;
@@ -37,7 +37,7 @@ struct Bench {
     sent: Vec<String>,
     link: Vec<LinkEventKind>,
     states: Vec<LinkState>,
-    answers: Vec<(u64, Result<Answer, CommandError>)>,
+    answers: Vec<(u64, Result<Response, CommandError>)>,
     counts: StreamCounts,
     rows: usize,
     error: Option<String>,
@@ -209,7 +209,7 @@ fn known_serial() -> LinkOptions {
 
 /// That the rate is to be 20 Hz.
 fn slowed() -> LinkOptions {
-    let fields = |text| Fields::new(text).unwrap();
+    let fields = |text| RegisterFields::new(text).unwrap();
     let desired_settings = vec![Change { register: Register::ASYNC_RATE, before: fields("40"), after: fields("20") }];
     LinkOptions { desired_settings, ..LinkOptions::default() }
 }
@@ -723,15 +723,15 @@ fn commands_of_the_user_are_sent_while_connected_and_end_with_the_link() {
     assert!(bench.machine.accepts_requests());
     bench.receive(&sentence("VNRRG,07,40"));
     bench.take_sent();
-    bench.input(Input::Request { id: 5, command: Command::ReadRegister(Register::MODEL) });
+    bench.input(Input::Request { id: 5, command: SensorCommand::ReadRegister(Register::MODEL) });
     assert_eq!(bench.take_sent(), [ASK_MODEL]);
     bench.receive(&sentence("VNRRG,01,VN-100"));
-    assert!(matches!(&bench.answers[..], [(5, Ok(Answer::Register(_)))]));
-    bench.input(Input::Request { id: 6, command: Command::ReadRegister(Register::MODEL) });
+    assert!(matches!(&bench.answers[..], [(5, Ok(Response::Register(_)))]));
+    bench.input(Input::Request { id: 6, command: SensorCommand::ReadRegister(Register::MODEL) });
     bench.input(Input::Disconnected);
     assert!(matches!(&bench.answers[1..], [(6, Err(CommandError::Failed(_)))]));
     assert!(bench.machine.accepts_requests(), "while it waits, too");
-    bench.input(Input::Request { id: 7, command: Command::Tare });
+    bench.input(Input::Request { id: 7, command: SensorCommand::Tare });
     assert!(matches!(&bench.answers[2..], [(7, Err(CommandError::Failed(_)))]));
     bench.wait(ms(100));
     assert!(!bench.machine.accepts_requests(), "they wait while the sensor is searched");
@@ -742,7 +742,10 @@ fn commands_of_the_user_are_sent_while_connected_and_end_with_the_link() {
 fn the_port_follows_the_sensor_to_another_baud_rate() {
     let mut bench = Bench::connected(LinkOptions { baud: Some(9600), ..LinkOptions::default() });
     bench.receive(&sentence("VNRRG,07,40"));
-    let write = || Command::WriteRegister { register: Register::BAUD_RATE, fields: Fields::new("19200").unwrap() };
+    let write = || SensorCommand::WriteRegister {
+        register: Register::BAUD_RATE,
+        fields: RegisterFields::new("19200").unwrap(),
+    };
     bench.input(Input::Request { id: 1, command: write() });
     bench.receive(&sentence("VNWRG,05,19200"));
     assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(19_200)));
@@ -882,7 +885,7 @@ proptest! {
                 Happening::Wait(time) => bench.wait(ms(time)),
                 Happening::Request => {
                     requests += 1;
-                    bench.input(Input::Request { id: requests, command: Command::ReadRegister(Register::MODEL) });
+                    bench.input(Input::Request { id: requests, command: SensorCommand::ReadRegister(Register::MODEL) });
                 }
                 Happening::Lose => bench.input(Input::Disconnected),
             }

@@ -4,7 +4,7 @@
 
 use std::{collections::VecDeque, io, time::Duration};
 
-use vn100_protocol::{Answer, BaudRate, Command, DeviceError, Register, RequestFailure, Setting};
+use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand, WritableValue};
 
 use super::{PortAction, shared::Shared};
 use crate::{link_error::LinkError, output_plan::Change};
@@ -21,7 +21,7 @@ enum Step {
     VerifySettings { left: VecDeque<Change> },
     /// Write the desired settings while the output is paused.
     ReapplySettings {
-        commands: VecDeque<Command>,
+        commands: VecDeque<SensorCommand>,
         failure: Option<RequestFailure>,
         /// The baud rate to change to where the present one is too low for the settings.
         faster: Option<BaudRate>,
@@ -69,12 +69,12 @@ impl Verification {
         &mut self,
         shared: &mut Shared,
         now: Duration,
-        result: Result<Answer, RequestFailure>,
+        result: Result<Response, RequestFailure>,
     ) -> Result<(), LinkError> {
         match self.steps.front_mut() {
             Some(Step::VerifySerialNumber) => {
                 let is_known = match &result {
-                    Ok(Answer::Register(contents)) => shared.serial_to_verify() == Some(contents.fields.as_str()),
+                    Ok(Response::Register(contents)) => shared.serial_to_verify() == Some(contents.fields.as_str()),
                     _ => true,
                 };
                 if is_known {
@@ -82,7 +82,7 @@ impl Verification {
                 }
             }
             Some(Step::VerifySettings { left }) => {
-                let is_kept = |change: &Change| matches!(&result, Ok(Answer::Register(contents)) if contents.is_as_written(&change.after));
+                let is_kept = |change: &Change| matches!(&result, Ok(Response::Register(contents)) if contents.is_as_written(&change.after));
                 if !left.pop_front().is_some_and(|change| is_kept(&change)) {
                     return Err(LinkError::SettingsLost);
                 }
@@ -132,11 +132,13 @@ impl Verification {
     fn submit(&mut self, shared: &mut Shared) {
         while let Some(step) = self.steps.front_mut() {
             let command = match step {
-                Step::VerifySerialNumber => Some(Command::ReadRegister(Register::SERIAL_NUMBER)),
-                Step::VerifySettings { left } => left.front().map(|change| Command::ReadRegister(change.register)),
+                Step::VerifySerialNumber => Some(SensorCommand::ReadRegister(Register::SERIAL_NUMBER)),
+                Step::VerifySettings { left } => {
+                    left.front().map(|change| SensorCommand::ReadRegister(change.register))
+                }
                 Step::ReapplySettings { commands, .. } => commands.pop_front(),
                 Step::RaiseBaudRate(baud) => {
-                    Some(Command::WriteRegister { register: Register::BAUD_RATE, fields: baud.fields() })
+                    Some(SensorCommand::WriteRegister { register: Register::BAUD_RATE, fields: baud.fields() })
                 }
             };
             match command {
@@ -152,14 +154,14 @@ impl Verification {
 fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
     let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);
     let writes: Vec<_> = changes
-        .map(|change| Command::WriteRegister { register: change.register, fields: change.after.clone() })
+        .map(|change| SensorCommand::WriteRegister { register: change.register, fields: change.after.clone() })
         .collect();
     if writes.is_empty() {
         return None;
     }
     // by a read the session detects an echoing line: then it tells the echo of a write from the answer
-    let begin = [Command::ReadRegister(Register::MODEL), Command::Async(false)];
-    let commands = begin.into_iter().chain(writes).chain([Command::Async(true)]).collect();
+    let begin = [SensorCommand::ReadRegister(Register::MODEL), SensorCommand::Async(false)];
+    let commands = begin.into_iter().chain(writes).chain([SensorCommand::Async(true)]).collect();
     Some(Step::ReapplySettings { commands, failure: None, faster })
 }
 

@@ -6,7 +6,7 @@ use vn100_protocol::Check;
 use super::*;
 
 fn contents(register: Register, fields: &str) -> RegisterContents {
-    RegisterContents { register, fields: Fields::new(fields).unwrap(), check: Check::Xor8 }
+    RegisterContents { register, fields: RegisterFields::new(fields).unwrap(), check: Check::Xor8 }
 }
 
 fn current(baud: u32, code: u8, rate_hz: u32) -> Vec<RegisterContents> {

@@ -21,7 +21,7 @@ use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::Source;
 use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, open_link};
-use vn100_protocol::stream::{Chunk, Input};
+use vn100_protocol::stream::{Chunk, StreamInput};
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 pub(crate) const OTHER_LINE: &str = "$VNYPR,-129.867,-000.355,-000.296*61\r\n";
@@ -255,7 +255,7 @@ impl Port {
 }
 
 impl Source for Port {
-    async fn next_input(&mut self) -> io::Result<Option<Input>> {
+    async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         loop {
             let stalled_until = self.sensor.world().stalled_until.filter(|until| *until > Instant::now());
             if let Some(until) = stalled_until {
@@ -301,7 +301,7 @@ impl Connection for Port {
         Ok(())
     }
 
-    async fn close(self) -> Vec<Input> {
+    async fn close(self) -> Vec<StreamInput> {
         // the next session of the receiver is another one
         let mut world = self.sensor.world();
         world.garbled = world.bad_openings > 0;

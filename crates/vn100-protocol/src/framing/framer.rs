@@ -12,7 +12,7 @@ use memchr::{memchr_iter, memchr2};
 
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
-    framing::packet::{self, Candidate, Packet},
+    framing::packet::{self, Packet, PacketStart},
     framing::rejected_sentence::{RejectReason, RejectedSentence},
     framing::sentence::{MAX_BODY, Sentence},
     framing::tally::Tally,
@@ -92,8 +92,8 @@ impl Framer {
     /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
     /// consumed.
     ///
-    /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as it
-    /// stands, and all is consumed when `item` comes back `None`.
+    /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as
+    /// it stands, and all is consumed when `item` comes back `None`.
     #[inline]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
         let mut at = self.take_line_end(input);
@@ -184,9 +184,9 @@ impl Framer {
 
     fn packet<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Found<'a> {
         let length = match packet::classify(input) {
-            Candidate::Incomplete => return Found::Incomplete,
-            Candidate::No => return Found::Nothing,
-            Candidate::Packet(length) => length,
+            PacketStart::Incomplete => return Found::Incomplete,
+            PacketStart::No => return Found::Nothing,
+            PacketStart::Packet(length) => length,
         };
         match is_completed_by_sentence(input, length, end_of_input) {
             None => Found::Incomplete,

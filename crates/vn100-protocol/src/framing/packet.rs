@@ -27,7 +27,7 @@ pub struct Packet<'a> {
 
 /// What the bytes behind a 0xFA are.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Candidate {
+pub(crate) enum PacketStart {
     /// A packet of this many bytes.
     Packet(usize),
     /// A packet only if more bytes bear it out.
@@ -52,29 +52,29 @@ const GROUPS: [(u8, [u8; 16]); 4] = [
 const KNOWN_GROUPS: u8 = 0x01 | 0x02 | 0x04 | 0x10;
 
 /// Classifies `input`, which begins with 0xFA.
-pub(crate) fn classify(input: &[u8]) -> Candidate {
+pub(crate) fn classify(input: &[u8]) -> PacketStart {
     let Some(&groups) = input.get(1) else {
-        return Candidate::Incomplete;
+        return PacketStart::Incomplete;
     };
     // the CRC of zeros is zero: a packet without a field would be found in any run of them
     if groups == 0 || groups & !KNOWN_GROUPS != 0 {
-        return Candidate::No;
+        return PacketStart::No;
     }
     let mut words = input[2..].chunks_exact(2);
     let mut length = 2 + 2;
     for (_, sizes) in GROUPS.iter().filter(|(bit, _)| groups & bit != 0) {
         let Some(word) = words.next() else {
-            return Candidate::Incomplete;
+            return PacketStart::Incomplete;
         };
         match payload_length(u16::from_le_bytes([word[0], word[1]]), sizes) {
             Some(payload) => length += 2 + payload,
-            None => return Candidate::No,
+            None => return PacketStart::No,
         }
     }
     match input.get(1..length) {
-        None => Candidate::Incomplete,
-        Some(checked) if crc16(checked) == 0 => Candidate::Packet(length),
-        Some(_) => Candidate::No,
+        None => PacketStart::Incomplete,
+        Some(checked) if crc16(checked) == 0 => PacketStart::Packet(length),
+        Some(_) => PacketStart::No,
     }
 }
 
@@ -122,9 +122,9 @@ mod tests {
         for (hex, length) in RECORDED.iter().zip([18, 24, 26, 110]) {
             let packet = bytes(hex);
             assert_eq!(packet.len(), length);
-            assert_eq!(classify(&packet), Candidate::Packet(length));
+            assert_eq!(classify(&packet), PacketStart::Packet(length));
             for cut in 1..length {
-                assert_eq!(classify(&packet[..cut]), Candidate::Incomplete, "{cut} of {length} bytes");
+                assert_eq!(classify(&packet[..cut]), PacketStart::Incomplete, "{cut} of {length} bytes");
             }
         }
     }
@@ -135,7 +135,7 @@ mod tests {
             let mut packet = bytes(hex);
             for at in 6..packet.len() {
                 packet[at] ^= 0x10;
-                assert_eq!(classify(&packet), Candidate::No, "byte {at}");
+                assert_eq!(classify(&packet), PacketStart::No, "byte {at}");
                 packet[at] ^= 0x10;
             }
         }
@@ -156,7 +156,7 @@ mod tests {
             "FA 04 0010",
             "FA 10 0002",
         ] {
-            assert_eq!(classify(&bytes(head)), Candidate::No, "{head}");
+            assert_eq!(classify(&bytes(head)), PacketStart::No, "{head}");
         }
     }
 
@@ -166,6 +166,6 @@ mod tests {
         let mut packet = [&header[..], &[0x5A; 198 + 59 + 112 + 142]].concat();
         packet.extend(crc16(&packet[1..]).to_be_bytes());
         assert_eq!(packet.len(), MAX_PACKET);
-        assert_eq!(classify(&packet), Candidate::Packet(MAX_PACKET));
+        assert_eq!(classify(&packet), PacketStart::Packet(MAX_PACKET));
     }
 }

@@ -26,8 +26,8 @@ pub struct Channel {
     /// The digits behind the point: a count of 1 is 10^-`decimals` · `scale` units.
     pub decimals: u8,
     /// Units in one of the numbers as printed: 1 for the sensor's own messages, another factor for
-    /// a file in other units. Binary floats have no decimals and a power of two here, by which every
-    /// count and every mean of counts is scaled exactly.
+    /// a file in other units. Binary floats have no decimals and a power of two here, by which
+    /// every count and every mean of counts is scaled exactly.
     pub scale: f64,
     /// The largest magnitude a count may have; beyond it the line is damaged.
     pub limit_counts: i32,

@@ -14,18 +14,18 @@ use crate::{
 };
 
 /// A row of the table, at compile time.
-pub(super) trait Row {
+pub(super) trait ConstLayout {
     const LAYOUT: &'static Layout;
 }
 
 /// Reads a sentence whose header is that of the row.
 #[inline]
-pub(super) fn read<R: Row>(sentence: &Sentence<'_>) -> Option<Sample> {
+pub(super) fn read<R: ConstLayout>(sentence: &Sentence<'_>) -> Option<Sample> {
     read_as::<R, false>(sentence).or_else(|| read_as::<R, true>(sentence))
 }
 
 #[inline(always)]
-fn read_as<R: Row, const OLD: bool>(sentence: &Sentence<'_>) -> Option<Sample> {
+fn read_as<R: ConstLayout, const OLD: bool>(sentence: &Sentence<'_>) -> Option<Sample> {
     let mut numbers =
         Numbers { counts: [0; MAX_CHANNELS], body: sentence.body, at: const { R::LAYOUT.constant_header().len() } };
     // spelled out, and inlined with constants: a loop over all numbers costs twice as much

@@ -8,7 +8,7 @@ use crate::{
     message::{
         MessageError,
         layout::{Channel, Layout, Quantity},
-        numbers::{self, Row},
+        numbers::{self, ConstLayout},
         sample::Sample,
     },
 };
@@ -34,7 +34,7 @@ macro_rules! messages {
             match sentence.header() {
                 $(header if header == $header.as_bytes() => {
                     struct This;
-                    impl Row for This {
+                    impl ConstLayout for This {
                         const LAYOUT: &'static Layout = &$name;
                     }
                     Some((&$name, numbers::read::<This>(sentence)))

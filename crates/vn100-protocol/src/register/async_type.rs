@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{
-    Register, RegisterContents, RegisterValue, Setting, ValueError,
+    Register, RegisterContents, RegisterValue, ValueError, WritableValue,
     field_reader::{FieldReader, integer},
 };
 use crate::message::layout::OUTPUT_RATES_HZ;
@@ -132,7 +132,7 @@ impl RegisterValue for AsyncType {
     }
 }
 
-impl Setting for AsyncType {
+impl WritableValue for AsyncType {
     fn register(&self) -> Register {
         Register::ASYNC_TYPE
     }
@@ -177,7 +177,7 @@ impl RegisterValue for AsyncRate {
     }
 }
 
-impl Setting for AsyncRate {
+impl WritableValue for AsyncRate {
     fn register(&self) -> Register {
         Register::ASYNC_RATE
     }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{
-    Register, RegisterContents, RegisterValue, Setting, ValueError,
+    Register, RegisterContents, RegisterValue, ValueError, WritableValue,
     field_reader::{FieldReader, integer},
 };
 
@@ -63,7 +63,7 @@ impl RegisterValue for BaudRate {
     }
 }
 
-impl Setting for BaudRate {
+impl WritableValue for BaudRate {
     fn register(&self) -> Register {
         Register::BAUD_RATE
     }

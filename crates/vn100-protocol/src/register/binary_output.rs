@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader};
+use super::{Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader};
 use crate::framing::packet;
 
 /// One of the three registers of binary outputs.
@@ -77,7 +77,7 @@ impl RegisterValue for BinaryOutput {
     }
 }
 
-impl Setting for BinaryOutput {
+impl WritableValue for BinaryOutput {
     fn register(&self) -> Register {
         match self.number {
             BinaryOutputNumber::First => Register::BINARY_OUTPUT_1,

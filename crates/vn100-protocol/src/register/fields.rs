@@ -9,18 +9,18 @@ use thiserror::Error;
 /// or a write.
 ///
 /// ```
-/// use vn100_protocol::Fields;
+/// use vn100_protocol::RegisterFields;
 ///
-/// let window = Fields::new("0,20,20,4,0,0,3,3,3,0")?;
+/// let window = RegisterFields::new("0,20,20,4,0,0,3,3,3,0")?;
 /// assert_eq!(window.iter().nth(2), Some("20"));
-/// # Ok::<_, vn100_protocol::FieldsError>(())
+/// # Ok::<_, vn100_protocol::RegisterFieldsError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Fields(String);
+pub struct RegisterFields(String);
 
 /// Why a text cannot be the fields of a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum FieldsError {
+pub enum RegisterFieldsError {
     /// A character that would break the sentence.
     #[error("{found:?} cannot be sent in a field: only printable ASCII without $ and * can")]
     Character {
@@ -28,14 +28,14 @@ pub enum FieldsError {
         found: char,
     },
     /// More than the sensor receives as one line.
-    #[error("the fields have {length} characters and the sensor takes {} at most", Fields::MAX_LENGTH)]
+    #[error("the fields have {length} characters and the sensor takes {} at most", RegisterFields::MAX_LENGTH)]
     TooLong {
         /// The length of the text.
         length: usize,
     },
 }
 
-impl Fields {
+impl RegisterFields {
     /// The longest text: what a receive buffer of 256 characters (UM001) leaves beside
     /// `$VNWRG,nnn,`, `*`, four digits, CR and LF.
     pub const MAX_LENGTH: usize = 238;
@@ -43,14 +43,14 @@ impl Fields {
     /// Takes a text with a comma between any two fields; an empty text is one empty field.
     ///
     /// # Errors
-    /// [`FieldsError`] for a character that no field has, or too many of them.
-    pub fn new(text: impl Into<String>) -> Result<Self, FieldsError> {
+    /// [`RegisterFieldsError`] for a character that no field has, or too many of them.
+    pub fn new(text: impl Into<String>) -> Result<Self, RegisterFieldsError> {
         let text = text.into();
         if let Some(found) = text.chars().find(|&found| !is_field_character(found)) {
-            return Err(FieldsError::Character { found });
+            return Err(RegisterFieldsError::Character { found });
         }
         if text.len() > Self::MAX_LENGTH {
-            return Err(FieldsError::TooLong { length: text.len() });
+            return Err(RegisterFieldsError::TooLong { length: text.len() });
         }
         Ok(Self(text))
     }
@@ -80,7 +80,7 @@ impl Fields {
     }
 }
 
-impl fmt::Display for Fields {
+impl fmt::Display for RegisterFields {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     fn means(asked: &str, echo: &str, extra: usize) -> bool {
-        Fields::new(asked).unwrap().means(&Fields::new(echo).unwrap(), extra)
+        RegisterFields::new(asked).unwrap().means(&RegisterFields::new(echo).unwrap(), extra)
     }
 
     #[test]
@@ -148,9 +148,9 @@ mod tests {
     #[test]
     fn what_would_break_the_sentence_is_refused() {
         for (text, found) in [("1*2", '*'), ("$VNWNV", '$'), ("1\r\n", '\r'), ("µ", 'µ')] {
-            assert_eq!(Fields::new(text), Err(FieldsError::Character { found }));
+            assert_eq!(RegisterFields::new(text), Err(RegisterFieldsError::Character { found }));
         }
-        assert!(Fields::new("1".repeat(Fields::MAX_LENGTH)).is_ok());
-        assert_eq!(Fields::new("1".repeat(239)), Err(FieldsError::TooLong { length: 239 }));
+        assert!(RegisterFields::new("1".repeat(RegisterFields::MAX_LENGTH)).is_ok());
+        assert_eq!(RegisterFields::new("1".repeat(239)), Err(RegisterFieldsError::TooLong { length: 239 }));
     }
 }

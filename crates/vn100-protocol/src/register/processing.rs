@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
+use super::{
+    Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list,
+};
 
 /// Register 35: the modes of the attitude filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -91,7 +93,7 @@ impl RegisterValue for ImuFilter {
     }
 }
 
-impl Setting for ImuFilter {
+impl WritableValue for ImuFilter {
     fn register(&self) -> Register {
         Register::IMU_FILTER
     }

@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
+use super::{
+    Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list,
+};
 use crate::framing::checksum::Check;
 
 /// Suffix fields, checksums and error reports. The numbers are kept as they are, so that one that
@@ -74,7 +76,7 @@ impl RegisterValue for ProtocolControl {
     }
 }
 
-impl Setting for ProtocolControl {
+impl WritableValue for ProtocolControl {
     fn register(&self) -> Register {
         Register::PROTOCOL_CONTROL
     }

@@ -2,7 +2,9 @@
 
 use core::fmt;
 
-use super::{Register, RegisterContents, RegisterValue, Setting, ValueError, field_reader::FieldReader, write_list};
+use super::{
+    Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list,
+};
 
 /// The modes of SyncIn and SyncOut. The numbers are kept as they are, so that one that is not known
 /// here survives.
@@ -17,8 +19,8 @@ pub struct SyncControl {
     pub in_skip: u16,
     /// Reserved, 0.
     pub reserved_in: u32,
-    /// What an edge of SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an attitude is
-    /// ready.
+    /// What an edge of SyncOut means: 0 nothing, 1 a sample begins, 2 a sample is ready, 3 an
+    /// attitude is ready.
     pub out_mode: u8,
     /// 0 pulses go low, 1 high.
     pub out_polarity: u8,
@@ -69,7 +71,7 @@ impl RegisterValue for SyncControl {
     }
 }
 
-impl Setting for SyncControl {
+impl WritableValue for SyncControl {
     fn register(&self) -> Register {
         Register::SYNC_CONTROL
     }

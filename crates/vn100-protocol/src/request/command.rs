@@ -6,15 +6,15 @@ use core::{fmt, time::Duration};
 use crate::{
     framing::checksum::Check,
     framing::sentence::write_sentence,
-    register::fields::Fields,
-    register::{Register, Setting},
+    register::fields::RegisterFields,
+    register::{Register, WritableValue},
     request::reply::Reply,
 };
 
 /// A command to the sensor.
 ///
 /// ```
-/// use vn100_protocol::{AsyncType, Check, Command};
+/// use vn100_protocol::{AsyncType, Check, SensorCommand};
 ///
 /// let mut line = String::new();
 /// Command::write(&AsyncType::YMR).encode(Check::Xor8, &mut line)?;
@@ -25,7 +25,7 @@ use crate::{
 /// Those that leave the protocol (firmware update, the prompt for people) are not among them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Command {
+pub enum SensorCommand {
     /// `VNRRG`: reads a register.
     ReadRegister(Register),
     /// `VNWRG`: writes a register; the value is lost without power unless
@@ -35,7 +35,7 @@ pub enum Command {
         register: Register,
         /// What, in the order of the register. Without a port behind them, registers 5 to 7 are
         /// those of the port in use.
-        fields: Fields,
+        fields: RegisterFields,
     },
     /// `VNWNV`: saves all registers. The sensor should not move meanwhile.
     WriteSettings,
@@ -64,10 +64,10 @@ const RESTART_TIME: Duration = Duration::from_millis(2500);
 /// autopilot.
 const BOOT_TIME: Duration = Duration::from_millis(1250);
 
-impl Command {
+impl SensorCommand {
     /// Writes `setting` to its register.
     #[must_use]
-    pub fn write(setting: &impl Setting) -> Self {
+    pub fn write(setting: &impl WritableValue) -> Self {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
@@ -125,19 +125,19 @@ impl Command {
 }
 
 /// Displays as what stands between `$` and `*`.
-struct Body<'a>(&'a Command);
+struct Body<'a>(&'a SensorCommand);
 
 impl fmt::Display for Body<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Command::ReadRegister(register) => write!(f, "VNRRG,{register}"),
-            Command::WriteRegister { register, fields } => write!(f, "VNWRG,{register},{fields}"),
-            Command::WriteSettings => f.write_str("VNWNV"),
-            Command::RestoreFactorySettings => f.write_str("VNRFS"),
-            Command::Reset => f.write_str("VNRST"),
-            Command::Async(on) => write!(f, "VNASY,{}", u8::from(*on)),
-            Command::SetGyroBias => f.write_str("VNSGB"),
-            Command::Tare => f.write_str("VNTAR"),
+            SensorCommand::ReadRegister(register) => write!(f, "VNRRG,{register}"),
+            SensorCommand::WriteRegister { register, fields } => write!(f, "VNWRG,{register},{fields}"),
+            SensorCommand::WriteSettings => f.write_str("VNWNV"),
+            SensorCommand::RestoreFactorySettings => f.write_str("VNRFS"),
+            SensorCommand::Reset => f.write_str("VNRST"),
+            SensorCommand::Async(on) => write!(f, "VNASY,{}", u8::from(*on)),
+            SensorCommand::SetGyroBias => f.write_str("VNSGB"),
+            SensorCommand::Tare => f.write_str("VNTAR"),
         }
     }
 }

@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::{register::fields::Fields, request::device_error::DeviceError};
+use crate::{register::fields::RegisterFields, request::device_error::DeviceError};
 
 /// Why a request has no good answer. `line` is the command as sent, without CR and LF.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -48,9 +48,9 @@ pub enum RequestFailure {
         /// The command.
         line: String,
         /// The fields sent.
-        asked: Fields,
+        asked: RegisterFields,
         /// The fields that came back.
-        got: Fields,
+        got: RegisterFields,
     },
 }
 

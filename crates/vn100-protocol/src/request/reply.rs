@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{
     framing::sentence::Sentence,
-    register::fields::Fields,
+    register::fields::RegisterFields,
     register::{Register, RegisterContents},
     request::device_error::DeviceError,
 };
@@ -72,7 +72,7 @@ fn contents(fields: &str, sentence: &Sentence<'_>) -> Result<RegisterContents, R
         None => (fields, None),
     };
     let register = register(number)?;
-    let fields = Fields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
+    let fields = RegisterFields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
     Ok(RegisterContents { register, fields, check: sentence.check })
 }
 

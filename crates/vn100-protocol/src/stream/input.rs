@@ -18,14 +18,14 @@ pub struct Chunk {
 
 /// What a source delivers.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Input {
+pub enum StreamInput {
     /// What a read brought.
     Chunk(Chunk),
     /// An event of the link, at this place among the bytes.
     Link(LinkEvent),
 }
 
-impl From<Chunk> for Input {
+impl From<Chunk> for StreamInput {
     fn from(chunk: Chunk) -> Self {
         Self::Chunk(chunk)
     }

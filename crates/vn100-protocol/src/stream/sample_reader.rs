@@ -4,8 +4,8 @@ use alloc::{collections::BTreeMap, sync::Arc, vec::Vec};
 use core::mem;
 
 use super::{
-    Arrival, Batch, Diagnostic, Input, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RegisterReply,
-    RowCounter, StreamCounts,
+    Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RegisterReply, RowCounter,
+    StreamCounts, StreamInput,
 };
 use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sample, Sentence, Tally};
 
@@ -62,13 +62,13 @@ impl SampleReader {
 
     /// Takes what a source delivered, and hands back what is an event of the link: it follows the
     /// [batches](Self::take_batches) that are complete now.
-    pub fn take_input(&mut self, input: Input) -> Option<LinkEvent> {
+    pub fn take_input(&mut self, input: StreamInput) -> Option<LinkEvent> {
         match input {
-            Input::Chunk(chunk) => {
+            StreamInput::Chunk(chunk) => {
                 self.push(&chunk.bytes, chunk.at_ns);
                 None
             }
-            Input::Link(event) => {
+            StreamInput::Link(event) => {
                 self.take_link_event(&event);
                 Some(event)
             }

@@ -2,33 +2,35 @@
 
 use core::time::Duration;
 
-use vn100_protocol::{Answer, AsyncRate, Check, Command, Handled, Register, RequestFailure, RequestId, Session};
+use vn100_protocol::{
+    AsyncRate, Check, Handled, Register, RequestFailure, RequestId, RequestQueue, Response, SensorCommand,
+};
 
 use super::reply;
 
-pub(crate) const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
-pub(crate) const READ_MODEL: Command = Command::ReadRegister(Register::MODEL);
+pub(crate) const READ_RATE: SensorCommand = SensorCommand::ReadRegister(Register::ASYNC_RATE);
+pub(crate) const READ_MODEL: SensorCommand = SensorCommand::ReadRegister(Register::MODEL);
 
 pub(crate) fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-pub(crate) fn write_rate(hz: u32) -> Command {
-    Command::write(&AsyncRate::new(hz).unwrap())
+pub(crate) fn write_rate(hz: u32) -> SensorCommand {
+    SensorCommand::write(&AsyncRate::new(hz).unwrap())
 }
 
 /// A session with a clock.
 pub(crate) struct Bench {
-    pub(crate) session: Session,
+    pub(crate) session: RequestQueue,
     pub(crate) now: Duration,
 }
 
 impl Bench {
     pub(crate) fn new() -> Self {
-        Self { session: Session::new(Check::Xor8), now: ms(1_000_000) }
+        Self { session: RequestQueue::new(Check::Xor8), now: ms(1_000_000) }
     }
 
-    pub(crate) fn submit(&mut self, command: Command) -> RequestId {
+    pub(crate) fn submit(&mut self, command: SensorCommand) -> RequestId {
         self.session.submit(command).unwrap()
     }
 
@@ -53,7 +55,7 @@ impl Bench {
         self.session.poll_timeout().map(|at| at - self.now)
     }
 
-    pub(crate) fn answer(&mut self, id: RequestId) -> Answer {
+    pub(crate) fn answer(&mut self, id: RequestId) -> Response {
         let (ended, result) = self.session.poll_completion().unwrap();
         assert_eq!(ended, id);
         result.unwrap()
@@ -61,8 +63,8 @@ impl Bench {
 
     pub(crate) fn value(&mut self, id: RequestId) -> String {
         match self.answer(id) {
-            Answer::Register(contents) => contents.fields.to_string(),
-            Answer::Done => panic!("no value"),
+            Response::Register(contents) => contents.fields.to_string(),
+            Response::Done => panic!("no value"),
         }
     }
 

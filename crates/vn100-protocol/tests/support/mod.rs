@@ -11,7 +11,8 @@ use proptest::{
     sample::{Index, select},
 };
 use vn100_protocol::{
-    Check, Command, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, ReplyError, Tally, crc16, xor8,
+    Check, Decoder, Frame, Framer, Item, Options, RegisterContents, Reply, ReplyError, SensorCommand, Tally, crc16,
+    xor8,
 };
 
 /// How the maker's manual has one number printed: the least width and the decimals of C's printf,
@@ -185,7 +186,7 @@ pub(crate) fn contents(line: &str) -> RegisterContents {
 }
 
 /// The line of a command, without CR and LF.
-pub(crate) fn line(command: &Command, check: Check) -> String {
+pub(crate) fn line(command: &SensorCommand, check: Check) -> String {
     let mut line = String::new();
     command.encode(check, &mut line).unwrap();
     line.strip_suffix("\r\n").unwrap().to_owned()

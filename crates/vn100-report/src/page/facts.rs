@@ -4,8 +4,8 @@ use imu_noise::Arrivals;
 use maud::{Markup, html};
 use vn100_analysis::{MissingFrom, RateFrom};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, Calibration, Check, Fields, ImuFilter, Quantity, ReferenceFrameRotation, Register,
-    RegisterContents, RegisterValue, StartupGyroBias, VpeControl,
+    AsyncRate, AsyncType, BaudRate, Calibration, Check, ImuFilter, Quantity, ReferenceFrameRotation, Register,
+    RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
 
 use super::{
@@ -126,7 +126,7 @@ fn in_words(register: Register, text: &str) -> String {
 }
 
 fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
-    let fields = Fields::new(text).ok()?;
+    let fields = RegisterFields::new(text).ok()?;
     RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
 }
 

@@ -50,11 +50,11 @@ impl Write for SlowDisk {
 }
 
 /// A read each 100 ms.
-fn read(number: i64) -> Input {
+fn read(number: i64) -> StreamInput {
     Chunk { bytes: format!("read {number};").into(), at_ns: Some(number * 100_000_000) }.into()
 }
 
-fn replay(disk: &Disk) -> Vec<Input> {
+fn replay(disk: &Disk) -> Vec<StreamInput> {
     let file = disk.file.lock().unwrap().clone();
     let mut reader = RecordingReader::open(&file[..]).unwrap();
     std::iter::from_fn(|| reader.next_input().unwrap()).collect()
@@ -66,7 +66,7 @@ fn start<W: Write + Send + 'static>(out: W) -> io::Result<Recorder> {
 
 #[tokio::test]
 async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
-    let reads: Vec<Input> = (0..40).map(read).collect();
+    let reads: Vec<StreamInput> = (0..40).map(read).collect();
     let (mut whole, mut cut, mut unended) = (0, 0, 0);
     for (room, freed) in (0..3000).flat_map(|room| [(room, false), (room, true)]) {
         let disk = Disk { room, freed, ..Disk::default() };
@@ -97,8 +97,8 @@ async fn a_full_disk_stops_the_recording_and_keeps_what_it_took() {
 async fn a_record_that_a_full_disk_tore_is_never_mended_with_something_else() {
     // more than the buffer holds within a second, so that a write fails in the middle of a record
     for length in 60..160 {
-        let read = |number: u8| Input::from(Chunk { bytes: vec![number; length].into(), at_ns: Some(0) });
-        let reads: Vec<Input> = (0..1000).map(|number| read((number % 251) as u8)).collect();
+        let read = |number: u8| StreamInput::from(Chunk { bytes: vec![number; length].into(), at_ns: Some(0) });
+        let reads: Vec<StreamInput> = (0..1000).map(|number| read((number % 251) as u8)).collect();
         let disk = Disk { room: 50_000, freed: true, ..Disk::default() };
         let recorder = start(disk.clone()).unwrap();
         for read in &reads {
@@ -110,10 +110,10 @@ async fn a_record_that_a_full_disk_tore_is_never_mended_with_something_else() {
     }
 }
 
-fn length(input: &Input) -> usize {
+fn length(input: &StreamInput) -> usize {
     match input {
-        Input::Chunk(chunk) => chunk.bytes.len(),
-        Input::Link(_) => 0,
+        StreamInput::Chunk(chunk) => chunk.bytes.len(),
+        StreamInput::Link(_) => 0,
     }
 }
 
@@ -143,7 +143,7 @@ async fn what_a_slow_disk_does_not_take_is_told_in_the_file() {
     let kept: usize = replay(&disk)
         .iter()
         .map(|input| {
-            if let Input::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) = input {
+            if let StreamInput::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) = input {
                 told_lost += bytes;
             }
             length(input)

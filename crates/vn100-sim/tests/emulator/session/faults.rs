@@ -2,24 +2,24 @@
 
 use std::time::Duration;
 
-use vn100_protocol::{AsyncRate, BaudRate, Command, DeviceError, Fields, Register, RequestFailure};
+use vn100_protocol::{AsyncRate, BaudRate, DeviceError, Register, RegisterFields, RequestFailure, SensorCommand};
 use vn100_sim::device::BOOT;
 
 use super::link::{Fate, Link, Outcome, line, ms};
 
-const READ_RATE: Command = Command::ReadRegister(Register::ASYNC_RATE);
-const READ_ABSENT: Command = Command::ReadRegister(Register(99));
+const READ_RATE: SensorCommand = SensorCommand::ReadRegister(Register::ASYNC_RATE);
+const READ_ABSENT: SensorCommand = SensorCommand::ReadRegister(Register(99));
 
-fn write_rate(hz: u32) -> Command {
-    Command::write(&AsyncRate::new(hz).unwrap())
+fn write_rate(hz: u32) -> SensorCommand {
+    SensorCommand::write(&AsyncRate::new(hz).unwrap())
 }
 
-fn write(register: Register, fields: &str) -> Command {
-    Command::WriteRegister { register, fields: Fields::new(fields).unwrap() }
+fn write(register: Register, fields: &str) -> SensorCommand {
+    SensorCommand::WriteRegister { register, fields: RegisterFields::new(fields).unwrap() }
 }
 
-fn write_baud(bits_per_s: u32) -> Command {
-    Command::write(&BaudRate::new(bits_per_s).unwrap())
+fn write_baud(bits_per_s: u32) -> SensorCommand {
+    SensorCommand::write(&BaudRate::new(bits_per_s).unwrap())
 }
 
 /// What each request was told.
@@ -42,7 +42,7 @@ fn attempts(outcome: &Outcome) -> u32 {
 }
 
 /// Whether these were sent, and nothing else.
-fn assert_sent(link: &Link, commands: &[Command]) {
+fn assert_sent(link: &Link, commands: &[SensorCommand]) {
     let sent: Vec<_> = link.sent.iter().map(|(_, line)| line.as_str()).collect();
     assert_eq!(sent, commands.iter().map(line).collect::<Vec<_>>());
 }
@@ -57,7 +57,7 @@ fn answers_come_between_lines_at_200_hz_and_no_line_is_lost() {
     link.wait(ms(5));
     let (began, before) = (link.now, link.samples);
     for _ in 0..20 {
-        let outcomes = link.ask(&[READ_RATE, Command::ReadRegister(Register::MODEL), READ_ABSENT]);
+        let outcomes = link.ask(&[READ_RATE, SensorCommand::ReadRegister(Register::MODEL), READ_ABSENT]);
         assert_eq!(told(&outcomes[..2]), ["200", "VN-100S-CR"]);
         assert_eq!(error(&outcomes[2]), DeviceError::InvalidRegister);
     }
@@ -81,7 +81,7 @@ fn a_lost_request_is_sent_again() {
 fn a_sensor_that_hears_nothing_is_given_up_in_time() {
     let mut link = Link::new();
     link.commands.fates = vec![Fate::LOST; 5].into();
-    let outcomes = link.ask(&[READ_RATE, Command::WriteSettings, Command::Reset, READ_RATE]);
+    let outcomes = link.ask(&[READ_RATE, SensorCommand::WriteSettings, SensorCommand::Reset, READ_RATE]);
     assert_eq!((attempts(&outcomes[0]), attempts(&outcomes[1]), attempts(&outcomes[2])), (3, 1, 1));
     assert_eq!(outcomes[3].told(), "40");
     let at: Vec<_> = outcomes[..3].iter().map(|outcome| outcome.at).collect();
@@ -98,7 +98,7 @@ fn a_lost_answer_is_asked_for_again() {
 
 #[test]
 fn settings_are_not_saved_twice_when_the_answer_is_lost() {
-    for once in [Command::WriteSettings, Command::Reset, Command::RestoreFactorySettings] {
+    for once in [SensorCommand::WriteSettings, SensorCommand::Reset, SensorCommand::RestoreFactorySettings] {
         let mut link = Link::new();
         link.answers.fates = [Fate::LOST].into();
         let outcomes = link.ask(&[once.clone(), READ_RATE]);
@@ -131,11 +131,11 @@ fn a_late_answer_is_not_taken_for_that_of_the_next_request() {
 fn an_answer_after_the_end_of_its_request_answers_nothing() {
     let mut link = Link::new();
     link.answers.fates = [Fate::late(ms(3000))].into();
-    let outcomes = link.ask(&[Command::WriteSettings, READ_RATE]);
+    let outcomes = link.ask(&[SensorCommand::WriteSettings, READ_RATE]);
     assert_eq!(attempts(&outcomes[0]), 1);
     // it was held up by the late one
     assert_eq!(attempts(&outcomes[1]), 3);
-    assert_eq!(told(&link.ask(&[Command::Async(false), write_rate(20), READ_RATE])), ["Done", "20", "20"]);
+    assert_eq!(told(&link.ask(&[SensorCommand::Async(false), write_rate(20), READ_RATE])), ["Done", "20", "20"]);
     assert_eq!((link.session.poll_notice(), link.outcomes.len()), (None, 5));
     // nor is it held against the next write
     let mut link = Link::new();
@@ -161,7 +161,7 @@ fn a_refusal_ends_the_request_that_it_answers() {
     let read_only = write(Register::MODEL, "X");
     let odd_rate = write(Register::ASYNC_RATE, "30");
     let too_few = write(Register::IMU_FILTER, "0,4");
-    let requests = [READ_ABSENT, read_only, odd_rate, write_rate(200), too_few, Command::Tare, READ_RATE];
+    let requests = [READ_ABSENT, read_only, odd_rate, write_rate(200), too_few, SensorCommand::Tare, READ_RATE];
     let outcomes = link.ask(&requests);
     let errors: Vec<_> = outcomes[..6].iter().map(error).collect();
     assert_eq!(
@@ -223,7 +223,7 @@ fn a_fault_of_the_sensor_is_told_and_answers_nothing() {
 
 #[test]
 fn nothing_is_asked_while_the_sensor_restarts() {
-    for restart in [Command::Reset, Command::RestoreFactorySettings] {
+    for restart in [SensorCommand::Reset, SensorCommand::RestoreFactorySettings] {
         let mut link = Link::new();
         let requests = [write_rate(20), restart, READ_RATE];
         let outcomes = link.ask(&requests);
@@ -233,7 +233,7 @@ fn nothing_is_asked_while_the_sensor_restarts() {
         assert_eq!(link.sent[2].0, outcomes[1].at + BOOT);
     }
     let mut link = Link::new();
-    let outcomes = link.ask(&[write_rate(20), Command::WriteSettings, Command::Reset, READ_RATE]);
+    let outcomes = link.ask(&[write_rate(20), SensorCommand::WriteSettings, SensorCommand::Reset, READ_RATE]);
     assert_eq!(told(&outcomes), ["20", "Done", "Done", "20"], "what was saved is kept");
 }
 
@@ -245,7 +245,7 @@ fn the_answer_to_a_change_of_the_baud_rate_comes_at_the_old_one() {
     // whoever stays at the old rate is not heard
     assert_eq!(attempts(&link.ask(&[READ_RATE])[0]), 3);
     link.host_baud = 921_600;
-    assert_eq!(told(&link.ask(&[Command::ReadRegister(Register::BAUD_RATE), READ_RATE])), ["921600", "40"]);
+    assert_eq!(told(&link.ask(&[SensorCommand::ReadRegister(Register::BAUD_RATE), READ_RATE])), ["921600", "40"]);
 }
 
 #[test]
@@ -254,7 +254,7 @@ fn a_lost_answer_to_a_change_of_the_baud_rate_leaves_the_change_unknown() {
     link.answers.fates = [Fate::LOST].into();
     assert_eq!(attempts(&link.ask(&[write_baud(57_600)])[0]), 3, "it is asked again at a rate that it does not hear");
     link.host_baud = 57_600;
-    let outcomes = link.ask(&[Command::ReadRegister(Register::BAUD_RATE)]);
+    let outcomes = link.ask(&[SensorCommand::ReadRegister(Register::BAUD_RATE)]);
     assert_eq!(told(&outcomes), ["57600"]);
     let took: Duration = outcomes[0].at - link.sent[3].0;
     assert!(took < ms(50), "{took:?}");

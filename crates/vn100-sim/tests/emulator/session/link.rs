@@ -4,7 +4,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use vn100_protocol::{
-    Answer, Check, Command, Decoder, Item, Options, Register, Reply, RequestFailure, RequestId, Session,
+    Check, Decoder, Item, Options, Register, Reply, RequestFailure, RequestId, RequestQueue, Response, SensorCommand,
 };
 use vn100_sim::{Device, DeviceConfig};
 
@@ -78,15 +78,15 @@ impl Direction {
 pub(crate) struct Outcome {
     pub(crate) id: RequestId,
     pub(crate) at: Duration,
-    pub(crate) result: Result<Answer, RequestFailure>,
+    pub(crate) result: Result<Response, RequestFailure>,
 }
 
 impl Outcome {
     /// The fields that came; `Done` for a command without any.
     pub(crate) fn told(&self) -> &str {
         match &self.result {
-            Ok(Answer::Register(contents)) => contents.fields.as_str(),
-            Ok(Answer::Done) => "Done",
+            Ok(Response::Register(contents)) => contents.fields.as_str(),
+            Ok(Response::Done) => "Done",
             Err(failure) => panic!("{failure}"),
         }
     }
@@ -94,7 +94,7 @@ impl Outcome {
 
 pub(crate) struct Link {
     pub(crate) device: Device,
-    pub(crate) session: Session,
+    pub(crate) session: RequestQueue,
     pub(crate) now: Duration,
     pub(crate) commands: Direction,
     /// Of the sensor; measurements are always whole but for `flips`.
@@ -118,7 +118,7 @@ impl Link {
     pub(crate) fn new() -> Self {
         let mut link = Self {
             device: Device::new(DeviceConfig::default()),
-            session: Session::new(Check::Xor8),
+            session: RequestQueue::new(Check::Xor8),
             now: ms(2000),
             commands: Direction::default(),
             answers: Direction::default(),
@@ -137,7 +137,7 @@ impl Link {
     }
 
     /// Asks all this, and waits until each has ended.
-    pub(crate) fn ask(&mut self, commands: &[Command]) -> Vec<Outcome> {
+    pub(crate) fn ask(&mut self, commands: &[SensorCommand]) -> Vec<Outcome> {
         let before = self.outcomes.len();
         for command in commands {
             self.session.submit(command.clone()).unwrap();
@@ -181,7 +181,7 @@ impl Link {
         let mut now = self.now;
         let mut text = String::new();
         // a boot, or the writing of the flash, may have to end first
-        for command in [Command::Async(false), Command::ReadRegister(register)] {
+        for command in [SensorCommand::Async(false), SensorCommand::ReadRegister(register)] {
             now += ms(1500);
             let _ = device.poll_output(now);
             device.receive(line(&command).as_bytes(), now);
@@ -244,7 +244,7 @@ impl Link {
 }
 
 /// A command as it is sent.
-pub(crate) fn line(command: &Command) -> String {
+pub(crate) fn line(command: &SensorCommand) -> String {
     let mut line = String::new();
     command.encode(Check::Xor8, &mut line).unwrap();
     line

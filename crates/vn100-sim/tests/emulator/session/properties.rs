@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use proptest::{collection::vec, option, prelude::*, sample::select};
-use vn100_protocol::{Answer, AsyncRate, Command, Fields, Register};
+use vn100_protocol::{AsyncRate, Register, RegisterFields, Response, SensorCommand};
 
 use super::link::{Fate, Link, line, ms};
 
@@ -13,17 +13,18 @@ const ABSENT: Register = Register(99);
 /// How much later than usual answers come at most: beyond the time of all attempts of a request.
 const LATEST: Duration = ms(1700);
 
-fn command() -> impl Strategy<Value = Command> {
-    let write_rate = |hz| Command::write(&AsyncRate::new(hz).unwrap());
-    let write_tag = |tag| Command::WriteRegister { register: Register::USER_TAG, fields: Fields::new(tag).unwrap() };
+fn command() -> impl Strategy<Value = SensorCommand> {
+    let write_rate = |hz| SensorCommand::write(&AsyncRate::new(hz).unwrap());
+    let write_tag =
+        |tag| SensorCommand::WriteRegister { register: Register::USER_TAG, fields: RegisterFields::new(tag).unwrap() };
     let registers = vec![Register::USER_TAG, Register::MODEL, Register::ASYNC_RATE, Register::IMU_FILTER, ABSENT];
     prop_oneof![
-        6 => select(registers).prop_map(Command::ReadRegister),
+        6 => select(registers).prop_map(SensorCommand::ReadRegister),
         4 => select(vec![10, 20, 25, 40, 50]).prop_map(write_rate),
         3 => select(vec!["one", "two", "three"]).prop_map(write_tag),
-        2 => any::<bool>().prop_map(Command::Async),
-        1 => Just(Command::WriteSettings),
-        1 => select(vec![Command::Reset, Command::RestoreFactorySettings]),
+        2 => any::<bool>().prop_map(SensorCommand::Async),
+        1 => Just(SensorCommand::WriteSettings),
+        1 => select(vec![SensorCommand::Reset, SensorCommand::RestoreFactorySettings]),
     ]
 }
 
@@ -42,15 +43,15 @@ fn answer_fate() -> impl Strategy<Value = Fate> {
 }
 
 /// How often it may be sent.
-fn attempts(command: &Command) -> u32 {
+fn attempts(command: &SensorCommand) -> u32 {
     match command {
-        Command::ReadRegister(_) | Command::WriteRegister { .. } | Command::Async(_) => 3,
+        SensorCommand::ReadRegister(_) | SensorCommand::WriteRegister { .. } | SensorCommand::Async(_) => 3,
         _ => 1,
     }
 }
 
 /// The longest time that all attempts take.
-fn patience(command: &Command) -> Duration {
+fn patience(command: &SensorCommand) -> Duration {
     command.answer_time() * attempts(command)
 }
 
@@ -91,8 +92,8 @@ proptest! {
             prop_assert!(sent.len() <= attempts(command) as usize, "{:?}", sent);
             prop_assert!(sent.iter().all(|(_, sent)| *sent == line(command)), "{:?}", sent);
             // what is told of a register is told of that one, and true
-            if let Ok(Answer::Register(contents)) = &outcome.result {
-                let (Command::ReadRegister(asked) | Command::WriteRegister { register: asked, .. }) = command else {
+            if let Ok(Response::Register(contents)) = &outcome.result {
+                let (SensorCommand::ReadRegister(asked) | SensorCommand::WriteRegister { register: asked, .. }) = command else {
                     panic!("{command:?} was answered with {contents:?}");
                 };
                 prop_assert_eq!(contents.register, *asked);

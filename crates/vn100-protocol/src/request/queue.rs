@@ -8,10 +8,10 @@ use thiserror::Error;
 
 use crate::{
     framing::checksum::Check,
-    register::fields::Fields,
+    register::fields::RegisterFields,
     register::{Register, RegisterContents},
     request::RequestFailure,
-    request::command::Command,
+    request::command::SensorCommand,
     request::device_error::DeviceError,
     request::reply::Reply,
 };
@@ -20,8 +20,8 @@ use crate::{
 /// repeated.
 ///
 /// Each request ends exactly once, with an answer or a failure. Reads, writes and
-/// [`Command::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands once,
-/// whatever happens.
+/// [`SensorCommand::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands
+/// once, whatever happens.
 ///
 /// Its owner has the link and the clock. Times are those since any fixed moment, the same for all
 /// calls; nothing breaks if one is late. After any call, and when
@@ -39,16 +39,16 @@ use crate::{
 /// and the next one the answer. So that a late answer to a request that was sent twice is not taken
 /// for that of the next one, the next waits until it has come or could have.
 #[derive(Debug)]
-pub struct Session {
+pub struct RequestQueue {
     check: Check,
-    queue: VecDeque<(RequestId, Command)>,
+    queue: VecDeque<(RequestId, SensorCommand)>,
     current: Option<Current>,
     late: Option<Late>,
     /// Whether a question came back before its answer.
     line_echoes: bool,
     /// The sensor hears nothing before this time.
     busy_until: Duration,
-    completions: VecDeque<(RequestId, Result<Answer, RequestFailure>)>,
+    completions: VecDeque<(RequestId, Result<Response, RequestFailure>)>,
     notices: VecDeque<DeviceError>,
     submitted: u64,
 }
@@ -59,7 +59,7 @@ pub struct RequestId(u64);
 
 /// What the sensor answered.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Answer {
+pub enum Response {
     /// To a read: what the register holds. To a write: what it has taken.
     Register(RegisterContents),
     /// To any other command: that it is carried out.
@@ -79,14 +79,14 @@ pub enum Handled {
 
 /// As many requests wait as a session takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("{} requests wait already: let them end and collect their answers before asking more", Session::CAPACITY)]
+#[error("{} requests wait already: let them end and collect their answers before asking more", RequestQueue::CAPACITY)]
 pub struct QueueFull;
 
 /// The request on the wire.
 #[derive(Debug)]
 struct Current {
     id: RequestId,
-    command: Command,
+    command: SensorCommand,
     attempts: u32,
     /// Lines sent and not yet answered.
     unanswered: u32,
@@ -103,13 +103,13 @@ struct Current {
 /// A request that has ended with fewer answers than it was sent times.
 #[derive(Debug)]
 struct Late {
-    command: Command,
+    command: SensorCommand,
     unanswered: u32,
     /// The others come no more after this time.
     until: Duration,
 }
 
-impl Session {
+impl RequestQueue {
     /// How often a repeatable command is sent at most.
     pub const ATTEMPTS: u32 = 3;
     /// The requests that may wait, be on the wire, or have ended without being collected.
@@ -138,7 +138,7 @@ impl Session {
     ///
     /// # Errors
     /// [`QueueFull`] when there are [`CAPACITY`](Self::CAPACITY) of them.
-    pub fn submit(&mut self, command: Command) -> Result<RequestId, QueueFull> {
+    pub fn submit(&mut self, command: SensorCommand) -> Result<RequestId, QueueFull> {
         let id = self.next_id()?;
         self.queue.push_back((id, command));
         Ok(id)
@@ -148,14 +148,15 @@ impl Session {
     ///
     /// # Errors
     /// As [`submit`](Self::submit).
-    pub fn submit_next(&mut self, command: Command) -> Result<RequestId, QueueFull> {
+    pub fn submit_next(&mut self, command: SensorCommand) -> Result<RequestId, QueueFull> {
         let id = self.next_id()?;
         self.queue.push_front((id, command));
         Ok(id)
     }
 
     /// Gives a request up: it is not sent again, and does not end with a result. An answer that
-    /// still arrives is not the session's; an error may be taken for the answer to the next request.
+    /// still arrives is not the session's; an error may be taken for the answer to the next
+    /// request.
     pub fn cancel(&mut self, id: RequestId) {
         self.queue.retain(|(queued, _)| *queued != id);
         self.current.take_if(|current| current.id == id);
@@ -196,8 +197,8 @@ impl Session {
         }
         current.unanswered = current.unanswered.saturating_sub(1);
         let answer = match reply {
-            Reply::Register(contents) | Reply::Written(contents) => Answer::Register(contents.clone()),
-            Reply::Echo(_) | Reply::Error(_) | Reply::Question(_) => Answer::Done,
+            Reply::Register(contents) | Reply::Written(contents) => Response::Register(contents.clone()),
+            Reply::Echo(_) | Reply::Error(_) | Reply::Question(_) => Response::Done,
         };
         self.complete(Ok(answer), now);
         Handled::Mine
@@ -269,7 +270,7 @@ impl Session {
 
     /// A request that has ended, and how; in the order in which they end.
     #[must_use]
-    pub fn poll_completion(&mut self) -> Option<(RequestId, Result<Answer, RequestFailure>)> {
+    pub fn poll_completion(&mut self) -> Option<(RequestId, Result<Response, RequestFailure>)> {
         self.completions.pop_front()
     }
 
@@ -281,7 +282,7 @@ impl Session {
 
     fn handle_question(&mut self, register: Register) -> Handled {
         match &mut self.current {
-            Some(current) if current.command == Command::ReadRegister(register) && current.unechoed > 0 => {
+            Some(current) if current.command == SensorCommand::ReadRegister(register) && current.unechoed > 0 => {
                 current.unechoed -= 1;
                 current.came_back = true;
                 Handled::Echo
@@ -328,7 +329,7 @@ impl Session {
         Handled::Mine
     }
 
-    fn complete(&mut self, result: Result<Answer, RequestFailure>, now: Duration) {
+    fn complete(&mut self, result: Result<Response, RequestFailure>, now: Duration) {
         let Some(current) = self.current.take() else {
             return;
         };
@@ -357,7 +358,7 @@ impl Session {
 }
 
 impl Current {
-    fn new(id: RequestId, command: Command) -> Self {
+    fn new(id: RequestId, command: SensorCommand) -> Self {
         Self {
             id,
             command,
@@ -372,29 +373,29 @@ impl Current {
     }
 
     fn may_be_repeated(&self) -> bool {
-        self.command.is_repeatable() && self.attempts < Session::ATTEMPTS
+        self.command.is_repeatable() && self.attempts < RequestQueue::ATTEMPTS
     }
 }
 
 /// The fields that a write asked for and those that it was answered with, where they differ.
-fn difference<'a>(command: &'a Command, reply: &'a Reply) -> Option<(&'a Fields, &'a Fields)> {
-    let (Command::WriteRegister { fields, .. }, Reply::Written(echo)) = (command, reply) else {
+fn difference<'a>(command: &'a SensorCommand, reply: &'a Reply) -> Option<(&'a RegisterFields, &'a RegisterFields)> {
+    let (SensorCommand::WriteRegister { fields, .. }, Reply::Written(echo)) = (command, reply) else {
         return None;
     };
     (!echo.is_as_written(fields)).then_some((fields, &echo.fields))
 }
 
 /// Whether `reply`, which answers `command`, may as well be the command itself.
-fn is_copy(command: &Command, reply: &Reply) -> bool {
+fn is_copy(command: &SensorCommand, reply: &Reply) -> bool {
     match (command, reply) {
-        (Command::WriteRegister { fields, .. }, Reply::Written(contents)) => contents.fields == *fields,
+        (SensorCommand::WriteRegister { fields, .. }, Reply::Written(contents)) => contents.fields == *fields,
         (_, Reply::Echo(_)) => true,
         _ => false,
     }
 }
 
 /// The line of a command, without CR and LF.
-fn line(command: &Command, check: Check) -> String {
+fn line(command: &SensorCommand, check: Check) -> String {
     let mut line = String::new();
     // a String takes all that is written to it
     _ = command.encode(check, &mut line);
