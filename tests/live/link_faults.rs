@@ -118,7 +118,7 @@ fn assert_costs(plan: &str, rate: (u32, u32), lost: impl Fn(u64) -> bool) -> Mea
     assert!(lost(cost), "{plan} at {rate:?} costs {cost} lines");
     assert_eq!(cost, struck(&clean.bytes, &faulty.bytes), "{plan} at {rate:?}: lines lost, and lines struck");
     let timing = faulty.snapshot.timing;
-    assert_eq!(timing.samples + timing.left_out, faulty.rows.len() as u64, "{plan} at {rate:?}");
+    assert_eq!(timing.samples + timing.excluded, faulty.rows.len() as u64, "{plan} at {rate:?}");
     assert_eq!(timing.samples + timing.missing, sent, "{plan} at {rate:?}: {timing:?}");
     assert_eq!(faulty.snapshot.link.bytes(), faulty.bytes.len() as u64, "{plan} at {rate:?}");
     faulty

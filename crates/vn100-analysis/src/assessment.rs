@@ -41,9 +41,9 @@ pub struct Assessment {
     pub confidence: f64,
     /// One per channel, in the order of the layout.
     pub channels: Vec<ChannelAssessment>,
-    /// The sensor was moved; `None` where it lay still, as far as the record tells.
+    /// The sensor was moved; `None` where the record shows it at rest.
     pub motion: Option<Motion>,
-    /// What may spoil the numbers, beyond the snapshot's own warnings.
+    /// Limits of the results, beyond the snapshot's own warnings.
     pub warnings: Vec<Warning>,
 }
 
@@ -54,13 +54,13 @@ pub struct ChannelAssessment {
     pub octaves: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
     pub noise: Option<ChannelNoise>,
-    /// Vibration, disturbances, changes of level; none are looked for where the sensor was moved.
+    /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub disturbed: Disturbed,
     /// Whether the values are normally distributed, or why that cannot be judged; `None` without
     /// samples of a stream.
     pub normality: Option<Result<Normality, NotJudged>>,
-    /// What the sensor does to the channel's white noise before it is sent; `None` where nobody
-    /// knows.
+    /// What the sensor does to the channel's white noise before it is sent; `None` where
+    /// that is unknown.
     pub onboard: Option<Onboard>,
 }
 
@@ -69,7 +69,7 @@ pub struct ChannelAssessment {
 pub struct OctaveAssessment {
     /// Averaging factor.
     pub m: u64,
-    /// Exponent of the spectrum nearest to the noise seen here; `None` where too few blocks tell.
+    /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
     pub alpha: Option<i8>,
     /// Degrees of freedom, and bounds of a deviation of 1: those of the octave's own are its
     /// deviation times these. `None` below two windows.

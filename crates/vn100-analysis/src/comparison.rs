@@ -1,5 +1,5 @@
-//! Several records side by side: which octaves differ beyond chance, which record is the quietest,
-//! and how far means lie apart.
+//! Several records compared: octaves with statistically significant differences, the order of their
+//! white noise, and the spread of their means.
 
 mod caveat;
 mod folding;
@@ -16,7 +16,7 @@ pub use ranking::{RankedRecord, Ranking, WhiteTest};
 
 use crate::{Assessment, Snapshot, Warning, WarningKind};
 
-/// Warnings that tell of something that befell a record, not of how it was made.
+/// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
 
 /// One record to be compared.
@@ -33,8 +33,8 @@ pub struct Record<'a> {
 /// What several records say of each other. Records are numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// Two-sided level of every interval; a difference is beyond chance where its corrected
-    /// probability is below 1 - confidence.
+    /// Two-sided level of every interval; a difference is statistically significant where its
+    /// corrected probability is below 1 - confidence.
     pub confidence: f64,
     /// Every octave of every channel that two records share at the same averaging time; corrected
     /// all together.
@@ -43,13 +43,13 @@ pub struct Comparison {
     pub rankings: Vec<Ranking>,
     /// By channel of a sensor: the mean in each record, and how far apart they lie.
     pub means: Vec<ChannelMeans>,
-    /// What befell which record.
+    /// Events that disturbed a record.
     pub disturbances: Vec<Disturbance>,
     /// What could not be compared, or only in part.
     pub caveats: Vec<Caveat>,
 }
 
-/// What befell a record.
+/// An event that disturbed a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
     /// Its number.
@@ -82,9 +82,9 @@ impl Comparison {
         }
     }
 
-    /// Whether a test with that chance tells two records apart.
+    /// Whether a difference with that probability is statistically significant.
     #[must_use]
-    pub fn is_beyond_chance(&self, chance: Chance) -> bool {
+    pub fn is_significant(&self, chance: Chance) -> bool {
         chance.corrected < 1.0 - self.confidence
     }
 }

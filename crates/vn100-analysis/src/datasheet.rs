@@ -79,10 +79,10 @@ pub struct Verdicts {
     pub channels: Vec<Vec<FigureVerdict>>,
 }
 
-/// Why nobody knows what the stream does to a parameter; the first that holds.
+/// Why the effect of the stream on a parameter is unknown; the first reason that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamUnknown {
-    /// Nothing told the averaging on board.
+    /// The averaging on board is not reported.
     Window,
     /// The sample rate is assumed.
     Rate,
@@ -160,13 +160,13 @@ impl Datasheet {
         onboard: Option<Onboard>,
         snapshot: &Snapshot,
     ) -> (BoxcarWindow, Option<StreamUnknown>) {
-        let told = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
-        let (window, is_known) = match (onboard, told) {
+        let stated = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
+        let (window, is_known) = match (onboard, stated) {
             (Some(onboard), _) => (onboard.window, onboard.window_known),
-            (None, Some(told)) => {
-                let decimation = told.refresh_hz / snapshot.timing.rate_hz;
-                let window = BoxcarWindow { length: told.window, decimation };
-                // the fit allows for shared refreshes only where the sensor itself told of them
+            (None, Some(stated)) => {
+                let decimation = stated.refresh_hz / snapshot.timing.rate_hz;
+                let window = BoxcarWindow { length: stated.window, decimation };
+                // the fit allows for shared refreshes only where the sensor itself reported them
                 (window, !window.overlaps())
             }
             (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),

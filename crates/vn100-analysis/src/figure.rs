@@ -38,7 +38,7 @@ pub enum FigureError {
     /// No such letter.
     #[error("{0:?} is no parameter: N, B or K")]
     Letter(String),
-    /// No message has such an axis, or it is none of a sensor that noise is told of.
+    /// No message has such an axis, or its quantity has no noise parameters.
     #[error("{0:?} is no axis of a sensor: gyro, accel, mag, or one of them with _x, _y or _z")]
     Channel(String),
     /// Long averages of a magnetic field show the surroundings.
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_figure_is_told_what_one_is() {
+    fn what_is_no_figure_names_what_one_is() {
         for (text, expected) in [
             ("", "gyro N"),
             ("gyro", "gyro N"),

@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_goal_is_told_what_one_is() {
+    fn what_is_no_goal_names_what_one_is() {
         for (text, expected) in [
             ("gyro N", "±5%"),
             ("gyro N ±x%", "percentage"),

@@ -21,8 +21,8 @@ mod warning;
 
 pub use accumulate::{
     analysis::Analysis,
+    magnitude::Magnitude,
     recent::{Recent, Slot},
-    vector_norm::Norm,
 };
 pub use assessment::{
     Assessment, Assessments, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LongTauValidity,
@@ -40,7 +40,7 @@ pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{
-    ChannelSnapshot, FalseRate, MissingFrom, Outages, PolledChannel, RateChange, RateFrom, Snapshot, Timing,
+    ChannelSnapshot, FalseRate, MissingFrom, Outages, RateChange, RateFrom, RegisterChannel, Snapshot, Timing,
 };
 pub use source_facts::{
     CsvFacts, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,

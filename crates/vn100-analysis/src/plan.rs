@@ -29,7 +29,7 @@ const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 pub struct Given {
     /// Output rate.
     pub rate: Option<AsyncRate>,
-    /// Speed of the line.
+    /// Baud rate.
     pub baud: Option<BaudRate>,
     /// Two-sided level of the intervals, 0 < p < 1.
     pub confidence: f64,
@@ -51,9 +51,9 @@ pub struct Plan {
     /// Values averaged for one that is sent, as many as are taken from one to the next: white noise
     /// then keeps its density.
     pub window: u32,
-    /// Speed of the line.
+    /// Baud rate.
     pub baud: BaudRate,
-    /// To be left out at the beginning, in seconds.
+    /// To be excluded at the beginning, in seconds.
     pub warm_up_s: f64,
     /// Length behind the warm-up for all that is wanted, in seconds, rounded up; `None` where
     /// something is out of reach.
@@ -99,7 +99,7 @@ pub enum PlanningError {
         line_length: u32,
         /// The rate asked for.
         rate_hz: u32,
-        /// The speed of the line.
+        /// The baud rate.
         baud: u32,
         /// The highest rate that fits.
         highest_hz: Option<u32>,

@@ -8,7 +8,7 @@ use std::fmt;
 pub enum Remedy {
     /// Give the nominal sample rate: this one in hertz, where one is measured.
     GiveRate(Option<f64>),
-    /// Leave out the beginning of the record: so many minutes, where that is known.
+    /// Exclude the beginning of the record: so many minutes, where that is known.
     Skip(Option<f64>),
     /// End the record before its end.
     EndEarlier,
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_told_by_their_registers() {
+    fn settings_are_named_by_their_registers() {
         let [message, window] = [Setting::Message("VNIMU"), Setting::Window(20)].map(|setting| setting.to_string());
         assert_eq!((&*message, &*window), ("register 6 set to VNIMU", "register 85 set to 20"));
         assert_eq!(

@@ -6,7 +6,7 @@ use imu_noise::{Deviation, Estimator};
 
 use crate::goal::Goal;
 
-/// The sensor's default output rate, taken where nothing tells the rate.
+/// The sensor's default output rate, assumed where the rate is unknown.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
 
 /// The two-sided level of intervals, unless another is asked for.
@@ -21,7 +21,7 @@ pub struct Settings {
     pub estimator: Estimator,
     /// Which deviation.
     pub deviation: Deviation,
-    /// Data time left out at the beginning.
+    /// Data time excluded at the beginning.
     pub skip: Duration,
     /// Data time, counted from the first sample, behind which the measurement ends; `None` for all
     /// there is.

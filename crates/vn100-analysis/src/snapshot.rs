@@ -10,7 +10,7 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
-    accumulate::{recent::Recent, vector_norm::Norm},
+    accumulate::{magnitude::Magnitude, recent::Recent},
     warning::Warning,
 };
 
@@ -24,17 +24,14 @@ pub struct Snapshot {
     /// What the arrival stamps say; `None` for a stream without stamps. Behind a change of rate,
     /// what they said until then.
     pub arrivals: Option<TimebaseSummary>,
-    /// Why the stamps were no time base before the link was lost and found again, where they were
-    /// none.
+    /// Why the stamps of an earlier connection were no time base.
     pub refused_before: Option<Refusal>,
-    /// The change of rate after which samples were left out.
+    /// The change of rate after which samples are excluded.
     pub rate_change: Option<RateChange>,
-    /// The rate that arrival times told until the sensor named its own, where samples were placed
-    /// by it and left out.
+    /// A rate by arrival times that the sensor contradicted, and whose samples are excluded.
     pub false_rate: Option<FalseRate>,
-    /// Samples left out because they came at another rate for a while, as bytes that were held back
-    /// do.
-    pub other_rate_lines: u64,
+    /// Samples excluded because they came at another rate for a while, as delayed bytes do.
+    pub other_rate_samples: u64,
     /// The sensor's registers by number, as it last printed them; those only that were asked for
     /// within the stream.
     pub registers: BTreeMap<u8, String>,
@@ -44,22 +41,22 @@ pub struct Snapshot {
     pub outages: Outages,
     /// How the deviations are estimated.
     pub estimator: Estimator,
-    /// Data time left out at the beginning, as asked.
+    /// Data time excluded at the beginning.
     pub skipped: Duration,
     /// Which deviation it is.
     pub deviation: Deviation,
     /// A line was taken from each channel that has a slope, before its deviation.
     pub detrended: bool,
-    /// Quantisation noise is looked for too.
+    /// Quantisation noise is fitted too.
     pub quantization: bool,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.
-    pub norms: Vec<Norm>,
+    pub magnitudes: Vec<Magnitude>,
     /// What was read from register 54 between the lines: temperature, pressure, and the
     /// measurements without the sensor's own compensation; empty where it was not read.
-    pub polled: Vec<PolledChannel>,
-    /// What may spoil the result, the gravest first.
+    pub register_channels: Vec<RegisterChannel>,
+    /// Limits of the result, the gravest first.
     pub warnings: Vec<Warning>,
     /// The last minutes, where they were asked for.
     pub recent: Option<Recent>,
@@ -79,8 +76,7 @@ impl Snapshot {
         means.try_into().ok()
     }
 
-    /// How many lines are held until their times tell the rate, or bear out the one told; `None`
-    /// where none are.
+    /// Rows that are pending until their arrival times show or confirm the rate; `None` for none.
     #[must_use]
     pub fn lines_held(&self) -> Option<u64> {
         let arrivals = self.arrivals.as_ref()?;
@@ -100,21 +96,21 @@ impl Snapshot {
     }
 }
 
-/// The times in which a sensor that had been heard was not.
+/// The times in which a link that had received samples was down.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// How long it was down in all, in seconds, from the last row before until it came back; `None`
-    /// where the times of the events do not tell.
+    /// Total time it was down, in seconds, from the last row before each loss to the reconnect;
+    /// `None` where the times of the events contradict each other.
     pub down_s: Option<f64>,
     /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
     pub since_ns: Option<i64>,
 }
 
 impl Outages {
-    /// Takes what befell the link. That it is silent it is told some seconds later: it is down
-    /// since the last row of the stream.
+    /// Takes a link event. A silence is reported some seconds late: the link is down since the
+    /// last row of the stream.
     pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
@@ -162,9 +158,8 @@ pub struct Timing {
     pub rate_from: RateFrom,
     /// Samples in the statistics.
     pub samples: u64,
-    /// Good samples left out: before the time asked to be skipped, behind the one asked for, or
-    /// behind a change of rate.
-    pub left_out: u64,
+    /// Valid samples excluded: by the user's choice of data time, or after a change of rate.
+    pub excluded: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
     /// Which evidence most of them were counted by; where none is missing, or as many by each, the
@@ -189,10 +184,11 @@ impl Timing {
 pub enum MissingFrom {
     /// A counter in every line: exact.
     Counter,
-    /// When the lines arrived: lines lost whole are counted too.
+    /// Arrival times: entirely missing lines are counted too.
     Arrival,
-    /// A bad line between good ones counts as one missing sample; lines lost whole cannot be seen.
-    BadLines,
+    /// A rejected row between valid ones counts as one missing sample; entirely missing lines are
+    /// not detected.
+    RejectedRows,
 }
 
 /// Where the sensor's rate changed in mid-stream.
@@ -209,10 +205,10 @@ pub struct RateChange {
 /// A rate by arrival times that the sensor contradicted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FalseRate {
-    /// Samples that were placed by it and left out.
+    /// Samples that were placed by it and excluded.
     pub samples: u64,
     /// The rate by arrival times, in hertz.
-    pub told_hz: f64,
+    pub arrival_hz: f64,
     /// The sensor's rate, in hertz.
     pub device_hz: f64,
 }
@@ -220,13 +216,13 @@ pub struct FalseRate {
 /// Where a sample rate comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RateFrom {
-    /// The user said so.
+    /// Given by the user.
     Option,
-    /// The sensor said so, in register 7.
+    /// Reported by the sensor, in register 7.
     Device,
-    /// The arrival stamps tell.
+    /// From the arrival times.
     Arrival,
-    /// Nothing tells: the sensor's default of 40 Hz.
+    /// Unknown: the sensor's default of 40 Hz.
     Assumed,
 }
 
@@ -256,7 +252,7 @@ pub struct ChannelSnapshot {
 
 /// A channel that was asked for between the lines.
 #[derive(Debug, Clone)]
-pub struct PolledChannel {
+pub struct RegisterChannel {
     /// What it is, by a name of its own.
     pub channel: Channel,
     /// Its statistics; it has no deviation.

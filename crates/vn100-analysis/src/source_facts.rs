@@ -112,7 +112,7 @@ pub enum LinkStatus {
     Opening,
     /// The baud rate is searched.
     Scanning,
-    /// The sensor is heard.
+    /// The sensor's output is received.
     Connected,
     /// The port is open and nothing comes on it.
     Silent,

@@ -1,4 +1,4 @@
-//! What may spoil a result, each with what was seen, why it matters and what to try.
+//! Warnings: what limits a result, why it matters and what to try.
 
 pub(crate) mod advice;
 
@@ -14,11 +14,11 @@ pub enum WarningKind {
     RecordingFailed,
     /// Bytes arrive, and no sample is among them.
     NoValidLines,
-    /// Good lines of another message are left out.
+    /// Valid sentences of another message are excluded.
     OtherMessages,
     /// The sensor has more to send than its line carries.
     LinkBudget,
-    /// The sensor told errors that answer nothing it was asked.
+    /// The sensor reported unsolicited errors.
     DeviceErrors,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
@@ -27,7 +27,7 @@ pub enum WarningKind {
     DecimatedStream,
     /// Another sensor answered in mid-stream.
     AnotherSensor,
-    /// Nothing in the recording tells the sample rate.
+    /// The sample rate is unknown.
     RateAssumed,
     /// The sensor's rate changed in mid-stream.
     RateChanged,
@@ -42,7 +42,7 @@ pub enum WarningKind {
     /// Samples are missing.
     Gaps,
     /// Lines were damaged.
-    BadLines,
+    RejectedLines,
     /// Lines carry no checksum.
     UncheckedLines,
     /// Lines came again.
@@ -51,7 +51,7 @@ pub enum WarningKind {
     PrintFormat,
     /// A channel repeats very few values.
     StuckDigits,
-    /// Lines stand out of a spectrum: something shakes the sensor.
+    /// A spectrum has peaks: something shakes the sensor.
     VibrationLine,
     /// Something happened in the middle of the record.
     NotStationary,
@@ -93,7 +93,7 @@ impl WarningKind {
             Self::StampsRefused => "stamps-refused",
             Self::BunchedArrival => "bunched-arrival",
             Self::Gaps => "gaps",
-            Self::BadLines => "bad-lines",
+            Self::RejectedLines => "bad-lines",
             Self::UncheckedLines => "unchecked-lines",
             Self::RepeatedLines => "repeated-lines",
             Self::PrintFormat => "print-format",

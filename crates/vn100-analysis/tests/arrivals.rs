@@ -104,7 +104,7 @@ fn refused_stamps_leave_the_bad_lines_as_evidence() {
     lines.insert(250, Bad);
     let snapshot = analysed(&lines, 50, Settings::default());
     assert!(warned(&snapshot, WarningKind::StampsRefused) && warned(&snapshot, WarningKind::RateAssumed));
-    assert_eq!(snapshot.timing.missing_from, MissingFrom::BadLines);
+    assert_eq!(snapshot.timing.missing_from, MissingFrom::RejectedRows);
     assert_eq!((snapshot.timing.samples, snapshot.timing.missing), (500, 1));
     assert_eq!(snapshot.timing.rate_from, RateFrom::Assumed);
     let told = |snapshot: &Snapshot| {
@@ -230,7 +230,7 @@ fn what_was_placed_by_a_rate_that_the_sensor_denies_is_left_out() {
     let snapshot = analysis.snapshot();
     let timing = snapshot.timing;
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
-    assert_eq!((timing.samples, timing.left_out, timing.missing), (400, 1100, 0));
+    assert_eq!((timing.samples, timing.excluded, timing.missing), (400, 1100, 0));
     let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RateChanged).unwrap();
     assert!(told.text.to_string().contains("37 Hz") && told.text.to_string().contains("1100 samples"), "{}", told.text);
 }
@@ -276,7 +276,7 @@ fn what_comes_at_another_rate_is_left_out() {
     let timing = snapshot.timing;
     assert_eq!((timing.rate_hz, timing.missing), (40.0, 0));
     assert!((590..=603).contains(&timing.samples), "{} samples", timing.samples);
-    assert_eq!(timing.samples + timing.left_out, 2400);
+    assert_eq!(timing.samples + timing.excluded, 2400);
     assert_says(&snapshot, 40.0);
 
     let settings = Settings { skip: Duration::from_secs(16), ..Settings::default() };
@@ -297,13 +297,13 @@ fn assert_says(snapshot: &Snapshot, rate_hz: f64) {
 
 #[test]
 fn of_a_sensor_that_came_back_at_another_rate_the_stamps_before_speak() {
-    for (from_hz, to_hz, told_hz, count) in [(20., 10., 10., 133), (40., 200., 200., 60), (20., 10., 20., 133)] {
+    for (from_hz, to_hz, arrival_hz, count) in [(20., 10., 10., 133), (40., 200., 200., 60), (20., 10., 20., 133)] {
         let mut analysis = Analysis::new(Settings::default());
         analysis.absorb(&rate_of_the_sensor(&from_hz.to_string()));
         absorb(&mut analysis, VNYMR.clone(), &steady(from_hz, 0, count), 8);
         let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "VNERR,01".into() } };
         analysis.take_link_event(&down);
-        analysis.absorb(&rate_of_the_sensor(&told_hz.to_string()));
+        analysis.absorb(&rate_of_the_sensor(&arrival_hz.to_string()));
         for _ in 0..2 {
             absorb(&mut analysis, VNYMR.clone(), &steady(to_hz, 0, 600), 8);
             analysis.take_link_event(&down);
@@ -326,7 +326,7 @@ fn what_is_flushed_at_the_speed_of_the_line_ends_no_record() {
     let snapshot = analysis.snapshot();
     let timing = snapshot.timing;
     assert!((1190..=1210).contains(&timing.samples), "{timing:?}");
-    assert_eq!((timing.samples + timing.left_out, timing.missing, timing.segments), (1400, 0, 2));
+    assert_eq!((timing.samples + timing.excluded, timing.missing, timing.segments), (1400, 0, 2));
     let told = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::RateChanged).unwrap();
     assert!(told.text.to_string().contains("for a while"), "{}", told.text);
 }
@@ -412,7 +412,7 @@ proptest! {
         let cut = analysed(&lines, rows, settings);
         prop_assert_eq!(whole.timing, cut.timing);
         prop_assert_eq!(&whole.warnings, &cut.warnings);
-        prop_assert_eq!(whole.timing.samples + whole.timing.left_out, whole.link.samples());
+        prop_assert_eq!(whole.timing.samples + whole.timing.excluded, whole.link.samples());
         for (a, b) in whole.channels.iter().zip(&cut.channels) {
             prop_assert_eq!(&a.octaves, &b.octaves);
             prop_assert_eq!(&a.moments, &b.moments);

@@ -184,7 +184,10 @@ async fn attach_one(
     let measured = evaluated(result, &job.evaluation).await?;
     told?;
     let snapshot = &measured.snapshot;
-    if job.args.temperature && snapshot.polled.is_empty() && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S {
+    if job.args.temperature
+        && snapshot.register_channels.is_empty()
+        && snapshot.timing.duration_s() > TEMPERATURE_EXPECTED_S
+    {
         let why = "the sensor does not answer, or the line has no room between its lines";
         job.status.report(&format!("{}: no temperature came: {why}", measured.facts.name));
     }

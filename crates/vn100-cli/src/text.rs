@@ -106,7 +106,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     let judged = match snapshot.timing.missing_from {
         MissingFrom::Counter => "the counter in each line",
         MissingFrom::Arrival => "arrival times",
-        MissingFrom::BadLines => "bad lines",
+        MissingFrom::RejectedRows => "bad lines",
     };
     writeln!(
         out,
@@ -142,7 +142,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         link.answers(),
         echoes(link.echoes),
         link.other_messages(),
-        timing.left_out
+        timing.excluded
     )?;
     writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
 }

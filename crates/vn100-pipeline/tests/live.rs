@@ -192,7 +192,7 @@ async fn what_was_excluded_by_command_is_noted_in_the_recording() {
     let mut session = Session::live(LiveSpec { recording: recording(&folder), ..of(&sensor) });
     until(&mut session, |state| state.snapshot.timing.samples >= 100).await;
     session.commands.send(Command::EndWarmUp).await.unwrap();
-    until(&mut session, |state| state.snapshot.timing.left_out >= 100 && state.snapshot.timing.samples > 10).await;
+    until(&mut session, |state| state.snapshot.timing.excluded >= 100 && state.snapshot.timing.samples > 10).await;
     session.commands.send(Command::Stop).await.unwrap();
     let (result, events) = ended(session).await;
     let [SessionEvent::WarmUpEnded { warm_up, excluded }] = events[..] else { panic!("{events:?}") };

@@ -272,7 +272,7 @@ async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier
     let still = session.events.recv().await.unwrap();
     assert!(matches!(still, SessionEvent::StillExcluded { first } if first == five), "{still:?}");
     let is_carried = |_: Playback, state: &SourceState| {
-        (state.snapshot.timing.samples, state.snapshot.timing.left_out) == (200, 200)
+        (state.snapshot.timing.samples, state.snapshot.timing.excluded) == (200, 200)
     };
     until(&mut session, is_carried).await;
     command(&session, Command::StartOver).await;
@@ -286,7 +286,7 @@ async fn what_was_excluded_is_carried_to_a_later_place_and_dropped_at_an_earlier
     until(&mut session, |_, state| state.snapshot.timing.samples == 80).await;
     command(&session, Command::Stop).await;
     let result = session.result.await.unwrap();
-    assert_eq!((result.excluded, result.snapshot.timing.left_out), (Duration::ZERO, 0));
+    assert_eq!((result.excluded, result.snapshot.timing.excluded), (Duration::ZERO, 0));
 }
 
 #[tokio::test(start_paused = true)]

@@ -182,7 +182,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     assert_eq!((warm_up, excluded), (five, five));
     events.send(rows(20)).await.unwrap();
     samples(&mut session, 20).await;
-    assert_eq!(session.state.borrow().snapshot.timing.left_out, 50);
+    assert_eq!(session.state.borrow().snapshot.timing.excluded, 50);
     session.commands.send(Command::StartOver).await.unwrap();
     let over = session.events.recv().await;
     let Some(SessionEvent::StartedOver { after }) = over else { panic!("{over:?}") };
@@ -195,7 +195,7 @@ async fn the_warm_up_is_ended_and_the_measurement_started_over_by_command() {
     events.send(end()).await.unwrap();
     let result = session.result.await.unwrap();
     let timing = result.snapshot.timing;
-    assert_eq!((timing.samples, timing.left_out), (8, 70));
+    assert_eq!((timing.samples, timing.excluded), (8, 70));
     assert_eq!(result.excluded, Duration::from_secs(7));
     assert!(session.events.recv().await.is_none());
 }
@@ -265,7 +265,7 @@ async fn the_time_asked_for_ends_lines_of_unknown_rate_live_and_in_a_replay() {
     let options = ReadOptions { line_by_line: true, ..ReadOptions::default() };
     let live = measured(Open(lines_of_1_hz(6)), options, settings.clone());
     let live = time::timeout(Duration::from_secs(60), live).await.unwrap().snapshot;
-    assert_eq!((live.timing.samples, live.timing.left_out, live.timing.rate_hz), (5, 1, 1.0));
+    assert_eq!((live.timing.samples, live.timing.excluded, live.timing.rate_hz), (5, 1, 1.0));
     for lines in [6, 7, 600] {
         let replay = measured(lines_of_1_hz(lines), options, settings.clone()).await.snapshot;
         assert_eq!(replay.timing, live.timing, "{lines} lines recorded");

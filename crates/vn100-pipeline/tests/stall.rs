@@ -100,6 +100,6 @@ async fn a_stall_of_two_seconds_of_a_live_link_is_no_loss() {
         analysis.finish();
         let timing = analysis.snapshot().timing;
         assert_eq!((timing.samples, lost), (u64::from(LINES_S * rate_hz), 1), "{timing:?}");
-        assert_eq!((timing.missing, timing.left_out, timing.segments), (0, 0, 1), "{timing:?}");
+        assert_eq!((timing.missing, timing.excluded, timing.segments), (0, 0, 1), "{timing:?}");
     }
 }

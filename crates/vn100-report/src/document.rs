@@ -253,14 +253,14 @@ fn timing(snapshot: &Snapshot) -> Timing {
         offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
         duration_s: timing.duration_s(),
         samples: timing.samples,
-        left_out: timing.left_out,
+        left_out: timing.excluded,
         segments: timing.segments,
         gaps: timing.gaps,
         missing: timing.missing,
         missing_from: match snapshot.timing.missing_from {
             MissingFrom::Counter => "counter",
             MissingFrom::Arrival => "arrival",
-            MissingFrom::BadLines => "bad-lines",
+            MissingFrom::RejectedRows => "bad-lines",
         },
         interarrival_us: (arrivals.and_then(|arrivals| arrivals.arrivals)).map(|times| Interarrival {
             p50: times.p50_us,

@@ -100,7 +100,7 @@ impl Measured {
 #[must_use]
 pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
     let bytes = snapshot.link.bytes();
-    match snapshot.timing.left_out {
+    match snapshot.timing.excluded {
         0 => format!("{name}: no valid sample in {bytes} bytes"),
         1 => format!("{name}: its one sample lies in the time to be skipped"),
         left_out => format!("{name}: all {left_out} samples lie in the time to be skipped"),
@@ -150,7 +150,7 @@ mod tests {
         assert_eq!(measured.facts.error.as_deref(), Some("a.csv: no valid sample in 0 bytes"));
         for (left_out, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
             let mut snapshot = nothing();
-            Arc::make_mut(&mut snapshot).timing.left_out = left_out;
+            Arc::make_mut(&mut snapshot).timing.excluded = left_out;
             let error = ended(facts(None), snapshot).facts.error.unwrap();
             assert!(error.contains(text), "{error}");
         }

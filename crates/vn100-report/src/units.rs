@@ -2,7 +2,7 @@
 
 use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
 use vn100_analysis::{
-    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Norm, OctaveTest, Snapshot,
+    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
 };
 use vn100_protocol::{Channel, Quantity};
 
@@ -130,7 +130,8 @@ pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<Chann
     let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     let streamed = (channels.iter().zip(&snapshot.channels).zip(&assessment.channels))
         .map(|((channel, results), assessed)| values(channel, results, Some(assessed), snapshot));
-    let polled = snapshot.polled.iter().map(|polled| values(&polled.channel, &polled.results, None, snapshot));
+    let polled =
+        snapshot.register_channels.iter().map(|polled| values(&polled.channel, &polled.results, None, snapshot));
     streamed.chain(polled).collect()
 }
 
@@ -162,7 +163,7 @@ pub struct NormValues {
 /// The lengths of all vectors, in the order of the channels.
 #[must_use]
 pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
-    let norm = |norm: &Norm| {
+    let norm = |norm: &Magnitude| {
         let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
         let moments = &norm.moments;
         NormValues {
@@ -183,7 +184,7 @@ pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
             max: moments.max_counts().map(|counts| value(counts.into())),
         }
     };
-    snapshot.norms.iter().map(norm).collect()
+    snapshot.magnitudes.iter().map(norm).collect()
 }
 
 /// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times

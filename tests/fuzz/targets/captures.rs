@@ -118,7 +118,7 @@ fn told(capture: Capture, options: ReadOptions, length: Option<usize>) -> Told {
     assert_counted(&told, length);
     analysis.finish();
     let snapshot = analysis.snapshot();
-    assert_eq!(snapshot.timing.samples + snapshot.timing.left_out, told.rows.len() as u64);
+    assert_eq!(snapshot.timing.samples + snapshot.timing.excluded, told.rows.len() as u64);
     if snapshot.timing.samples > 0 {
         _ = Assessment::new(&snapshot, 0.95);
     }

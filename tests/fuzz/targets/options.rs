@@ -54,7 +54,7 @@ fn measure(settings: Settings) {
     analysis.absorb(&batch);
     analysis.finish();
     let snapshot = analysis.snapshot();
-    assert_eq!(snapshot.timing.samples + snapshot.timing.left_out, rows as u64);
+    assert_eq!(snapshot.timing.samples + snapshot.timing.excluded, rows as u64);
     assert!(analysis.seconds() <= 1_000 * rows as u64);
     let assessment = Assessment::new(&snapshot, 0.95);
     for goal in &analysis.settings().until {

@@ -6,7 +6,7 @@ use imu_noise::{RecordShape, SpectrumPlan};
 use vn100_protocol::{Layout, PrintFormat};
 
 use super::{
-    channel_state::ChannelState, quaternion::QuaternionSign, recent::Recent, repeats::Repeats, vector_norm::Norm,
+    channel_state::ChannelState, magnitude::Magnitude, quaternion::QuaternionSign, recent::Recent, repeats::Repeats,
 };
 use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::Findings};
 
@@ -19,7 +19,7 @@ const MIN_CHANNELS_OF_REPEATS: usize = 9;
 pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
-    pub(super) norms: Vec<Norm>,
+    pub(super) magnitudes: Vec<Magnitude>,
     /// Only if the message has a quaternion.
     quaternion: Option<QuaternionSign>,
     /// Only if asked for.
@@ -38,7 +38,7 @@ impl Accumulators {
         Self {
             layout: None,
             channels: Vec::new(),
-            norms: Vec::new(),
+            magnitudes: Vec::new(),
             quaternion: None,
             recent: None,
             column: Vec::new(),
@@ -53,7 +53,7 @@ impl Accumulators {
     pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
         let plan = SpectrumPlan::new();
         self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
-        self.norms = Norm::all(&layout);
+        self.magnitudes = Magnitude::all(&layout);
         self.quaternion = QuaternionSign::of(&layout);
         self.repeats = Repeats::default();
         self.layout = Some(layout);
@@ -86,8 +86,8 @@ impl Accumulators {
                 recent.push(index, first_index, &self.column);
             }
         }
-        for norm in &mut self.norms {
-            norm.push(counts, width, &mut self.column);
+        for magnitude in &mut self.magnitudes {
+            magnitude.push(counts, width, &mut self.column);
         }
     }
 

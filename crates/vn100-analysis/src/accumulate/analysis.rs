@@ -109,14 +109,14 @@ impl Analysis {
         self.record.is_complete(if pending < MIN_PENDING { Duration::ZERO } else { pending })
     }
 
-    /// Whole seconds of data time passed, those missing or left out included.
+    /// Whole seconds of data time passed, those missing or excluded included.
     #[must_use]
     pub fn seconds(&self) -> u64 {
         self.record.span.seconds(self.record.rate.hz())
     }
 
-    /// Leaves out everything so far, as warm-up, and gives the data time that is: the results are
-    /// those of a measurement whose [`skip`](Settings::skip) was that time from the start.
+    /// Excludes all data so far as warm-up and gives its data time: the results are those of a
+    /// measurement with that [`skip`](Settings::skip).
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.record.span.data_time(self.record.rate.hz());
         self.record.end_warm_up();
@@ -124,8 +124,8 @@ impl Analysis {
     }
 
     /// Begins anew: data time, and what was asked for in it, counts from here. What the link
-    /// carried still counts, and the samples so far are among those left out. Gives the data time
-    /// that has passed.
+    /// carried still counts, and the samples so far are excluded. Gives the data time that has
+    /// passed.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.record.span.data_time(self.record.rate.hz());
         self.record.start_over();
@@ -143,7 +143,7 @@ impl Analysis {
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             false_rate: rate.false_rate,
-            other_rate_lines: rate.other_rate_samples,
+            other_rate_samples: rate.other_rate_samples,
             registers: replies.registers.clone(),
             link: self.link,
             outages: self.outages,
@@ -153,8 +153,8 @@ impl Analysis {
             quantization: settings.quantization,
             skipped: span.skip,
             channels: Vec::new(),
-            norms: accumulators.norms.clone(),
-            polled: replies.imu.snapshot(),
+            magnitudes: accumulators.magnitudes.clone(),
+            register_channels: replies.imu.snapshot(),
             warnings: Vec::new(),
             recent: accumulators.recent(rate.hz()),
         };

@@ -30,7 +30,7 @@ impl ChannelState {
         }
     }
 
-    /// Samples are missing here; `None` where nobody knows how many.
+    /// Samples are missing here; `None` for an unknown number.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.accumulator.gap(missing);
         self.signal.gap(missing);
@@ -68,7 +68,7 @@ impl ChannelState {
             None => sums.collect(),
         };
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
-        // an octave that could not be read would be zero windows; the slope to it is then no number, and left out
+        // an octave without windows has no number, and no slope to it counts
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
         let mean = moments.mean_counts().unwrap_or(0.0);
         ChannelSnapshot {

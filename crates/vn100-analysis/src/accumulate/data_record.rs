@@ -65,7 +65,7 @@ impl DataRecord {
         let rejected = self.gaps.take_rejected();
         self.push_gap(rejected, true);
         let (width, rate_hz) = (self.accumulators.width(), self.rate.hz());
-        if let Some((rows, first_index)) = self.span.push(counts.len() / width, rate_hz, self.rate.leaves_out()) {
+        if let Some((rows, first_index)) = self.span.push(counts.len() / width, rate_hz, self.rate.is_excluding()) {
             let counts = &counts[rows.start * width..rows.end * width];
             self.accumulators.push(counts, first_index, rate_hz, self.settings.recent);
         }
@@ -100,7 +100,7 @@ impl DataRecord {
             GapEvent::Refused(refusal) => {
                 let effect = self.rate.take_refusal(refusal, &self.span);
                 self.apply(effect);
-                self.gaps.refuse_arrivals(self.rate.leaves_out());
+                self.gaps.refuse_arrivals(self.rate.is_excluding());
             }
         }
     }
@@ -112,9 +112,9 @@ impl DataRecord {
         reply: &RegisterReply,
         now: impl Fn() -> Option<TimebaseSummary>,
     ) -> RateEffect {
-        let is_left_out = self.rate.leaves_out();
-        self.replies.push(reply, self.span.samples, is_left_out);
-        match self.replies.rate_hz().filter(|_| !is_left_out) {
+        let is_excluded = self.rate.is_excluding();
+        self.replies.push(reply, self.span.samples, is_excluded);
+        match self.replies.rate_hz().filter(|_| !is_excluded) {
             Some(device_hz) => self.rate.take_device_rate(device_hz, now, &self.span),
             None => RateEffect::None,
         }
@@ -125,7 +125,7 @@ impl DataRecord {
         match effect {
             RateEffect::None | RateEffect::Known(_) => {}
             RateEffect::Rescale { from_hz, to_hz } => self.span.rescale(from_hz, to_hz),
-            RateEffect::LeaveOut => self.replies.leave_out(self.span.samples),
+            RateEffect::Exclude => self.replies.exclude(self.span.samples),
             RateEffect::Resume => self.push_unknown_gap(),
             RateEffect::Replace(device_hz) => {
                 let samples = self.span.samples;
@@ -140,7 +140,7 @@ impl DataRecord {
 
     /// The link is lost; `ended` summarises its arrival times.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
-        if !self.rate.leaves_out() {
+        if !self.rate.is_excluding() {
             self.replies.mark_break(self.span.samples);
         }
         self.rate.end_connection(ended);
@@ -175,7 +175,7 @@ impl DataRecord {
             rate_hz: self.rate.hz(),
             rate_from: self.rate.rate.from,
             samples: self.span.samples,
-            left_out: self.span.left_out,
+            excluded: self.span.excluded,
             missing: self.gaps.missing,
             missing_from: self.gaps.missing_from(),
             gaps: self.gaps.gaps,
@@ -184,7 +184,7 @@ impl DataRecord {
     }
 
     fn push_gap(&mut self, missing: u64, by_rejected: bool) {
-        let counted = self.span.gap(missing, self.rate.hz(), self.rate.leaves_out());
+        let counted = self.span.gap(missing, self.rate.hz(), self.rate.is_excluding());
         if counted > 0 {
             self.gaps.count(counted, by_rejected);
             self.accumulators.gap(Some(counted));
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_at_another_rate_are_left_out() {
+    fn samples_at_another_rate_are_excluded() {
         let mut record = record(Settings { rate_hz: Some(40.0), ..Settings::default() });
         rows(&mut record, 4);
         let changed = |from_hz, to_hz, record: &mut DataRecord| {
@@ -306,7 +306,7 @@ mod tests {
         event(&mut record, GapEvent::Missing(3));
         changed(20.0, 40.0, &mut record);
         rows(&mut record, 6);
-        assert_eq!((counts(&record), record.timing().left_out), ((10, 0, 0, 2), 5));
+        assert_eq!((counts(&record), record.timing().excluded), ((10, 0, 0, 2), 5));
         assert_eq!(record.rate.other_rate_samples, 5);
     }
 
@@ -316,7 +316,7 @@ mod tests {
         event(&mut record, GapEvent::Rate(NominalRate::Measured(37.0)));
         rows(&mut record, 74);
         record.apply(RateEffect::Replace(40.0));
-        assert_eq!((counts(&record), record.timing().left_out), ((0, 0, 0, 0), 74));
+        assert_eq!((counts(&record), record.timing().excluded), ((0, 0, 0, 0), 74));
         assert_eq!((record.span.seconds(40.0), record.timing().rate_from), (2, RateFrom::Device));
         record.push(Resolved::Mark(MarkKind::Rejected));
         rows(&mut record, 1);

@@ -28,7 +28,7 @@ impl Gaps {
             gaps: 0,
             by_rejected: 0,
             pending_rejected: 0,
-            from: MissingFrom::BadLines,
+            from: MissingFrom::RejectedRows,
             detector_decides: false,
         }
     }
@@ -67,11 +67,11 @@ impl Gaps {
         self.detector_decides = true;
     }
 
-    /// Arrival times are refused; the evidence is not that of the record where rows are `left_out`.
-    pub(crate) fn refuse_arrivals(&mut self, left_out: bool) {
+    /// Arrival times are refused; the evidence is not that of the record where rows are `excluded`.
+    pub(crate) fn refuse_arrivals(&mut self, excluded: bool) {
         self.detector_decides = self.from == MissingFrom::Counter;
-        if !self.detector_decides && !left_out {
-            self.from = MissingFrom::BadLines;
+        if !self.detector_decides && !excluded {
+            self.from = MissingFrom::RejectedRows;
         }
     }
 
@@ -80,7 +80,7 @@ impl Gaps {
         self.detector_decides = false;
     }
 
-    /// Leaves out the gaps so far.
+    /// Excludes the gaps so far.
     pub(crate) fn discard(&mut self) {
         (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
     }
@@ -92,7 +92,7 @@ impl Gaps {
         match (self.from, by_detector.cmp(&self.by_rejected)) {
             (MissingFrom::Counter, _) => MissingFrom::Counter,
             (_, Ordering::Greater) => MissingFrom::Arrival,
-            (_, Ordering::Less) => MissingFrom::BadLines,
+            (_, Ordering::Less) => MissingFrom::RejectedRows,
             (now, Ordering::Equal) => now,
         }
     }
@@ -124,16 +124,16 @@ mod tests {
     #[test]
     fn most_of_the_missing_name_the_evidence() {
         let mut gaps = Gaps::new();
-        assert_eq!(gaps.missing_from(), MissingFrom::BadLines);
+        assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);
         gaps.use_arrivals();
         assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
         gaps.count(3, true);
-        assert_eq!(gaps.missing_from(), MissingFrom::BadLines);
+        assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);
         gaps.count(0, false);
         gaps.count(3, false);
         assert_eq!((gaps.missing_from(), gaps.missing, gaps.gaps), (MissingFrom::Arrival, 6, 2));
         gaps.refuse_arrivals(false);
-        assert_eq!(gaps.missing_from(), MissingFrom::BadLines, "as many by each");
+        assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows, "as many by each");
         gaps.count(1, false);
         assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
         gaps.use_counter();
@@ -159,6 +159,6 @@ mod tests {
             "what is left out is no evidence"
         );
         gaps.refuse_arrivals(false);
-        assert_eq!(gaps.from, MissingFrom::BadLines);
+        assert_eq!(gaps.from, MissingFrom::RejectedRows);
     }
 }

@@ -5,7 +5,7 @@ use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
 use vn100_protocol::{Channel, Check, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
-use crate::snapshot::{ChannelSnapshot, PolledChannel};
+use crate::snapshot::{ChannelSnapshot, RegisterChannel};
 
 /// Statistics of the replies to reads of register 54. They are too few, and too unevenly spaced,
 /// for a deviation.
@@ -31,10 +31,10 @@ impl ImuRegister {
     }
 
     /// The channels; none without a reply.
-    pub(crate) fn snapshot(&self) -> Vec<PolledChannel> {
+    pub(crate) fn snapshot(&self) -> Vec<RegisterChannel> {
         (VNIMU.channels.iter().zip(&self.channels))
             .filter(|(_, (moments, _))| moments.count() > 0)
-            .map(|(channel, (moments, histogram))| PolledChannel {
+            .map(|(channel, (moments, histogram))| RegisterChannel {
                 channel: renamed(channel),
                 results: ChannelSnapshot {
                     moments: moments.clone(),

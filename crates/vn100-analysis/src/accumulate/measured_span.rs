@@ -6,34 +6,34 @@ use std::{ops::Range, time::Duration};
 /// count: behind the warm-up, and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
-    /// Data time left out at the start.
+    /// Data time excluded at the start.
     pub(super) skip: Duration,
     duration: Option<Duration>,
     /// Absolute index of the next sample, dropped ones counted.
     index: u64,
     /// Samples that count, and those that do not.
     pub(super) samples: u64,
-    pub(super) left_out: u64,
+    pub(super) excluded: u64,
     pub(super) segments: u64,
     /// Whether the next sample continues the segment of the last one.
     in_segment: bool,
 }
 
 impl MeasuredSpan {
-    /// No sample yet; leaves out `skip` at the start, and what comes after `duration`.
+    /// No sample yet; excludes `skip` at the start, and what comes after `duration`.
     pub(crate) const fn new(skip: Duration, duration: Option<Duration>) -> Self {
-        Self { skip, duration, index: 0, samples: 0, left_out: 0, segments: 0, in_segment: false }
+        Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
 
     /// Adds rows without a gap between them. Gives those that count and the index of the first of
-    /// them; `None` if none does, as when `leave_out` is set.
-    pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, leave_out: bool) -> Option<(Range<usize>, u64)> {
+    /// them; `None` if none does, as when `exclude` is set.
+    pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
-        let end = if leave_out { 0 } else { rows_until(self.end(rate_hz)) };
+        let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
         let skipped = rows_until(samples_in(self.skip, rate_hz)).min(end);
         let used = (end - skipped) as u64;
         let first = self.index + skipped as u64;
-        self.left_out += rows as u64 - used;
+        self.excluded += rows as u64 - used;
         self.index += rows as u64;
         if used == 0 {
             return None;
@@ -45,14 +45,14 @@ impl MeasuredSpan {
     }
 
     /// Samples are missing before the next row. Gives how many of them count: none before the first
-    /// sample that does, behind the end, or where `leave_out` is set.
-    pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, leave_out: bool) -> u64 {
+    /// sample that does, behind the end, or where `exclude` is set.
+    pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if self.index == 0 {
             return 0;
         }
         let counted = missing.min(self.end(rate_hz).saturating_sub(self.index));
         self.index += missing;
-        if counted == 0 || self.samples == 0 || leave_out {
+        if counted == 0 || self.samples == 0 || exclude {
             return 0;
         }
         self.break_segment();
@@ -69,9 +69,9 @@ impl MeasuredSpan {
         self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
     }
 
-    /// Leaves out the samples so far.
+    /// Excludes the samples so far.
     pub(crate) fn discard(&mut self) {
-        self.left_out += self.samples;
+        self.excluded += self.samples;
         (self.samples, self.segments, self.in_segment) = (0, 0, false);
     }
 
@@ -130,7 +130,7 @@ mod tests {
     }
 
     fn counts(span: &MeasuredSpan) -> (u64, u64, u64) {
-        (span.samples, span.left_out, span.segments)
+        (span.samples, span.excluded, span.segments)
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
 }
 
 /// Owns the sample rate. The user outranks the sensor, the sensor arrival times, and these the
-/// default. A deviation has one sample interval: samples at another rate are left out.
+/// default. A deviation has one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
@@ -46,7 +46,7 @@ pub(crate) struct RateAuthority {
     /// The first refusal of stamps in a connection that is over.
     pub(super) refused_before: Option<Refusal>,
     pub(super) false_rate: Option<FalseRate>,
-    /// Samples left out at another rate, until it was the rate of the record again.
+    /// Samples excluded at another rate, until it was the rate of the record again.
     pub(super) other_rate_samples: u64,
 }
 
@@ -65,8 +65,8 @@ struct Change {
     change: RateChange,
     /// Summary of the samples before.
     until: Option<TimebaseSummary>,
-    /// Samples left out before.
-    left_out: u64,
+    /// Samples excluded before.
+    excluded: u64,
 }
 
 /// What a decision on the rate means for the record.
@@ -80,12 +80,12 @@ pub(crate) enum RateEffect {
     /// No sample counts yet, and the new rate is that of the record: data time so far was by the
     /// old one.
     Rescale { from_hz: f64, to_hz: f64 },
-    /// Samples are left out from here on.
-    LeaveOut,
+    /// Samples are excluded from here on.
+    Exclude,
     /// Samples count again, after a gap of unknown length.
     Resume,
-    /// The samples so far were judged by a rate that the sensor does not have: they are left out,
-    /// and the record begins anew at this rate, see [`RateAuthority::replace`].
+    /// The samples so far were placed by a rate that the sensor does not have: the record begins
+    /// anew at this rate, see [`RateAuthority::replace`].
     Replace(f64),
 }
 
@@ -125,8 +125,8 @@ impl RateAuthority {
         }
     }
 
-    /// Whether samples are left out, as they come at another rate.
-    pub(crate) const fn leaves_out(&self) -> bool {
+    /// Whether samples are excluded, as they come at another rate.
+    pub(crate) const fn is_excluding(&self) -> bool {
         self.change.is_some()
     }
 
@@ -174,14 +174,14 @@ impl RateAuthority {
             // bytes held back came as fast as the link carries them, or the sensor was set back
             Some(change) if to_hz == self.rate.hz => {
                 self.change = None;
-                self.other_rate_samples += span.left_out - change.left_out;
+                self.other_rate_samples += span.excluded - change.excluded;
                 RateEffect::Resume
             }
             Some(_) => RateEffect::None,
             None => {
                 let change = RateChange { after_samples: span.samples, from_hz, to_hz };
-                self.change = Some(Change { change, until, left_out: span.left_out });
-                RateEffect::LeaveOut
+                self.change = Some(Change { change, until, excluded: span.excluded });
+                RateEffect::Exclude
             }
         }
     }
@@ -212,7 +212,7 @@ impl RateAuthority {
         }
         let differs = device_hz != self.rate.hz;
         match self.rate.from {
-            // it came back with other settings, or was set anew
+            // it restarted with other settings, or was configured anew
             RateFrom::Device if differs => self.take_change(self.rate.hz, device_hz, self.at_the_rate(now()), span),
             RateFrom::Arrival if differs && self.change.is_none() => {
                 if now().is_some_and(|now| is_confirmed_by(&now)) {
@@ -231,14 +231,14 @@ impl RateAuthority {
     /// The record begins anew at the sensor's rate; `samples` were judged by a false one.
     pub(crate) fn replace(&mut self, device_hz: f64, samples: u64) {
         self.refused_before = None;
-        self.false_rate = (samples > 0).then_some(FalseRate { samples, told_hz: self.rate.hz, device_hz });
+        self.false_rate = (samples > 0).then_some(FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// A connection is over; what its arrival times showed. Samples that are left out say nothing
-    /// of the record.
+    /// A connection is over; what its arrival times showed. Excluded samples say nothing of the
+    /// record.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
-        if !self.leaves_out() {
+        if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
             self.confirmed = ended.filter(|ended| ended.nominal.is_some()).or(self.confirmed);
         }
@@ -249,7 +249,7 @@ impl RateAuthority {
         (self.change, self.false_rate) = (None, None);
     }
 
-    /// The change of rate after which samples are left out.
+    /// The change of rate after which samples are excluded.
     pub(crate) fn change(&self) -> Option<RateChange> {
         self.change.map(|change| change.change)
     }
@@ -294,9 +294,9 @@ mod tests {
 
     use super::*;
 
-    fn span(samples: usize, left_out: usize) -> MeasuredSpan {
+    fn span(samples: usize, excluded: usize) -> MeasuredSpan {
         let mut span = MeasuredSpan::new(Duration::ZERO, None);
-        span.push(left_out, 40.0, true);
+        span.push(excluded, 40.0, true);
         span.push(samples, 40.0, false);
         span
     }
@@ -400,20 +400,20 @@ mod tests {
         let mut rate = by_device(40.0);
         let effect = rate.take_change(40.0, 20.0, None, &span(0, 100));
         assert_eq!(effect, RateEffect::Rescale { from_hz: 40.0, to_hz: 20.0 });
-        assert_eq!((rate.hz(), rate.rate.from, rate.leaves_out()), (20.0, RateFrom::Device, false));
-        assert_eq!(by_user(40.0).take_change(40.0, 20.0, None, &span(0, 100)), RateEffect::LeaveOut);
+        assert_eq!((rate.hz(), rate.rate.from, rate.is_excluding()), (20.0, RateFrom::Device, false));
+        assert_eq!(by_user(40.0).take_change(40.0, 20.0, None, &span(0, 100)), RateEffect::Exclude);
     }
 
     #[test]
-    fn samples_at_another_rate_are_left_out_until_it_is_that_of_the_record() {
+    fn samples_at_another_rate_are_excluded_until_it_is_that_of_the_record() {
         let mut rate = by_arrival(40.0);
-        assert_eq!(rate.take_change(40.0, 200.0, Some(snapped(40.0)), &span(600, 7)), RateEffect::LeaveOut);
+        assert_eq!(rate.take_change(40.0, 200.0, Some(snapped(40.0)), &span(600, 7)), RateEffect::Exclude);
         assert_eq!(rate.change(), Some(RateChange { after_samples: 600, from_hz: 40.0, to_hz: 200.0 }));
-        assert_eq!((rate.hz(), rate.leaves_out()), (40.0, true));
+        assert_eq!((rate.hz(), rate.is_excluding()), (40.0, true));
         assert_eq!(rate.arrivals(|| None), Some(snapped(40.0)), "of the samples that count");
         assert_eq!(rate.take_change(200.0, 100.0, None, &span(600, 50)), RateEffect::None);
         assert_eq!(rate.take_change(100.0, 40.0, None, &span(600, 107)), RateEffect::Resume);
-        assert_eq!((rate.change(), rate.leaves_out(), rate.other_rate_samples), (None, false, 100));
+        assert_eq!((rate.change(), rate.is_excluding(), rate.other_rate_samples), (None, false, 100));
         assert_eq!(rate.arrivals(|| Some(snapped(10.0))), Some(snapped(10.0)));
     }
 
@@ -425,12 +425,12 @@ mod tests {
             let effect = rate.take_refusal(refusal, &span(600, 0));
             (effect, rate.change().map(|change| change.to_hz))
         };
-        let left_out = |to_hz| (RateEffect::LeaveOut, Some(to_hz));
+        let excluded = |to_hz| (RateEffect::Exclude, Some(to_hz));
         let known = Some(summary(Some(NominalRate::Known(40.0)), None));
-        assert_eq!(after(by_device(40.0), known, refusal(19.85)), left_out(20.0));
-        assert_eq!(after(by_device(40.0), known, refusal(20.15)), left_out(20.0));
-        assert_eq!(after(by_device(40.0), known, refusal(19.8)), left_out(19.8), "1 % is too much");
-        assert_eq!(after(by_arrival(40.0), known, refusal(33.0)), left_out(33.0));
+        assert_eq!(after(by_device(40.0), known, refusal(19.85)), excluded(20.0));
+        assert_eq!(after(by_device(40.0), known, refusal(20.15)), excluded(20.0));
+        assert_eq!(after(by_device(40.0), known, refusal(19.8)), excluded(19.8), "1 % is too much");
+        assert_eq!(after(by_arrival(40.0), known, refusal(33.0)), excluded(33.0));
         let kept = (RateEffect::None, None);
         assert_eq!(after(by_user(40.0), known, refusal(20.0)), kept);
         assert_eq!(after(by_device(40.0), None, refusal(20.0)), kept);
@@ -442,28 +442,28 @@ mod tests {
     fn a_sensor_that_reports_another_rate_was_set_anew_if_the_stamps_confirmed_the_old_one() {
         let mut device = by_device(40.0);
         assert_eq!(device.take_device_rate(40.0, || None, &span(600, 0)), RateEffect::None);
-        assert_eq!(device.take_device_rate(20.0, || Some(snapped(50.0)), &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(device.take_device_rate(20.0, || Some(snapped(50.0)), &span(600, 0)), RateEffect::Exclude);
         assert_eq!(device.arrivals(|| Some(snapped(20.0))), None, "none was at the rate of the record");
         let mut device = by_device(40.0);
         device.end_connection(Some(snapped(40.0)));
-        assert_eq!(device.take_device_rate(20.0, || Some(snapped(20.0)), &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(device.take_device_rate(20.0, || Some(snapped(20.0)), &span(600, 0)), RateEffect::Exclude);
         assert_eq!(device.arrivals(|| None), Some(snapped(40.0)));
 
         let effect = |now: Option<TimebaseSummary>| by_arrival(40.0).take_device_rate(20.0, || now, &span(600, 0));
-        assert_eq!(effect(Some(snapped(40.0))), RateEffect::LeaveOut);
+        assert_eq!(effect(Some(snapped(40.0))), RateEffect::Exclude);
         let off = |ppm| Some(summary(Some(NominalRate::Snapped(40.0)), Some(ppm)));
-        assert_eq!((effect(off(999.0)), effect(off(-999.0))), (RateEffect::LeaveOut, RateEffect::LeaveOut));
+        assert_eq!((effect(off(999.0)), effect(off(-999.0))), (RateEffect::Exclude, RateEffect::Exclude));
         assert_eq!((effect(off(1000.0)), effect(off(-1001.0))), (RateEffect::Replace(20.0), RateEffect::Replace(20.0)));
         assert_eq!(effect(Some(summary(Some(NominalRate::Measured(40.0)), Some(0.0)))), RateEffect::Replace(20.0));
         assert_eq!(effect(None), RateEffect::Replace(20.0));
         let mut changed = by_arrival(40.0);
-        assert_eq!(changed.take_change(40.0, 50.0, None, &span(600, 0)), RateEffect::LeaveOut);
+        assert_eq!(changed.take_change(40.0, 50.0, None, &span(600, 0)), RateEffect::Exclude);
         assert_eq!(changed.take_device_rate(20.0, || None, &span(600, 9)), RateEffect::None);
     }
 
     #[test]
     fn a_false_rate_is_replaced_and_named_where_samples_were_judged_by_it() {
-        for (samples, expected) in [(0, None), (7, Some(FalseRate { samples: 7, told_hz: 37.0, device_hz: 40.0 }))] {
+        for (samples, expected) in [(0, None), (7, Some(FalseRate { samples: 7, arrival_hz: 37.0, device_hz: 40.0 }))] {
             let mut rate = by_arrival(37.0);
             rate.end_connection(Some(TimebaseSummary {
                 refusal: Some(Refusal::NoTimePasses { samples: 2 }),
@@ -488,11 +488,11 @@ mod tests {
         rate.end_connection(refused(3));
         rate.end_connection(refused(4));
         assert_eq!(rate.refused_before, Some(Refusal::NoTimePasses { samples: 3 }));
-        let mut left_out = by_arrival(40.0);
-        assert_eq!(left_out.take_change(40.0, 20.0, None, &span(1, 0)), RateEffect::LeaveOut);
-        left_out.end_connection(refused(3));
-        assert_eq!(left_out.refused_before, None);
-        left_out.start_over();
-        assert!(!left_out.leaves_out());
+        let mut excluded = by_arrival(40.0);
+        assert_eq!(excluded.take_change(40.0, 20.0, None, &span(1, 0)), RateEffect::Exclude);
+        excluded.end_connection(refused(3));
+        assert_eq!(excluded.refused_before, None);
+        excluded.start_over();
+        assert!(!excluded.is_excluding());
     }
 }

@@ -38,7 +38,7 @@ struct RowHasher(u64);
 
 impl Hasher for RowHasher {
     fn write(&mut self, bytes: &[u8]) {
-        /// The fractional part of the golden ratio, odd.
+        /// The fractional part of the golden ratio, as an odd number.
         const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
         let (words, _) = bytes.as_chunks::<8>();
         for word in words {

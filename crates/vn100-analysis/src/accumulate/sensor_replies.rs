@@ -27,9 +27,9 @@ impl SensorReplies {
         Self { registers: BTreeMap::new(), before_break: None, two_serials: None, imu: ImuRegister::new() }
     }
 
-    /// Takes a reply after so many samples. The registers of samples that are left out, perhaps of
-    /// another sensor, are not kept.
-    pub(crate) fn push(&mut self, reply: &RegisterReply, samples: u64, is_left_out: bool) {
+    /// Takes a reply after so many samples. Replies among excluded samples, perhaps of another
+    /// sensor, are not kept.
+    pub(crate) fn push(&mut self, reply: &RegisterReply, samples: u64, is_excluded: bool) {
         self.imu.push(reply);
         if let Some(before) = self.registers.get(&reply.register)
             && reply.register == Register::SERIAL_NUMBER.0
@@ -37,7 +37,7 @@ impl SensorReplies {
         {
             self.two_serials.get_or_insert_with(|| (before.clone(), reply.fields.clone(), samples));
         }
-        if !is_left_out {
+        if !is_excluded {
             self.registers.insert(reply.register, reply.fields.clone());
         }
     }
@@ -47,9 +47,9 @@ impl SensorReplies {
         self.before_break = Some((self.registers.clone(), samples));
     }
 
-    /// The samples that follow are left out: so are the replies since a break behind as many
+    /// The samples that follow are excluded: so are the replies since a break behind as many
     /// samples.
-    pub(crate) fn leave_out(&mut self, samples: u64) {
+    pub(crate) fn exclude(&mut self, samples: u64) {
         if let Some((registers, _)) = self.before_break.as_ref().filter(|(_, before)| *before == samples) {
             self.registers.clone_from(registers);
         }
@@ -63,7 +63,7 @@ impl SensorReplies {
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
-    /// The warning that two sensors replied; `change` is the one after which samples are left out.
+    /// The warning that two sensors replied; `change` is the one after which samples are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let text = if change.is_some_and(|change| change.after_samples == *samples) {
@@ -85,8 +85,8 @@ impl SensorReplies {
 mod tests {
     use super::*;
 
-    fn push(replies: &mut SensorReplies, register: u8, fields: &str, samples: u64, is_left_out: bool) {
-        replies.push(&RegisterReply { before_row: 0, register, fields: fields.into() }, samples, is_left_out);
+    fn push(replies: &mut SensorReplies, register: u8, fields: &str, samples: u64, is_excluded: bool) {
+        replies.push(&RegisterReply { before_row: 0, register, fields: fields.into() }, samples, is_excluded);
     }
 
     #[test]
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_value_is_kept_until_samples_are_left_out() {
+    fn the_last_value_is_kept_until_samples_are_excluded() {
         let mut replies = SensorReplies::new();
         push(&mut replies, 7, "40", 0, false);
         push(&mut replies, 7, "50", 0, false);
@@ -115,11 +115,11 @@ mod tests {
     fn replies_since_a_break_belong_to_the_samples_behind_it() {
         for (samples, expected) in [(9, "40"), (10, "20")] {
             let mut replies = SensorReplies::new();
-            replies.leave_out(9);
+            replies.exclude(9);
             push(&mut replies, 7, "40", 9, false);
             replies.mark_break(9);
             push(&mut replies, 7, "20", 9, false);
-            replies.leave_out(samples);
+            replies.exclude(samples);
             assert_eq!(replies.registers[&7], expected, "{samples}");
         }
     }

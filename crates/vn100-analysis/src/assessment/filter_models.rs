@@ -10,7 +10,7 @@ use crate::snapshot::{ChannelSnapshot, Snapshot};
 /// With fewer degrees of freedom the upper bound of an octave says nothing.
 const LEAST_EDF: f64 = 2.0;
 
-/// What a filter can be told of one axis, in the unit of its channel.
+/// Noise models of one axis for a filter, in the unit of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
     /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not
@@ -43,7 +43,7 @@ impl FilterModels {
         let noise = assessed.noise.as_ref()?;
         let curve = Curve::new(channel, results, snapshot.shape());
         let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
-            // octaves that vibration spoils are none of the fit's
+            // octaves that vibration disturbs are not part of the fit
             let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
             let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
             let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);

@@ -97,8 +97,8 @@ fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
 /// axis goes.
 fn inner_std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     let (histogram, total) = (&results.histogram, results.moments.count());
-    let left_out = total.div_ceil(200);
-    let (from, to) = (left_out, total.saturating_sub(left_out));
+    let excluded = total.div_ceil(200);
+    let (from, to) = (excluded, total.saturating_sub(excluded));
     let (mut before, mut sum, mut squares) = (0, 0.0, 0.0);
     let mean = results.moments.mean_counts()?;
     for (lowest, frequency) in histogram.bins() {

@@ -85,12 +85,12 @@ impl ChannelNoise {
         let with_quantization =
             |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
         let (rate, stochastic) = (with_quantization(Terms::RATE), with_quantization(STOCHASTIC));
-        let spoiled = spoiled_octaves(curve, lines);
-        // an octave more than terms to be told apart
+        let disturbed = disturbed_octaves(curve, lines);
+        // an octave more than terms to be distinguished
         let least = 4 + usize::from(snapshot.quantization);
         let mut part = |end: usize| {
             let end = end.max(least).min(curve.octaves.len());
-            let octaves = spoiled.min(end.saturating_sub(least))..end;
+            let octaves = disturbed.min(end.saturating_sub(least))..end;
             let model = models.of(&curve.octaves[octaves.clone()], stochastic, window);
             model.fit_part(&curve.variances[octaves], confidence)
         };
@@ -103,11 +103,11 @@ impl ChannelNoise {
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
                     Some(before_filter) => (before_filter, LongTauValidity::LooksCompensated),
                     None => {
-                        let spoiled = spoiled.min(curve.octaves.len() / 2);
-                        let model = models.of(&curve.octaves[spoiled..], rate, window);
+                        let disturbed = disturbed.min(curve.octaves.len() / 2);
+                        let model = models.of(&curve.octaves[disturbed..], rate, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        (model.fit(&curve.variances[spoiled..], slope_unit_s, confidence), LongTauValidity::Sensor)
+                        (model.fit(&curve.variances[disturbed..], slope_unit_s, confidence), LongTauValidity::Sensor)
                     }
                 }
             }
@@ -162,7 +162,7 @@ impl ChannelNoise {
 
 /// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of
 /// what noise alone would read.
-fn spoiled_octaves(curve: &Curve, lines: &[Line]) -> usize {
+fn disturbed_octaves(curve: &Curve, lines: &[Line]) -> usize {
     let shows = |(octave, variance): (&Octave, &f64)| {
         let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
         let edf = edf(octave, &curve.shape, PowerLaw::White).unwrap_or(1.0);

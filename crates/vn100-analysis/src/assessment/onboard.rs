@@ -16,7 +16,7 @@ pub struct Onboard {
     pub refresh_hz: f64,
     /// The averaging window and the decimation.
     pub window: BoxcarWindow,
-    /// Register 85 told the window; otherwise it is the sensor's default.
+    /// The window is that of register 85; otherwise it is the sensor's default.
     pub window_known: bool,
 }
 
@@ -47,7 +47,7 @@ impl Onboard {
 
     /// The window that would bring the sensor's own density into the stream.
     #[must_use]
-    pub fn honest_window(&self) -> u32 {
+    pub fn unaliased_window(&self) -> u32 {
         self.window.decimation.round() as u32
     }
 
@@ -66,7 +66,6 @@ impl Onboard {
         let averaged = mode & if layout.compensated { 2 } else { 1 } != 0;
         let length = if averaged { window.into() } else { 1 };
         let decimation = refresh_hz / snapshot.timing.rate_hz;
-        // the magnetometer is not averaged unless somebody asks for it
         let window_known = filter.is_some();
         Some(Self { refresh_hz, window: BoxcarWindow { length, decimation }, window_known })
     }

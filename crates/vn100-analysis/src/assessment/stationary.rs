@@ -1,5 +1,5 @@
-//! Whether the record is of one piece: vibration lines, disturbances, steps, a warm-up. Each is
-//! told with its place, so that it can be looked for.
+//! Whether the record is stationary: spectral peaks, disturbances, steps, a warm-up, each with its
+//! place.
 
 use imu_noise::{Disturbance, LevelChange, LevelShape, Line};
 use vn100_protocol::{Channel, Quantity};
@@ -11,10 +11,10 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// Places told of in one warning; the result has them all.
-const MOST_TOLD: usize = 4;
+/// Places named in one warning; the result has them all.
+const MOST_NAMED: usize = 4;
 
-/// The highest frequency that a line of the stream may be in truth: half the sensor's own rate.
+/// The highest frequency that a peak of the stream may really have: half the sensor's own rate.
 const HIGHEST_HZ: f64 = 400.0;
 
 /// What disturbs one channel.
@@ -32,7 +32,7 @@ pub struct Disturbed {
 impl Disturbed {
     /// Nothing disturbs temperature and pressure.
     pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, interval_s: f64) -> Self {
-        // weather and warmth come and go, and nobody asks why
+        // ambient changes are no disturbances
         let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure);
         let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
             return Self::default();
@@ -72,7 +72,7 @@ type Of<'a> = (&'a Channel, &'a Disturbed);
 fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let strongest = shakes.first()?;
-    let told = told(&shakes, |shake| {
+    let list = list(&shakes, |shake| {
         let (channel, share) = shake.most();
         let share = match 100.0 * share {
             percent if percent < 1.0 => "less than 1 %".into(),
@@ -84,29 +84,29 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
     });
     let alias = alias(strongest, snapshot.timing.rate_hz);
     let axes = names(shakes.iter().flat_map(|shake| shake.axes.iter().map(|(channel, _)| *channel)));
-    let spoilt: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
-    let instead = match spoilt.is_empty() {
+    let disturbed: Vec<&str> = axes.iter().filter(|name| rejected.contains(name)).map(String::as_str).collect();
+    let instead = match disturbed.is_empty() {
         true => String::new(),
         false => format!(
             "; too few are left on {}, where no model fits, and N is at most what the curve leaves. A longer record does not help: another \
              place does, or another rate or averaging window, which put the line elsewhere",
-            spoilt.join(" ")
+            disturbed.join(" ")
         ),
     };
     let text = format!(
-        "lines stand out of the spectrum: {told}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
+        "lines stand out of the spectrum: {list}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
          times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil{instead}"
     );
     Some(Warning { kind: WarningKind::VibrationLine, channels: axes, text: text.into() })
 }
 
-/// Where else the strongest shake may be in truth; empty where the stream is too fast for any.
+/// Where else the strongest shake may really be; empty where the stream is too fast for any.
 fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
-    let told_hz = strongest.frequency_hz;
+    let arrival_hz = strongest.frequency_hz;
     // at half the rate two of them are one
-    let mut others: Vec<String> = Line { frequency_hz: told_hz, ..*strongest.line }
+    let mut others: Vec<String> = Line { frequency_hz: arrival_hz, ..*strongest.line }
         .aliases_hz(1.0 / rate_hz, HIGHEST_HZ)
-        .filter(|hz| hz - told_hz > 0.05)
+        .filter(|hz| hz - arrival_hz > 0.05)
         .take(6)
         .map(|hz| format!("{hz:.1}"))
         .collect();
@@ -115,7 +115,7 @@ fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
     match others.is_empty() {
         true => String::new(),
         false => format!(
-            " A stream of {rate_hz} Hz shows {} Hz and more at the place of {told_hz:.2} Hz, too.",
+            " A stream of {rate_hz} Hz shows {} Hz and more at the place of {arrival_hz:.2} Hz, too.",
             others.join(", ")
         ),
     }
@@ -187,7 +187,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         return None;
     }
     let skipped_s = snapshot.skipped.as_secs_f64();
-    let told = told(&found, |(channel, start_s, end_s, what)| {
+    let list = list(&found, |(channel, start_s, end_s, what)| {
         let (start_s, end_s) = (start_s + skipped_s, end_s + skipped_s);
         if start_s == end_s {
             format!("{channel} {what} at {}", clock(start_s.floor()))
@@ -197,7 +197,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         }
     });
     let text = format!(
-        "the record is not of one piece: {told}, in hours, minutes and seconds of data, those skipped included. A door, steps, a \
+        "the record is not of one piece: {list}, in hours, minutes and seconds of data, those skipped included. A door, steps, a \
          bumped table or motion: one of them spoils every tau longer than itself. Measure again undisturbed, or cut the record there"
     );
     let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
@@ -219,7 +219,7 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     if warm_ups.is_empty() {
         return None;
     }
-    let told = told(&warm_ups, |(channel, amplitude, time_constant_s, skip_s)| {
+    let list = list(&warm_ups, |(channel, amplitude, time_constant_s, skip_s)| {
         settling(channel, *amplitude, *time_constant_s, skip_s.is_some())
     });
     let longest = warm_ups.iter().map(|(.., skip_s)| *skip_s).reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
@@ -231,13 +231,13 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         None => "the record is too short to leave that out: let the sensor warm up, and record longer".into(),
     };
     let text = Text::from(format!(
-        "the sensor was still warming up: {told}. At long tau a drift poses as rate random walk or ramp; "
+        "the sensor was still warming up: {list}. At long tau a drift poses as rate random walk or ramp; "
     ));
     let text = text.append(cure);
     Some(Warning { kind: WarningKind::WarmUp, channels: names(warm_ups.iter().map(|(channel, ..)| *channel)), text })
 }
 
-/// A level that does not settle within the record has no time constant that the record tells.
+/// A level that does not settle within the record has no time constant that the record shows.
 fn settling(channel: &Channel, amplitude: f64, time_constant_s: f64, settles: bool) -> String {
     let (name, unit) = (&channel.name, &channel.unit);
     match settles {
@@ -248,10 +248,10 @@ fn settling(channel: &Channel, amplitude: f64, time_constant_s: f64, settles: bo
     }
 }
 
-fn told<T>(all: &[T], tell: impl Fn(&T) -> String) -> String {
-    let mut parts: Vec<_> = all.iter().take(MOST_TOLD).map(tell).collect();
-    if all.len() > MOST_TOLD {
-        parts.push(format!("and {} more", all.len() - MOST_TOLD));
+fn list<T>(all: &[T], text: impl Fn(&T) -> String) -> String {
+    let mut parts: Vec<_> = all.iter().take(MOST_NAMED).map(text).collect();
+    if all.len() > MOST_NAMED {
+        parts.push(format!("and {} more", all.len() - MOST_NAMED));
     }
     parts.join("; ")
 }
@@ -281,7 +281,7 @@ mod tests {
     use vn100_protocol::VNYMR;
 
     #[test]
-    fn a_warm_up_is_told_with_its_time_constant_unless_it_outlasts_the_record() {
+    fn a_warm_up_is_reported_with_its_time_constant_unless_it_outlasts_the_record() {
         let channel = &VNYMR.channels[9];
         let text = settling(channel, 4e-4, 51.2, true);
         assert_eq!(text, "gyro_x begins +4.00e-4 rad/s off and settles with a time constant of about 51 s");
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_told_as_clocks_do() {
+    fn times_are_printed_as_clocks_do() {
         for (seconds, text) in
             [(0.0, "0:00"), (61.0, "1:01"), (3599.0, "59:59"), (3600.0, "1:00:00"), (36_061.0, "10:01:01")]
         {

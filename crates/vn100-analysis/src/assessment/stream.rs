@@ -83,7 +83,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
     };
     let seen =
         format!("the {take} {refresh_hz} values a second; the sensor {averaged} ({said_by}) and sends {rate_hz}");
-    let window_to_set = onboard.honest_window();
+    let window_to_set = onboard.unaliased_window();
     let cure = match onboard.refresh_hz > 250.0 {
         true => Text::from(format!("; a window of {window_to_set} ("))
             .remedy(Remedy::Configure(Setting::Window(window_to_set)))

@@ -15,7 +15,7 @@ use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
 pub enum CaveatKind {
     /// A record holds no samples.
     NoSamples,
-    /// Nothing tells the rate of some records, so that their averaging times may be wrong.
+    /// The rate of some records is unknown, and their averaging times may be wrong.
     RateAssumed,
     /// Channels that one record has and another has not.
     Channels,

@@ -40,7 +40,7 @@ pub struct RecordMean {
     /// In the unit of the channel.
     pub mean: f64,
     /// How far the mean of another record of this length would lie off by noise alone; `None` for a
-    /// record too short to tell.
+    /// record that is too short.
     pub error: Option<MeanError>,
 }
 

@@ -37,7 +37,7 @@ pub struct RankedRecord {
     /// By axis: name and N.
     pub axes: Vec<(String, f64)>,
     /// What averaging and decimation on board make of the sensor's own white noise, see
-    /// [`Onboard::white_factor`]; `None` where nobody knows.
+    /// [`Onboard::white_factor`]; `None` where unknown.
     pub white_factor: Option<f64>,
 }
 

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_want_is_told_what_one_is() {
+    fn what_is_no_want_names_what_one_is() {
         for (text, expected) in [
             ("gyro N", "\"gyro N ±5%\""),
             ("gyro N >= 1e-5", "\"gyro N ±5%\""),

@@ -2,7 +2,7 @@
 
 mod no_valid_lines;
 mod refused;
-mod unasked;
+mod unsolicited;
 
 use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
@@ -34,7 +34,7 @@ pub(crate) struct Findings {
 pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> {
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
-    advice.warnings.extend(unasked::warnings(&snapshot.link.unsolicited_errors));
+    advice.warnings.extend(unsolicited::warnings(&snapshot.link.unsolicited_errors));
     advice.on_time(snapshot);
     advice.on_values(snapshot, findings);
     advice.on_message(snapshot);
@@ -84,12 +84,12 @@ impl Advice {
         let evidence = match snapshot.timing.missing_from {
             MissingFrom::Arrival => "arrival times tell what is missing for it",
             MissingFrom::Counter => "the counters tell what is missing for it",
-            MissingFrom::BadLines => "each between good ones counts as one missing sample",
+            MissingFrom::RejectedRows => "each between good ones counts as one missing sample",
         };
         let odd = link.rejected_rows.unwrap_or_default();
         if odd.total() > 0 {
             self.warn(
-                WarningKind::BadLines,
+                WarningKind::RejectedLines,
                 format!(
                     "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
                     of_all_lines(odd.total(), tally),
@@ -104,7 +104,7 @@ impl Advice {
                 None => "Look at the cable, the connector and the baud rate",
             };
             self.warn(
-                WarningKind::BadLines,
+                WarningKind::RejectedLines,
                 format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally)),
             );
         }
@@ -138,28 +138,28 @@ impl Advice {
                 Text::from(format!(
                     "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; ",
                     samples(after_samples),
-                    samples(timing.left_out)
+                    samples(timing.excluded)
                 ))
                 .remedy(Remedy::Skip(None))
                 .then(" leaves the first part out instead"),
             );
         }
-        if let Some(FalseRate { samples: left_out, told_hz, device_hz }) = snapshot.false_rate {
+        if let Some(FalseRate { samples: excluded, arrival_hz, device_hz }) = snapshot.false_rate {
             self.warn(
                 WarningKind::RateChanged,
                 format!(
-                    "the first {} came at {told_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
+                    "the first {} came at {arrival_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
                      placed wrongly and are left out",
-                    samples(left_out)
+                    samples(excluded)
                 ),
             );
         }
-        if snapshot.other_rate_lines > 0 {
+        if snapshot.other_rate_samples > 0 {
             self.warn(
                 WarningKind::RateChanged,
                 format!(
                     "{} came at another rate for a while, as bytes do that were held back, and are left out; no window spans that",
-                    samples(snapshot.other_rate_lines)
+                    samples(snapshot.other_rate_samples)
                 ),
             );
         }

@@ -40,7 +40,7 @@ fn the_time_asked_for_passes_for_lines_that_are_held() {
         let complete = until_complete(&mut analysis, &stamps_s);
         analysis.finish();
         let timing = analysis.snapshot().timing;
-        let found = (complete, timing.samples, timing.left_out, timing.missing, timing.rate_hz);
+        let found = (complete, timing.samples, timing.excluded, timing.missing, timing.rate_hz);
         assert_eq!(found, expected, "{case}");
     }
 }

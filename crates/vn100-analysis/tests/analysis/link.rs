@@ -56,7 +56,7 @@ fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
         analysis.snapshot()
     };
     let snapshot = told(Settings::default());
-    assert_eq!((snapshot.timing.samples, snapshot.timing.left_out, snapshot.timing.rate_hz), (2, 3, 40.0));
+    assert_eq!((snapshot.timing.samples, snapshot.timing.excluded, snapshot.timing.rate_hz), (2, 3, 40.0));
     assert!(warned(&snapshot, WarningKind::RateChanged));
     let asked = Settings { rate_hz: Some(40.0), ..Settings::default() };
     assert_eq!(told(asked).timing.samples, 5, "whoever gives a rate knows it");
@@ -103,7 +103,7 @@ fn of_two_sensors_the_one_whose_samples_count_is_named() {
     };
     let reversed = [second[1], second[0]];
     for snapshot in [told(second), told(reversed)] {
-        assert_eq!((snapshot.timing.samples, snapshot.timing.left_out), (2, 2));
+        assert_eq!((snapshot.timing.samples, snapshot.timing.excluded), (2, 2));
         assert_eq!((&*snapshot.registers[&3], &*snapshot.registers[&7]), ("0100099887", "200"));
         let warning = snapshot.warnings.iter().find(|warning| warning.kind == WarningKind::AnotherSensor).unwrap();
         assert!(warning.text.to_string().contains("the result is that of the first"), "{warning}");

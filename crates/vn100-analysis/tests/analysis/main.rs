@@ -129,7 +129,7 @@ fn the_time_asked_for_ends_the_measurement() {
         (10, 1.0, 3.0, (0, 4, 0)),
     ] {
         let timing = analysed(&lines, rows, settings(ticks / 40.0, skip / 40.0)).timing;
-        assert_eq!((timing.samples, timing.left_out, timing.missing), expected, "{ticks} samples, {skip} skipped");
+        assert_eq!((timing.samples, timing.excluded, timing.missing), expected, "{ticks} samples, {skip} skipped");
     }
     let mut analysis = Analysis::new(settings(2.0 / 40.0, 0.0));
     let complete: Vec<_> = (batches(&lines, 1).iter())
@@ -238,7 +238,7 @@ fn values(channels: Vec<Channel>, counts: Vec<i32>) -> Vec<Option<f64>> {
     analysis.absorb(&Batch { layout: Some(Arc::new(layout.clone())), counts, ..Batch::default() });
     let snapshot = analysis.snapshot();
     let assessment = Assessment::new(&snapshot, 0.95);
-    let mut values: Vec<_> = snapshot.norms.iter().map(|norm| Some(norm.scale)).collect();
+    let mut values: Vec<_> = snapshot.magnitudes.iter().map(|magnitude| Some(magnitude.scale)).collect();
     for ((channel, results), assessed) in layout.channels.iter().zip(&snapshot.channels).zip(&assessment.channels) {
         let moments = &results.moments;
         values.extend([moments.mean_counts(), moments.std_counts()].map(|counts| Some(channel.in_unit(counts?))));
@@ -336,7 +336,7 @@ fn skipped_time_is_left_out_with_its_gaps() {
     // indices 0 1 [2] 3 4 [5] 6, of which the first four are skipped
     let snapshot = analysed(&[Good(0), Good(1), Bad, Good(3), Good(4), Bad, Good(6)], 10, settings);
     let timing = snapshot.timing;
-    assert_eq!((timing.left_out, timing.samples, timing.missing, timing.gaps), (3, 2, 1, 1));
+    assert_eq!((timing.excluded, timing.samples, timing.missing, timing.gaps), (3, 2, 1, 1));
     assert_eq!(snapshot.channels[9].moments.min_counts(), Some(4));
     assert_eq!(timing.rate_from, RateFrom::Option);
 }
@@ -377,7 +377,7 @@ proptest! {
         let cut = analysed(&lines, rows, settings);
         prop_assert_eq!(whole.timing, cut.timing);
         prop_assert_eq!(&whole.warnings, &cut.warnings);
-        prop_assert_eq!(whole.timing.samples + whole.timing.left_out, whole.link.samples());
+        prop_assert_eq!(whole.timing.samples + whole.timing.excluded, whole.link.samples());
         for (a, b) in whole.channels.iter().zip(&cut.channels) {
             prop_assert_eq!(&a.octaves, &b.octaves);
             prop_assert_eq!(&a.moments, &b.moments);
@@ -423,7 +423,7 @@ proptest! {
         let samples = analysis.snapshot().timing;
         analysis.start_over();
         let begun = analysis.snapshot().timing;
-        prop_assert_eq!((begun.samples, begun.left_out), (0, samples.samples + samples.left_out));
+        prop_assert_eq!((begun.samples, begun.excluded), (0, samples.samples + samples.excluded));
         prop_assert_eq!(analysis.seconds(), 0);
         batches(&after, 7).iter().for_each(|batch| analysis.absorb(batch));
         let (again, fresh) = (analysis.snapshot(), analysed(&after, 7, settings));

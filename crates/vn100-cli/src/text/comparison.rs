@@ -72,7 +72,7 @@ fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -
     if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
         let (percent, a, b) =
             (100.0 * (1.0 - first.white / second.white), record_letter(first.record), record_letter(second.record));
-        let text = if comparison.is_beyond_chance(lead) {
+        let text = if comparison.is_significant(lead) {
             format!(
                 "{a} is the quietest: its N lies {percent:.1} % below that of {b}, beyond chance ({})",
                 chance(lead)
@@ -103,7 +103,7 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
     for channel in tests_by_channel(&comparison.octaves) {
         for pair in channel.tests.chunk_by(|a, b| a.records == b.records) {
             let differ: Vec<&OctaveTest> =
-                pair.iter().copied().filter(|test| comparison.is_beyond_chance(test.chance)).collect();
+                pair.iter().copied().filter(|test| comparison.is_significant(test.chance)).collect();
             let surest = differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p));
             let (Some(surest), Some(first), Some(last)) = (surest, differ.first(), differ.last()) else { continue };
             any = true;
@@ -173,7 +173,7 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
             .collect();
         writeln!(out, "{}", fill(&means.join("; "), "  ", "  "))?;
         if let Some((spread, at_chance)) = channel.spread.zip(channel.chance) {
-            let verdict = if comparison.is_beyond_chance(at_chance) { "beyond that" } else { "not beyond that" };
+            let verdict = if comparison.is_significant(at_chance) { "beyond that" } else { "not beyond that" };
             let text = format!(
                 "spread {} ({} to {}); noise alone {}: {verdict} ({})",
                 four_digits(spread.deviation),

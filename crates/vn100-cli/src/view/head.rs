@@ -191,10 +191,10 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     let told_gaps = timing.gaps > 0 && detail == Detail::All;
     let gaps = if told_gaps { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
     parts.add(format!("missing {}{gaps}", grouped(timing.missing)), counted(timing.missing));
-    if timing.left_out > 0 {
+    if timing.excluded > 0 {
         let changed = snapshot.rate_change.is_some();
         let style = if changed { theme.warning() } else { Style::new() };
-        parts.add(format!("left out {}", grouped(timing.left_out)), style);
+        parts.add(format!("left out {}", grouped(timing.excluded)), style);
     }
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {

@@ -144,7 +144,7 @@ impl Source {
             _ => return None,
         };
         let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
-        let lines = timing.samples + timing.left_out + timing.missing;
+        let lines = timing.samples + timing.excluded + timing.missing;
         let bytes_per_line = tally.bytes() as f64 / lines as f64;
         // a sensor that came back without its settings sends at its own rate
         let rate_hz = self.snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);

@@ -141,7 +141,7 @@ fn every_warning_is_listed_and_read_in_full() {
             StampsRefused,
             BunchedArrival,
             Gaps,
-            BadLines,
+            RejectedLines,
             UncheckedLines,
             RepeatedLines,
             PrintFormat,
@@ -247,7 +247,7 @@ fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
     let mut snapshot = (*source.snapshot).clone();
     snapshot.timing.rate_hz = 200.0;
     snapshot.rate_change = Some(RateChange { after_samples: 20_000, from_hz: 200.0, to_hz: 40.0 });
-    snapshot.timing.left_out = 400;
+    snapshot.timing.excluded = 400;
     source.snapshot = snapshot.into();
     assert!((load(&source) - 122.0 * (20_000.0 / 20_400.0) * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
     check("rate-changed", &one(), &[source]);

@@ -77,7 +77,7 @@ fn lost(source: &Source) -> Vec<String> {
     let other = [
         (timing.missing, format!("missing {} in {} gaps", grouped(timing.missing), grouped(timing.gaps))),
         (reconnects, format!("reconnected {reconnects}")),
-        (timing.left_out, format!("left out {}", grouped(timing.left_out))),
+        (timing.excluded, format!("left out {}", grouped(timing.excluded))),
     ];
     let other: Vec<String> = other.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect();
     let bad = (bad > 0).then(|| format!("bad lines {}", bad_lines(&link.tally)));

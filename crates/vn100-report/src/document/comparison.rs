@@ -173,7 +173,7 @@ impl ComparisonDocument {
         let verdict = |chance: Chance| Verdict {
             p: chance.p,
             corrected: chance.corrected,
-            differs: comparison.is_beyond_chance(chance),
+            differs: comparison.is_significant(chance),
         };
         let channels = tests_by_channel(&comparison.octaves).into_iter().map(|channel| {
             let TestsOfChannel { name, unit, tests } = channel;
@@ -234,7 +234,7 @@ fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -
         axes: ranked.axes.iter().map(|(name, white)| AxisDocument { name: name.clone(), white: *white }).collect(),
         white_factor: ranked.white_factor,
     });
-    let leads = ranking.lead().is_some_and(|lead| comparison.is_beyond_chance(lead));
+    let leads = ranking.lead().is_some_and(|lead| comparison.is_significant(lead));
     SensorDocument {
         sensor: sensor_group(ranking.quantity),
         unit: ranking.unit,
@@ -269,7 +269,7 @@ fn means_of(means: &ChannelMeans, comparison: &Comparison) -> MeansDocument {
             from_noise: spread.from_noise,
             p: chance.p,
             corrected: chance.corrected,
-            beyond_noise: comparison.is_beyond_chance(chance),
+            beyond_noise: comparison.is_significant(chance),
         }),
         bias_removed: means.bias_removed,
     }

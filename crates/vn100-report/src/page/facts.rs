@@ -199,7 +199,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
     let by = match timing.missing_from {
         MissingFrom::Counter => "by the counter in each line",
         MissingFrom::Arrival => "by arrival times",
-        MissingFrom::BadLines => "by damaged lines only: lines lost whole cannot be seen",
+        MissingFrom::RejectedRows => "by damaged lines only: lines lost whole cannot be seen",
     };
     let measured = arrivals.and_then(|arrivals| {
         Some(format!("{:.4} Hz, {} ppm from nominal", arrivals.measured_hz?, trimmed(arrivals.offset_ppm?, 1)))
@@ -218,7 +218,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         row("Segments", timing.segments.to_string()),
         row(
             "Left out",
-            match (timing.left_out, record.skipped_s() > 0.0) {
+            match (timing.excluded, record.skipped_s() > 0.0) {
                 (0, _) => "nothing".into(),
                 (count, true) => format!(
                     "{} samples, of the first {} as asked, or behind the end asked for",

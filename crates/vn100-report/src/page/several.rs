@@ -82,7 +82,7 @@ fn rankings(comparison: &Comparison) -> Markup {
             @if !ranking.folds_alike { p { (folding(ranking)) "." } }
             @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
                 p {
-                    @if comparison.is_beyond_chance(lead) { (record_letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }
+                    @if comparison.is_significant(lead) { (record_letter(first.record)) " is the quietest, beyond chance (" (chance(lead)) ")." }
                     @else { "None is the quietest beyond chance: " (record_letter(first.record)) " and " (record_letter(second.record)) " differ as chance makes it (" (chance(lead)) ")." }
                 }
             }
@@ -92,7 +92,7 @@ fn rankings(comparison: &Comparison) -> Markup {
 
 fn octaves(comparison: &Comparison) -> Markup {
     let differ = |tests: &[&OctaveTest]| -> Vec<OctaveTest> {
-        tests.iter().filter(|test| comparison.is_beyond_chance(test.chance)).map(|test| (*test).clone()).collect()
+        tests.iter().filter(|test| comparison.is_significant(test.chance)).map(|test| (*test).clone()).collect()
     };
     let channels = tests_by_channel(&comparison.octaves);
     let rows: Vec<(String, usize, Vec<OctaveTest>)> = (channels.iter())

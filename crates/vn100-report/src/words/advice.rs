@@ -22,14 +22,14 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         ));
     }
     let window = findings.sensors.iter().filter_map(|sensor| sensor.onboard).find(|onboard| {
-        onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.honest_window() || !onboard.window_known)
+        onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.unaliased_window() || !onboard.window_known)
     });
     if let Some(onboard) = window {
         advice.push(format!(
             "Average exactly as many refreshes as are skipped, {} at {} Hz, so that nothing folds and N can be compared with the data sheet ({}).",
-            onboard.honest_window(),
+            onboard.unaliased_window(),
             trimmed(findings.rate_hz, 3),
-            words(&Remedy::MeasureWith(Setting::Window(onboard.honest_window())))
+            words(&Remedy::MeasureWith(Setting::Window(onboard.unaliased_window())))
         ));
     }
     if findings.warns(WarningKind::VibrationLine) {

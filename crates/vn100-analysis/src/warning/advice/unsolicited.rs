@@ -1,4 +1,4 @@
-//! The warnings that the sensor itself gives: errors that it tells unasked.
+//! The warnings for unsolicited device errors.
 
 use vn100_protocol::DeviceError;
 use vn100_protocol::stream::UnsolicitedErrors;

@@ -1,14 +1,14 @@
-//! The norm of the measured vectors, sample by sample: it does not depend on the orientation.
+//! The magnitude of the measured vectors, sample by sample: it does not depend on the orientation.
 
 use imu_noise::Moments;
 use vn100_protocol::{Channel, Layout, Quantity};
 
-/// Decimals of a norm beyond those of its components.
+/// Decimals of a magnitude beyond those of its components.
 const MORE_DECIMALS: u8 = 2;
 
 /// The length of one sensor's vector.
 #[derive(Debug, Clone)]
-pub struct Norm {
+pub struct Magnitude {
     /// What the vector is of.
     pub quantity: Quantity,
     /// Unit of the length.
@@ -23,7 +23,7 @@ pub struct Norm {
     first: usize,
 }
 
-impl Norm {
+impl Magnitude {
     /// One for every three neighbouring channels of one sensor with the same decimals and scale.
     pub(crate) fn all(layout: &Layout) -> Vec<Self> {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
@@ -53,7 +53,7 @@ impl Norm {
         column.clear();
         column.extend(counts.chunks_exact(width).map(|row| {
             let [x, y, z] = [0, 1, 2].map(|axis| f64::from(row[self.first + axis]));
-            // norms beyond the range of a count saturate
+            // magnitudes beyond the range of a count saturate
             (MORE * (x * x + y * y + z * z).sqrt()).round() as i32
         }));
         self.moments.push(column);
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn every_vector_of_a_message_has_a_length() {
-        let quantities = |layout| Norm::all(layout).iter().map(|norm| norm.quantity).collect::<Vec<_>>();
+        let quantities = |layout| Magnitude::all(layout).iter().map(|magnitude| magnitude.quantity).collect::<Vec<_>>();
         let expected = [Quantity::MagneticField, Quantity::Acceleration, Quantity::AngularRate];
         assert_eq!(quantities(&VNYMR), expected);
         assert_eq!(quantities(&VNIMU), expected);
@@ -75,8 +75,9 @@ mod tests {
 
     #[test]
     fn three_axes_of_one_sensor_with_the_same_decimals_and_scale_are_a_vector() {
-        let vectors =
-            |channels: &[Channel]| Norm::all(&Layout { channels: channels.to_vec().into(), ..VNYMR.clone() }).len();
+        let vectors = |channels: &[Channel]| {
+            Magnitude::all(&Layout { channels: channels.to_vec().into(), ..VNYMR.clone() }).len()
+        };
         let axes = &VNYMR.channels[6..9];
         assert_eq!((vectors(axes), vectors(&axes[..2]), vectors(&VNYMR.channels[..3])), (1, 0, 0));
         assert_eq!(vectors(&[axes, axes].concat()), 1, "the first three");
@@ -94,14 +95,14 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_pythagoras() {
-        let mut norm = Norm::all(&VNYMR).remove(1);
+        let mut magnitude = Magnitude::all(&VNYMR).remove(1);
         let mut row = [0; 12];
         row[6..9].copy_from_slice(&[2000, 3000, 6000]);
         let mut rows = row.to_vec();
         row[6..9].copy_from_slice(&[0, 0, -1]);
         rows.extend(row);
-        norm.push(&rows, 12, &mut Vec::new());
-        assert_eq!((norm.moments.count(), norm.decimals), (2, 5));
-        assert_eq!((norm.moments.min_counts(), norm.moments.max_counts()), (Some(100), Some(700_000)));
+        magnitude.push(&rows, 12, &mut Vec::new());
+        assert_eq!((magnitude.moments.count(), magnitude.decimals), (2, 5));
+        assert_eq!((magnitude.moments.min_counts(), magnitude.moments.max_counts()), (Some(100), Some(700_000)));
     }
 }
