@@ -9,7 +9,7 @@
 //! Samples arrive late, never early: an arrival is the time of sending plus a delay that is not
 //! negative. So the lower edge of the arrivals over the sample number is the sensor's clock. A
 //! dropped sample lifts that edge by a period for good; bunching (several samples with one read of
-//! the host) and stalls lift single samples, and come back to it.
+//! the host) and stalls lift single samples, and return to it.
 //!
 //! ```text
 //! lag in periods
@@ -42,7 +42,7 @@
 //!    blocks of the record. It shows the offset of the sensor's clock.
 //!
 //! Stamps that go back by more than 10 ms are out of order if at most two samples in a row have
-//! them; with the third the clock was set back, and time goes on by the new one.
+//! them; with the third the clock was set back, and time continues by the new one.
 
 mod arrival_times;
 mod envelope;

@@ -76,7 +76,7 @@ impl ChannelSignal {
     }
 
     /// Samples are missing here: `Some(missing)` of them, or an unknown number, which counts as
-    /// none. Seconds of data go on; no segment of the spectrum and no window for disturbances
+    /// none. Seconds of data continue; no segment of the spectrum and no window for disturbances
     /// reaches across.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.spectrum.gap();
@@ -98,7 +98,7 @@ impl ChannelSignal {
     }
 
     /// Mean, deviation and extremes of the blocks of the record, in time order: at most
-    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), those without a sample left out.
+    /// [`MAX_BLOCKS`](crate::MAX_BLOCKS), those without a sample excluded.
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks = self.blocks.clone();

@@ -1,4 +1,4 @@
-//! Whether two deviations differ beyond chance, for one octave and for many at once, and how far
+//! Whether two deviations differ significantly, for one octave and for many at once, and how far
 //! repeated means lie apart.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
@@ -251,7 +251,7 @@ mod tests {
     /// From SciPy 1.17.1: `chi2.ppf` with 1000 degrees of freedom gives this interval of a
     /// deviation.
     #[test]
-    fn an_interval_tells_its_degrees_of_freedom() {
+    fn an_interval_shows_its_degrees_of_freedom() {
         let estimate = VarianceEstimate::of_interval(1.0, 0.958_032_45, 1.045_841_37, 0.95).unwrap();
         assert!(near(estimate.edf, 1000.0, 2e-3), "{estimate:?}");
         assert_eq!(VarianceEstimate::of_interval(1.0, 0.0, 1.0, 0.95), None);

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn few_windows_and_odd_levels_have_no_interval() {
+    fn few_windows_and_invalid_levels_have_no_interval() {
         let shape =
             RecordShape { samples: 9, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
         let octave = |m, terms| Octave { m, terms };

@@ -43,7 +43,7 @@ pub enum LevelShape {
         /// lengths that are within the record. A drift that does not settle within it shows the
         /// longest, and no skip.
         time_constant_s: f64,
-        /// Seconds to leave out at the start, after which the rest is below half the white noise of
+        /// Seconds to exclude at the start, after which the rest is below half the white noise of
         /// a block mean. `None` when that is more than half of the record.
         skip_s: Option<f64>,
     },

@@ -62,7 +62,7 @@ impl PowerLaw {
 
     /// Generalised covariance of the phase (the running sum of the rate) at an integer lag.
     /// Polynomials of the lag up to third order (Hadamard: fifth) drop out of every difference and
-    /// are left out.
+    /// are excluded.
     ///
     /// The phase is white noise integrated δ = 1 - α/2 times, with the covariance Γ(1-2δ) Γ(n+δ) /
     /// (Γ(δ) Γ(1-δ) Γ(n+1-δ)) (Hosking, 1981, theorem 1); where that has a pole, its derivative

@@ -3,7 +3,7 @@
 //! Level k holds sums of m = 2^k samples that end at absolute multiples of its stride s = max(1,
 //! m/R). Two sums m samples apart are `lag` = min(m, R) places apart; their difference is the Allan
 //! term of the level, their sum is a block sum of the next. Where the stride doubles, every second
-//! sum goes on, so all levels together cost log2 R + 2 updates per sample.
+//! sum continues, so all levels together cost log2 R + 2 updates per sample.
 
 use super::squares::SquareSum;
 use crate::accumulate::record::Deviation;

@@ -75,7 +75,7 @@ fn constant_and_short_data_have_no_kind() {
 }
 
 #[test]
-fn slopes_tell_the_noise_of_pure_curves() {
+fn slopes_identify_the_noise_of_pure_curves() {
     let shape =
         RecordShape { samples: 1 << 20, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
     let octaves: Vec<_> = (6..20).map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) }).collect();

@@ -13,7 +13,7 @@ const UNLUCKY_SLOPE: f64 = 2.706;
 impl NoiseModel {
     /// The fit to what records with these parameters show on average, in the units of the terms:
     /// what a record as long as this can be expected to say of them, before it is made. Terms the
-    /// model does not have are left out; what is not named is not there.
+    /// model does not have are ignored, those not named are zero.
     #[must_use]
     pub fn expected_fit(&self, truth: &[(Term, f64)], confidence: f64) -> NoiseFit {
         self.fit_to_expected(&self.parameters(truth), 1.0, confidence)

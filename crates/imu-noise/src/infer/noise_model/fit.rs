@@ -87,7 +87,7 @@ impl NoiseModel {
     ///
     /// Generalised least squares with the covariance of all octaves from the fitted model itself,
     /// on statistics made normal, with squared amplitudes that cannot be negative. The shortest
-    /// octaves, half of all at most, are left out until the model holds with p >= 0.01: vibration
+    /// octaves, half of all at most, are excluded until the model holds with p >= 0.01: vibration
     /// shows there, and a fit through it invents bias instability. Where one had to go, so must the
     /// next unless χ² falls by less than 3.84 without it.
     ///
@@ -114,7 +114,7 @@ impl NoiseModel {
     #[must_use]
     pub fn fit_part(&self, variances: &[f64], confidence: f64) -> NoiseFit {
         let parts = (0..=self.fitted / 2)
-            .flat_map(|left_out| (0..=left_out).map(move |skip| (skip, left_out - skip)))
+            .flat_map(|excluded| (0..=excluded).map(move |skip| (skip, excluded - skip)))
             .map(|(skip, end)| skip..self.fitted - end);
         self.fit_first(parts, variances, None, confidence)
     }

@@ -16,12 +16,12 @@ fn a_known_low_rate_is_confirmed_by_four_intervals_and_a_second() {
         let known = GapDetector::new(&RATES_HZ, Some(rate_hz));
         assert_eq!(first_placed(known.clone(), &steady(rate_hz, 100)), Some(line), "{rate_hz} Hz");
         assert_eq!(first_placed(GapDetector::new(&RATES_HZ, None), &steady(rate_hz, 100)), Some(32), "{rate_hz} Hz");
-        // Told while lines are held, it is confirmed by these and the next one.
-        let mut told = GapDetector::new(&RATES_HZ, None);
+        // Known while samples are held, it is confirmed by these and the next one.
+        let mut informed = GapDetector::new(&RATES_HZ, None);
         let stamps_s = steady(rate_hz, 100);
-        stamps_s[..30].iter().for_each(|&stamp_s| told.push(Duration::from_secs_f64(stamp_s), None));
-        told.set_known_rate(rate_hz);
-        assert_eq!(first_placed(told, &stamps_s[30..]), Some(line.saturating_sub(30)), "{rate_hz} Hz");
+        stamps_s[..30].iter().for_each(|&stamp_s| informed.push(Duration::from_secs_f64(stamp_s), None));
+        informed.set_known_rate(rate_hz);
+        assert_eq!(first_placed(informed, &stamps_s[30..]), Some(line.saturating_sub(30)), "{rate_hz} Hz");
     }
 }
 
@@ -73,8 +73,8 @@ fn a_known_rate_that_the_stamps_contradict_is_refused() {
             let refusal = Refusal::OtherRate { known_hz, measured_hz: 40.0 };
             assert_eq!(sequence, [GapEvent::Refused(refusal), GapEvent::Samples(3000)]);
             assert_eq!((summary.refusal, summary.nominal, summary.gaps), (Some(refusal), None, 0));
-            let told = refusal.to_string();
-            assert!(told.contains("40.0000 Hz") && told.contains(&format!("{known_hz} Hz")), "{told}");
+            let text = refusal.to_string();
+            assert!(text.contains("40.0000 Hz") && text.contains(&format!("{known_hz} Hz")), "{text}");
         }
     }
 }
@@ -122,7 +122,7 @@ fn a_known_rate_within_5_percent_is_used() {
 }
 
 #[test]
-fn lost_lines_do_not_contradict_a_known_rate() {
+fn dropped_samples_do_not_contradict_a_known_rate() {
     for lost in 1..60 {
         let mut stamps_s = steady(40.0, 2000);
         stamps_s.drain(10..10 + lost);
