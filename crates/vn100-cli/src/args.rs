@@ -19,7 +19,7 @@ pub(crate) use files::{CompareArgs, ExportForm, FileArgs, ReplayArgs, ReportArgs
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use link::{baud_rate, output_rate};
 use measure::{Estimator, confidence, length};
-pub(crate) use measure::{MeasureArgs, ResultArgs, Telling};
+pub(crate) use measure::{MeasureArgs, OutputFormat, ResultArgs};
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]

@@ -16,7 +16,7 @@ use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
-    args::{AttachArgs, RecordArgs, SourceName, Telling},
+    args::{AttachArgs, OutputFormat, RecordArgs, SourceName},
     conditions,
     datasheet::evaluation,
     emulated_port::EmulatedPort,
@@ -26,25 +26,25 @@ use crate::{
     log::{Entries, Log, takes_terminal},
     measured::{FAULT, evaluated},
     remedy_words::remedy_words,
+    result_writer::{ResultWriter, all_of, print_line},
     session_words,
     status::{Status, StatusLine},
-    teller::{Teller, all_of, print_line},
-    view::{self, MessageQueue, View, Watched},
+    view::{self, MessageQueue, SourceMonitor, View},
 };
 
 /// Data time in which the temperature is asked for twice at least.
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
 pub(crate) fn attach(args: AttachArgs) -> Result<Exit> {
-    let telling = args.result.telling();
-    run(args, telling)
+    let format = args.result.format();
+    run(args, format)
 }
 
 pub(crate) fn record(args: RecordArgs) -> Result<Exit> {
-    run(args.into(), Telling::Summary)
+    run(args.into(), OutputFormat::Summary)
 }
 
-fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
+fn run(args: AttachArgs, format: OutputFormat) -> Result<Exit> {
     if !args.record.is_empty() && args.record.len() != args.sources.len() {
         bail!(
             "--record is given {} times for {} sources: give it once for each, in their order",
@@ -57,32 +57,32 @@ fn run(args: AttachArgs, telling: Telling) -> Result<Exit> {
     // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
     let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let runtime = runtime.context("cannot start the worker thread")?;
-    let exit = runtime.block_on(attach_all(args, telling, conditions, log.entries()));
-    // a thread may hang in a read of standard input that nobody waits for any more
+    let exit = runtime.block_on(attach_all(args, format, conditions, log.entries()));
+    // a thread may hang in a read of standard input that is no longer needed
     runtime.shutdown_background();
     exit
 }
 
 async fn attach_all(
     args: AttachArgs,
-    telling: Telling,
+    format: OutputFormat,
     conditions: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Exit> {
     let evaluation = Arc::new(evaluation(&args.measure)?.with_filter_models(args.result.filter_models));
     let logs_to_terminal = takes_terminal(&args.link.log);
-    let messages = (telling == Telling::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
-    let hang_up = if messages.is_some() { HangUp::IsSeenTo } else { HangUp::Stops };
+    let messages = (format == OutputFormat::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
+    let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
     let stop = stop_on_interrupt(hang_up).context("cannot listen to Ctrl-C")?;
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
-    if messages.is_none() && telling != Telling::Ndjson {
-        // nobody looks more often
+    if messages.is_none() && format != OutputFormat::Ndjson {
+        // the status lines are not redrawn more often
         settings.watch_every = Status::PERIOD;
     }
     let status = Status::new(messages.clone(), logs_to_terminal);
-    let job = Arc::new(Job { settings, evaluation, telling, conditions, status, log, args });
+    let job = Arc::new(Job { settings, evaluation, format, conditions, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
-    let mut watched = Vec::new();
+    let mut monitors = Vec::new();
     let mut unrecorded = Vec::new();
     let sources: Vec<JoinHandle<Result<Measured>>> = (0..)
         .zip(job.args.sources.iter().zip(recordings))
@@ -92,29 +92,29 @@ async fn attach_all(
                 unrecorded.push(stop.clone());
             }
             let (session, emulated) = job.session(source, number, recording, stop.clone());
-            watched.push(Watched::of(&session));
+            monitors.push(SourceMonitor::of(&session));
             task::spawn(attach_one(session, emulated, Arc::clone(&job), stop))
         })
         .collect();
-    let mut teller = Teller::new(job.telling);
+    let mut writer = ResultWriter::new(job.format);
     if let Some(messages) = messages {
-        let view = View::show(watched, messages, Arc::clone(&job.evaluation), stop)?;
-        // without a terminal only what is kept is worth going on for
+        let view = View::show(monitors, messages, Arc::clone(&job.evaluation), stop)?;
+        // without a terminal only what is recorded is worth continuing for
         let all = view.until(all_of(sources), || unrecorded.iter().for_each(CancellationToken::cancel)).await?;
-        all.iter().try_for_each(|measured| teller.tell(measured))?;
+        all.iter().try_for_each(|measured| writer.write(measured))?;
     } else {
-        let mut told = Ok(());
+        let mut written = Ok(());
         for source in sources {
             let measured = source.await.context(FAULT).and_then(|measured| measured);
-            told = told.and(measured.and_then(|measured| job.status.suspend(|| teller.tell(&measured))));
-            if told.is_err() {
-                // the others end in order: with their recordings whole, and what was changed put back
+            written = written.and(measured.and_then(|measured| job.status.suspend(|| writer.write(&measured))));
+            if written.is_err() {
+                // the others end in order: with whole recordings and restored settings
                 stop.cancel();
             }
         }
-        told?;
+        written?;
     }
-    teller.finish()
+    writer.finish()
 }
 
 /// What all sources of one command share.
@@ -122,7 +122,7 @@ struct Job {
     args: AttachArgs,
     settings: Settings,
     evaluation: Arc<Evaluation>,
-    telling: Telling,
+    format: OutputFormat,
     /// As the user wrote them down.
     conditions: BTreeMap<String, String>,
     status: Status,
@@ -152,7 +152,7 @@ impl Job {
             source,
             settings: self.settings.clone(),
             // a result that is written between two reads must be the same however the bytes were read
-            read: ReadOptions { line_by_line: self.telling == Telling::Ndjson, ..read },
+            read: ReadOptions { line_by_line: self.format == OutputFormat::Ndjson, ..read },
             temperature: args.temperature,
             output: args.change.settings(),
             conditions: self.conditions.clone(),
@@ -174,15 +174,15 @@ async fn attach_one(
     job: Arc<Job>,
     stop: CancellationToken,
 ) -> Result<Measured> {
-    let mut told = Ok(());
-    let result = follow(session, &job, &stop, &mut told).await?;
+    let mut written = Ok(());
+    let result = follow(session, &job, &stop, &mut written).await?;
     let was_opened = match &*result.end {
         EndReason::NotStarted(StartError::StreamInput(_)) => result.facts.kind.is_some(),
         EndReason::NotStarted(error) => matches!(error, StartError::Live(_)),
         _ => true,
     };
     let measured = evaluated(result, &job.evaluation).await?;
-    told?;
+    written?;
     let snapshot = &measured.snapshot;
     if job.args.temperature
         && snapshot.register_channels.is_empty()
@@ -191,19 +191,19 @@ async fn attach_one(
         let why = "the sensor does not answer, or the line has no room between its lines";
         job.status.report(&format!("{}: no temperature came: {why}", measured.facts.name));
     }
-    if job.telling == Telling::Ndjson && was_opened {
+    if job.format == OutputFormat::Ndjson && was_opened {
         print_document(Document::of(&measured, remedy_words)).await?;
     }
     Ok(measured)
 }
 
 /// Follows a session to its end, showing where it is and writing the documents of every second
-/// meanwhile. Where these cannot be written it ends as when it is stopped, and `told` says why.
+/// meanwhile. Where these cannot be written it ends as when it is stopped, and `written` says why.
 async fn follow(
     mut session: Session,
     job: &Job,
     stop: &CancellationToken,
-    told: &mut Result<()>,
+    written: &mut Result<()>,
 ) -> Result<SessionResult> {
     let name = session.state.borrow().name().to_owned();
     let report = |event| {
@@ -211,7 +211,7 @@ async fn follow(
     };
     let mut line: Option<StatusLine> = None;
     let mut link = None;
-    let mut told_second = 0;
+    let mut written_second = 0;
     let mut ticks = time::interval(Status::PERIOD);
     loop {
         tokio::select! {
@@ -231,16 +231,16 @@ async fn follow(
                 }
                 let line = line.get_or_insert_with(|| job.status.line(&name));
                 if let Some(now) = state.link.as_ref().filter(|_| state.link != link) {
-                    job.log.tell_state(&name, now);
-                    line.tell(now);
+                    job.log.link_state(&name, now);
+                    line.report_link(now);
                 }
                 link.clone_from(&state.link);
                 // a writer that stalls misses seconds and delays nothing
                 let second = state.snapshot.timing.duration_s() as u64;
-                if job.telling == Telling::Ndjson && told.is_ok() && second > told_second {
-                    told_second = second;
-                    *told = print_state(state).await;
-                    if told.is_err() {
+                if job.format == OutputFormat::Ndjson && written.is_ok() && second > written_second {
+                    written_second = second;
+                    *written = print_state(state).await;
+                    if written.is_err() {
                         stop.cancel();
                     }
                 }

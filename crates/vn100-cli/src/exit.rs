@@ -44,9 +44,9 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Tells the user of an error, on stderr.
+/// Reports an error on stderr.
 pub(crate) fn report(message: &str) {
-    // with stderr gone there is nobody left to tell
+    // without stderr there is no other place to report to
     let _ = writeln!(io::stderr(), "vn100: {}", printable(message));
 }
 
@@ -66,20 +66,20 @@ fn write(text: &str) -> Result<()> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("cannot write the result to standard output")
 }
 
-/// Tells of a wrong command line, or gives the help that was asked for, and ends the program. The
-/// line is repeated in it, and is no more ours than a file name: scripts pass on what they find.
+/// Reports a wrong command line, or prints the help that was asked for, and ends the program. The
+/// text repeats the line, which is made printable like a file name: scripts pass on what they find.
 pub(crate) fn usage(error: &clap::Error) -> ! {
     if !error.use_stderr() {
         error.exit();
     }
     let text = error.render().to_string();
     let text: String = text.chars().map(|c| if c == '\n' { c } else { shown(c) }).collect();
-    // with stderr gone there is nobody left to tell
+    // without stderr there is no other place to report to
     let _ = write!(io::stderr(), "{text}");
     process::exit(error.exit_code())
 }
 
-/// Whether whoever read the output has left: enough was seen.
+/// Whether the reader of the output has closed it: enough was seen.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

@@ -24,7 +24,7 @@ use crate::{
     measured::{FAULT, evaluated},
     progress::Progress,
     remedy_words::remedy_words,
-    teller::print_line,
+    result_writer::print_line,
 };
 
 /// Whether the documents of every second are written on the way.
@@ -46,7 +46,7 @@ pub(crate) fn measure_files(
     let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let result = runtime.block_on(measure_all(args, evaluation, each_second, log.entries(), take));
-    // a thread may hang in a read of standard input that nobody waits for any more
+    // a thread may hang in a read of standard input that is no longer needed
     runtime.shutdown_background();
     result
 }

@@ -58,7 +58,7 @@ struct Info {
     hardware_revision: Option<String>,
     serial_number: Option<String>,
     firmware: Option<String>,
-    /// Speed of the line in baud; null where the link has none.
+    /// Baud rate; null where the link has none.
     baud: Option<u32>,
     /// Null where it sends none, or one that is not known here; `registers` has its number.
     message: Option<&'static str>,
@@ -221,7 +221,7 @@ fn value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Op
 mod tests {
     use super::*;
 
-    fn as_sold() -> BTreeMap<u8, String> {
+    fn factory_registers() -> BTreeMap<u8, String> {
         [
             (1, "VN-100S-CR"),
             (2, "7"),
@@ -239,8 +239,8 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_as_sold() {
-        let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), as_sold()).text();
+    fn a_sensor_at_its_factory_defaults() {
+        let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), factory_registers()).text();
         assert_eq!(
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
@@ -258,7 +258,7 @@ mod tests {
             (Some("x"), "not told"),
             (None, "not told"),
         ] {
-            let mut registers = as_sold();
+            let mut registers = factory_registers();
             registers.remove(&6);
             registers.extend(register.map(|text| (6, text.to_owned())));
             let text = Info::new("/dev/ttyUSB0".into(), Some(115_200), registers).text();
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_tells_nothing_has_nothing_made_up() {
+    fn nothing_is_made_up_for_a_sensor_without_registers() {
         let info = Info::new("tcp://a:1".into(), None, BTreeMap::new());
         assert!(info.line.is_none() && info.message.is_none() && info.rate_hz.is_none());
         assert!(info.text().contains("not told"));

@@ -16,7 +16,7 @@ pub(crate) enum HangUp {
     /// It ends the data too; not under `nohup`.
     Stops,
     /// The view.
-    IsSeenTo,
+    HandledByView,
 }
 
 /// Listens from now on, and gives the token that the first signal cancels.
@@ -76,7 +76,7 @@ impl Signals {
     }
 }
 
-/// Whether this program was started to outlive its terminal, as by `nohup`; told by Linux alone.
+/// Whether this program was started to outlive its terminal, as by `nohup`; known on Linux only.
 #[cfg(unix)]
 fn hang_up_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

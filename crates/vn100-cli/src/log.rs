@@ -1,8 +1,7 @@
-//! Diagnostics, for whoever looks for a fault: what befell a link, what was asked and answered,
-//! which lines were refused and why.
+//! Diagnostics for troubleshooting: link events, commands and replies, rejected lines and why.
 //!
-//! A thread of its own writes them: measuring never waits for it. What it does not take in time is
-//! left out, and counted in it.
+//! A thread of its own writes them: measuring never waits for it. Entries that it does not take in
+//! time are dropped, and counted.
 
 use std::{
     fs::File,
@@ -84,7 +83,7 @@ impl Log {
         Ok(Self { entries, writer: Some(writer.context("cannot start the thread of the log")?) })
     }
 
-    /// Where to tell it something.
+    /// Where to send entries.
     pub(crate) fn entries(&self) -> Entries {
         self.entries.clone()
     }
@@ -93,7 +92,7 @@ impl Log {
 impl Drop for Log {
     fn drop(&mut self) {
         if let Some(sender) = &self.entries.sender {
-            // behind all that was told; a writer that is gone needs no end
+            // behind all entries; a writer that is gone needs no end
             let _ = sender.send(None);
         }
         if let Some(writer) = self.writer.take() {
@@ -118,16 +117,16 @@ impl Entries {
     pub(crate) fn observer(&self, name: &str) -> Option<EventObserver> {
         self.sender.as_ref()?;
         let (entries, name) = (self.clone(), name.to_owned());
-        Some(Arc::new(move |event| entries.tell(&name, event)))
+        Some(Arc::new(move |event| entries.event(&name, event)))
     }
 
-    /// Tells what an event holds beside samples.
-    pub(crate) fn tell(&self, name: &str, event: &Event) {
+    /// Logs what an event holds beside samples.
+    fn event(&self, name: &str, event: &Event) {
         match event {
             Event::Batch(batch) => {
                 batch.diagnostics.iter().for_each(|diagnostic| self.put(name, &diagnostic.to_string()));
             }
-            Event::Link(event) => self.put(name, &befell(&event.kind)),
+            Event::Link(event) => self.put(name, &link_event(&event.kind)),
             Event::End(end) => {
                 end.csv.iter().flat_map(refused_rows).for_each(|rows| self.put(name, &rows));
                 match &end.error {
@@ -138,8 +137,8 @@ impl Entries {
         }
     }
 
-    /// Tells of an attempt to open a link that failed.
-    pub(crate) fn tell_state(&self, name: &str, state: &LinkState) {
+    /// Logs an attempt to open a link that failed.
+    pub(crate) fn link_state(&self, name: &str, state: &LinkState) {
         if let LinkState::Down { cause, retry_in, .. } = state {
             self.put(name, &format!("trying again in {} ms: {cause}", retry_in.as_millis()));
         }
@@ -167,7 +166,7 @@ fn create(path: &Path) -> Result<File> {
     })
 }
 
-fn befell(kind: &LinkEventKind) -> String {
+fn link_event(kind: &LinkEventKind) -> String {
     match kind {
         LinkEventKind::Up { port, baud: Some(baud) } => format!("link up: {port} at {baud} baud"),
         LinkEventKind::Up { port, baud: None } => format!("link up: {port}"),

@@ -24,10 +24,10 @@ mod progress;
 mod remedy_words;
 mod replay;
 mod report;
+mod result_writer;
 mod session_words;
 mod sim;
 mod status;
-mod teller;
 mod text;
 mod view;
 
@@ -61,13 +61,13 @@ fn main() -> ExitCode {
         Err(error) if exit::is_broken_pipe(&error) => Exit::Good,
         Err(error) => {
             exit::report(&format!("{error:#}"));
-            if is_not_heard(&error) { Exit::NoData } else { Exit::Failed }
+            if has_no_sensor(&error) { Exit::NoData } else { Exit::Failed }
         }
     };
     exit.into()
 }
 
-/// Whether no sensor was heard.
-fn is_not_heard(error: &anyhow::Error) -> bool {
+/// Whether no sensor was found.
+fn has_no_sensor(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(LiveError::NotHeard(_)))
 }

@@ -12,7 +12,7 @@ use crate::{
     text,
 };
 
-/// What is usually wanted: the table for whoever asks for nothing in particular.
+/// What is usually wanted: the table where no goal is given.
 const USUAL: [&str; 13] = [
     "gyro N ±10%",
     "gyro N ±5%",

@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn no_port_is_told_with_what_to_do() {
+    fn without_a_port_the_text_says_what_to_do() {
         assert!(listing(&[]).contains("plug"));
     }
 }

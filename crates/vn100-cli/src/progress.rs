@@ -14,10 +14,10 @@ impl Progress {
     pub(crate) const PERIOD: Duration = Duration::from_millis(100);
 
     /// A bar for sources of these sizes in bytes; without an end if one does not know its size.
-    /// None where something `else_is_told` there all the time.
-    pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>, else_is_told: bool) -> Self {
+    /// Nothing is shown where it `is_hidden`, because something else is written there.
+    pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> Self {
         let total: Option<u64> = sizes.into_iter().sum();
-        let target = if else_is_told { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+        let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
         let bar = ProgressBar::with_draw_target(total, target);
         let template =
             if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };

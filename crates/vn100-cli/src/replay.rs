@@ -1,6 +1,6 @@
 //! `vn100 replay`: recorded captures through the pipeline, one result each, in the order given.
 
-mod shown;
+mod in_view;
 
 use anyhow::Result;
 
@@ -9,17 +9,17 @@ use crate::{
     datasheet::evaluation,
     exit::Exit,
     files::{EachSecond, measure_files},
-    teller::Teller,
+    result_writer::ResultWriter,
 };
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
     let files = &args.files;
     if let Some(speed) = args.speed {
-        return shown::replay_shown(args, speed);
+        return in_view::replay_in_view(args, speed);
     }
     let evaluation = evaluation(&files.measure)?.with_filter_models(args.result.filter_models);
     let each_second = if args.result.ndjson { EachSecond::Printed } else { EachSecond::Unseen };
-    let mut teller = Teller::new(args.result.telling());
-    measure_files(files, evaluation, each_second, |measured| teller.tell(&measured))?;
-    teller.finish()
+    let mut writer = ResultWriter::new(args.result.format());
+    measure_files(files, evaluation, each_second, |measured| writer.write(&measured))?;
+    writer.finish()
 }

@@ -1,9 +1,9 @@
 //! `vn100 report`: one page with every figure and table of a noise measurement, and its numbers in
 //! the forms other programs read.
 
-mod asked;
 mod capture_file;
 mod exports;
+mod options;
 mod output;
 
 use anyhow::{Result, bail};
@@ -17,9 +17,9 @@ use crate::{
     files::{EachSecond, measure_files},
     remedy_words::remedy_words,
 };
-use asked::in_words;
 use capture_file::capture_file;
 use exports::Exports;
+use options::option_text;
 use output::Output;
 
 /// What makes the report.
@@ -64,7 +64,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
     if let Some(path) = output.page() {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),
-            asked: &in_words(args),
+            asked: &option_text(args),
             words: remedy_words,
             program: PROGRAM,
         };

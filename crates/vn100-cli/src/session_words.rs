@@ -11,14 +11,14 @@ use vn100_report::numbers::plain::time;
 
 use crate::{configure::describe, exit::about};
 
-const PUT_BACK: &str = "put back as it was";
+const RESTORED: &str = "put back as it was";
 
 /// An event of the session of that source; `None` where there is nothing to say.
 pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
     let text = match event {
         SessionEvent::SensorConfigured(configured) => describe(&configured),
-        SessionEvent::SettingsRestored { output_paused: false } => PUT_BACK.into(),
-        SessionEvent::SettingsRestored { output_paused: true } => format!("{PUT_BACK}, with its output paused"),
+        SessionEvent::SettingsRestored { output_paused: false } => RESTORED.into(),
+        SessionEvent::SettingsRestored { output_paused: true } => format!("{RESTORED}, with its output paused"),
         // it says itself what stays
         SessionEvent::SettingsNotRestored { error: error @ SetupError::Configure(_), .. } => {
             format!("could not be put back as it was: {}", chain(&error))
@@ -66,7 +66,7 @@ pub(crate) fn end(name: &str, reason: &EndReason, snapshot: &Snapshot) -> Option
     match reason {
         EndReason::NotStarted(error) => Some(not_started(name, error)),
         EndReason::SourceFailed(error) => Some(match snapshot.link.tally.bytes() {
-            // no sensor was heard: nothing was cut short
+            // no sensor was found: nothing was cut short
             0 => about(name, &error.to_string()),
             bytes => format!("{name}: reading failed after {bytes} bytes, the result holds what came before: {error}"),
         }),

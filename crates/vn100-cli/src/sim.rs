@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_dropped_is_told_with_its_cause() {
+    fn dropped_bytes_are_reported_with_their_cause() {
         let stats = PtyStats { openings: 1, bytes_sent: 5124, bytes_dropped: 7, bytes_unread: 3 };
         assert_eq!(
             summary(&stats),

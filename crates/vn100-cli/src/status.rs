@@ -1,4 +1,4 @@
-//! What is told of live sources while they are measured: a line on stderr for each, or words for
+//! The status of live sources while they are measured: a line on stderr for each, or messages for
 //! the view where there is one.
 
 use std::{borrow::Cow, time::Duration};
@@ -14,7 +14,7 @@ use crate::{
     view::MessageQueue,
 };
 
-/// The lines of all sources. Where stderr is no terminal, only what befalls a link is written.
+/// The lines of all sources. Where stderr is no terminal, only link events are written.
 pub(crate) struct Status {
     lines: MultiProgress,
     /// Where words go while a view has the terminal.
@@ -25,10 +25,9 @@ impl Status {
     /// How often a line is worth writing anew.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// Lines on stderr, or none where a view takes what is to be told, or something `else_is_told`
-    /// there all the time.
-    pub(crate) fn new(view: Option<MessageQueue>, else_is_told: bool) -> Self {
-        let target = if view.is_some() || else_is_told {
+    /// Lines on stderr; none where a view takes the messages, or the log goes to the terminal.
+    pub(crate) fn new(view: Option<MessageQueue>, logs_to_terminal: bool) -> Self {
+        let target = if view.is_some() || logs_to_terminal {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr_with_hz(4)
@@ -36,7 +35,7 @@ impl Status {
         Self { lines: MultiProgress::with_draw_target(target), view }
     }
 
-    /// Tells something for good.
+    /// Writes a message that stays.
     pub(crate) fn report(&self, text: &str) {
         match &self.view {
             Some(view) => view.push(text.to_owned()),
@@ -55,9 +54,9 @@ impl Status {
             bar,
             view: self.view.clone(),
             name: printable(name),
-            told: None,
-            failure_told: false,
-            hint_told: false,
+            reported: None,
+            failure_reported: false,
+            hint_reported: false,
         }
     }
 
@@ -72,23 +71,23 @@ pub(crate) struct StatusLine {
     bar: ProgressBar,
     view: Option<MessageQueue>,
     name: String,
-    /// What of the link was last told for good.
-    told: Option<LinkState>,
-    failure_told: bool,
+    /// The link state that was last reported.
+    reported: Option<LinkState>,
+    failure_reported: bool,
     /// How to shorten the latency of the adapter.
-    hint_told: bool,
+    hint_reported: bool,
 }
 
 impl StatusLine {
-    /// Shows where the source and its recording are, and tells what befell them.
+    /// Shows the state of the source and its recording, and reports what happened to them.
     pub(crate) fn show(&mut self, link: Option<&LinkState>, recording: Option<&RecordingState>, snapshot: &Snapshot) {
         if let Some(state) = link {
-            self.tell(state);
+            self.report_link(state);
         }
         if let Some(RecordingState { path, error: Some(error), .. }) = recording
-            && !self.failure_told
+            && !self.failure_reported
         {
-            self.failure_told = true;
+            self.failure_reported = true;
             let failure =
                 format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
             self.report(&failure);
@@ -102,16 +101,16 @@ impl StatusLine {
         self.bar.tick();
     }
 
-    /// Tells what befell the link, once: a link that is looked for fails again and again, and its
-    /// first cause is the one that says why, unless a later one is for its user to mend.
-    pub(crate) fn tell(&mut self, state: &LinkState) {
-        if let Some(event) = event(self.told.as_ref(), state).filter(|_| is_news(self.told.as_ref(), state)) {
+    /// Reports each link event once: the first cause of repeated failures to connect says why,
+    /// unless a later one needs the user.
+    pub(crate) fn report_link(&mut self, state: &LinkState) {
+        if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
             self.report(&about(&self.name, &event));
-            if let Some(hint) = latency_hint(state).filter(|_| !self.hint_told) {
-                self.hint_told = true;
+            if let Some(hint) = latency_hint(state).filter(|_| !self.hint_reported) {
+                self.hint_reported = true;
                 self.report(&about(&self.name, hint));
             }
-            self.told = Some(state.clone());
+            self.reported = Some(state.clone());
         }
     }
 
@@ -129,27 +128,27 @@ impl Drop for StatusLine {
     }
 }
 
-/// Whether a state is to be told behind the one told last.
-fn is_news(told: Option<&LinkState>, state: &LinkState) -> bool {
-    match (told, state) {
-        (Some(LinkState::Down { cause: told, .. }), LinkState::Down { cause, needs_help, .. }) => {
-            *needs_help && cause != told
+/// Whether a state is to be reported after the one reported last.
+fn is_news(reported: Option<&LinkState>, state: &LinkState) -> bool {
+    match (reported, state) {
+        (Some(LinkState::Down { cause: reported, .. }), LinkState::Down { cause, needs_help, .. }) => {
+            *needs_help && cause != reported
         }
-        _ => told != Some(state),
+        _ => reported != Some(state),
     }
 }
 
-/// What is worth a line of its own; the coming and going of single attempts is not.
-fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
-    let told_since = told.and_then(up).map(|up| up.since_ns);
+/// What is worth a line of its own; single attempts are not.
+fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
+    let reported_since = reported.and_then(up).map(|up| up.since_ns);
     match state {
-        LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if told_since != Some(*since_ns) => {
+        LinkState::Up(Up { restarted: Some(error), since_ns, .. }) if reported_since != Some(*since_ns) => {
             Some(format!("the sensor restarted: {error}"))
         }
-        LinkState::Up(Up { output_resumed: true, .. }) if told.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
+        LinkState::Up(Up { output_resumed: true, .. }) if reported.and_then(up).is_none_or(|up| !up.output_resumed) => Some(
             "the output of the sensor was paused, as by a program that broke off: it was made to go on, and is paused again at the end".into(),
         ),
-        LinkState::Up(up) if matches!(told, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
+        LinkState::Up(up) if matches!(reported, Some(LinkState::Silent(silent)) if silent.since_ns == up.since_ns) => {
             Some("the sensor sends again".into())
         }
         LinkState::Up(Up { port, baud, .. }) => {
@@ -163,7 +162,7 @@ fn event(told: Option<&LinkState>, state: &LinkState) -> Option<String> {
     }
 }
 
-/// How to shorten the latency of the adapter, where somebody must.
+/// How to shorten the latency of the adapter, where only the user can.
 fn latency_hint(state: &LinkState) -> Option<&str> {
     up(state)?.latency_timer.as_ref()?.advice.as_deref()
 }
@@ -232,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn of_failed_attempts_only_those_that_need_help_are_told_once_each() {
+    fn failed_attempts_that_need_help_are_reported_once_each() {
         let gone = down("the port is gone", false);
         let busy = down("it is in use by minicom", true);
         assert!(is_news(None, &gone));
@@ -248,51 +247,51 @@ mod tests {
     }
 
     #[test]
-    fn lines_that_are_held_are_told_and_no_rate_that_is_not_known() {
-        let told = |lines: usize| {
+    fn pending_lines_are_shown_and_no_rate_before_it_is_known() {
+        let reported = |lines: usize| {
             let arrivals = (0..lines).map(|line| Arrival { from_row: line, at_ns: 25_000_000 * line as i64 }).collect();
             let (counts, layout) = (vec![0; VNYMR.channels.len() * lines], Some(VNYMR.clone().into()));
             let mut analysis = Analysis::new(Settings::default());
             analysis.absorb(&Batch { counts, layout, arrivals, ..Batch::default() });
             super::counts(&analysis.snapshot())
         };
-        assert_eq!(told(7), "7 lines held, finding their rate, 0 bad lines");
-        assert_eq!(told(80), "80 samples in 2 s at 40 Hz, 0 bad lines, 0 missing");
+        assert_eq!(reported(7), "7 lines held, finding their rate, 0 bad lines");
+        assert_eq!(reported(80), "80 samples in 2 s at 40 Hz, 0 bad lines, 0 missing");
     }
 
     #[test]
-    fn an_output_that_was_found_paused_is_told_once() {
+    fn an_output_that_was_found_paused_is_reported_once() {
         let silent = connected();
         let resumed = Up { output_resumed: true, ..silent.clone() };
         let (silent_again, resumed) = (LinkState::Silent(resumed.clone()), LinkState::Up(resumed));
-        let told = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
-        assert!(told.contains("paused again at the end"), "{told}");
+        let reported = event(Some(&LinkState::Silent(silent)), &resumed).unwrap();
+        assert!(reported.contains("paused again at the end"), "{reported}");
         assert_eq!(event(Some(&silent_again), &resumed).unwrap(), "the sensor sends again");
     }
 
     #[test]
-    fn how_to_shorten_the_latency_is_told_once_where_the_program_may_not() {
+    fn the_latency_hint_is_reported_once() {
         let messages = MessageQueue::default();
         let mut line = Status::new(Some(messages.clone()), false).line("/dev/imu");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
         let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };
-        line.tell(&LinkState::Up(up));
-        line.tell(&down("the port is gone", false));
-        line.tell(&LinkState::Up(again));
-        let told = messages.take();
-        assert_eq!(told.iter().filter(|told| told.contains("up to 16 ms")).count(), 1, "{told:?}");
+        line.report_link(&LinkState::Up(up));
+        line.report_link(&down("the port is gone", false));
+        line.report_link(&LinkState::Up(again));
+        let reported = messages.take();
+        assert_eq!(reported.iter().filter(|reported| reported.contains("up to 16 ms")).count(), 1, "{reported:?}");
     }
 
     #[test]
-    fn a_restart_is_told_and_not_as_a_connection() {
+    fn a_restart_is_reported_and_not_as_a_connection() {
         let up = connected();
         let again = Up { since_ns: 1, restarted: Some(vn100_protocol::DeviceError::HardFault), ..up.clone() };
         let silent = LinkState::Silent(again.clone());
         let (up, again) = (LinkState::Up(up), LinkState::Up(again));
         assert!(is_news(Some(&up), &again));
-        let told = event(Some(&up), &again).unwrap();
-        assert!(told.starts_with("the sensor restarted: VNERR"), "{told}");
+        let reported = event(Some(&up), &again).unwrap();
+        assert!(reported.starts_with("the sensor restarted: VNERR"), "{reported}");
         assert_eq!(event(Some(&silent), &again).unwrap(), "the sensor sends again");
         assert!(event(None, &up).unwrap().starts_with("connected"));
         assert!(event(Some(&down("the port is gone", false)), &up).unwrap().starts_with("connected"));

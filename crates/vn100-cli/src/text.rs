@@ -28,7 +28,7 @@ use statistics::write_statistics;
 use verdict::write_verdicts;
 use vn100_report::{
     Measured, RecordingDocument,
-    names::{bad_lines, echoes},
+    names::{echoes, rejected_lines},
     numbers::plain::{counted, ppm, short},
     printable,
     units::channel_values,
@@ -117,7 +117,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
         short(timing.rate_hz)
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let bad = format!("  bad lines  {}", bad_lines(tally));
+    let bad = format!("  bad lines  {}", rejected_lines(tally));
     writeln!(out, "{}", textwrap::fill(&bad, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     writeln!(
         out,
@@ -149,10 +149,10 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
 
 fn write_csv(out: &mut String, csv: &CsvFacts) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
-    for odd in &csv.rejected {
+    for rejected in &csv.rejected {
         let text = format!(
             "  odd rows   {} ({}), the first is line {}: {}",
-            odd.count, odd.reason, odd.first_line, odd.first_text
+            rejected.count, rejected.reason, rejected.first_line, rejected.first_text
         );
         writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
     }

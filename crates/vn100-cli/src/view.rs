@@ -1,16 +1,18 @@
-//! The live view: what is measured, on the whole terminal, until somebody quits.
+//! The live view: what is measured, on the whole terminal, until the user quits.
 //!
 //! One thread has the terminal ([`task`]). It looks at the states of the sessions
-//! ([`mod@watched`]), and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits
-//! for its terminal, and nobody waits for it.
+//! ([`mod@monitor`]), and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits
+//! for its terminal, and no other thread waits for it.
 
 mod allan;
 mod curve;
 mod draw;
-mod foot;
-mod head;
+mod footer;
+mod header;
 mod help;
+mod history;
 mod messages;
+mod monitor;
 mod mouse;
 mod overview;
 mod parameters;
@@ -21,7 +23,6 @@ mod signal;
 mod source;
 mod state;
 mod statistics;
-mod strip;
 mod task;
 mod terminal;
 #[cfg(test)]
@@ -30,7 +31,6 @@ mod theme;
 mod units;
 mod waiting;
 mod warnings;
-mod watched;
 
 use std::{
     sync::{Arc, atomic::AtomicBool},
@@ -43,8 +43,8 @@ use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use messages::MessageQueue;
+pub(crate) use monitor::SourceMonitor;
 pub(crate) use terminal::{give_back, is_there};
-pub(crate) use watched::Watched;
 
 use crate::exit::{print, report};
 use task::{Ended, Shared, cannot_show};
@@ -62,12 +62,12 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// Takes the terminal and shows the sources; `stop` is cancelled when somebody quits.
+    /// Takes the terminal and shows the sources; `stop` is cancelled when the user quits.
     ///
     /// # Errors
-    /// When the terminal does not obey.
+    /// When the terminal cannot be set up.
     pub(crate) fn show(
-        sources: Vec<Watched>,
+        sources: Vec<SourceMonitor>,
         messages: MessageQueue,
         evaluation: Arc<Evaluation>,
         stop: CancellationToken,
@@ -90,8 +90,8 @@ impl View {
     }
 
     /// Shows until `work` is done; then gives the terminal back, with the last screen where that
-    /// was asked for, and tells what was to be told meanwhile. If the terminal goes away before,
-    /// `alone` is called, and the work goes on.
+    /// was asked for, and prints the queued messages. If the terminal disappears before, `alone` is
+    /// called, and the work continues.
     ///
     /// # Errors
     /// That of the work.
@@ -114,7 +114,7 @@ impl View {
             ended = &mut self.ended => {
                 match ended {
                     Ok(Ended::TerminalGone) => alone(),
-                    // the panic was told
+                    // the panic was reported
                     Ok(Ended::Closed(_)) | Err(_) => report(FAULT),
                 }
                 give_back();
@@ -139,12 +139,12 @@ impl Drop for View {
     }
 }
 
-/// What the system tells the program about its terminal.
+/// Signals about the terminal.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Signals {
     /// The terminal was hung up.
     pub(crate) hung_up: CancellationToken,
-    /// The program was stopped, and goes on.
+    /// The program was stopped, and continues.
     pub(crate) continued: Arc<AtomicBool>,
 }
 
@@ -161,18 +161,18 @@ impl Signals {
         use std::sync::atomic::Ordering;
         use tokio::signal::unix::{SignalKind, signal};
         let signals = Self::default();
-        let heard = signals.clone();
+        let received = signals.clone();
         let mut hangup = signal(SignalKind::hangup())?;
-        let mut go_on = signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw()))?;
+        let mut resumed = signal(SignalKind::from_raw(rustix::process::Signal::CONT.as_raw()))?;
         tokio::spawn(async move {
             let mut kept = None;
             loop {
                 tokio::select! {
                     _ = hangup.recv() => {
-                        heard.hung_up.cancel();
+                        received.hung_up.cancel();
                         kept = kept.or_else(|| terminal::quiet_input().ok());
                     }
-                    _ = go_on.recv() => heard.continued.store(true, Ordering::Relaxed),
+                    _ = resumed.recv() => received.continued.store(true, Ordering::Relaxed),
                 }
             }
         });

@@ -30,7 +30,7 @@ pub fn in_words(status: Status) -> &'static str {
 
 /// How many, and of which kinds.
 #[must_use]
-pub fn bad_lines(tally: &Tally) -> String {
+pub fn rejected_lines(tally: &Tally) -> String {
     let bad = &tally.rejected;
     let kinds = [
         ("checksum", bad.checksum),

@@ -103,25 +103,25 @@ pub(crate) struct ResultArgs {
 }
 
 impl ResultArgs {
-    pub(crate) fn telling(&self) -> Telling {
+    pub(crate) fn format(&self) -> OutputFormat {
         match (self.json, self.ndjson) {
-            (true, _) => Telling::Json,
-            (_, true) => Telling::Ndjson,
-            _ => Telling::Text,
+            (true, _) => OutputFormat::Json,
+            (_, true) => OutputFormat::Ndjson,
+            _ => OutputFormat::Text,
         }
     }
 }
 
-/// How results are told.
+/// How results are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Telling {
+pub(crate) enum OutputFormat {
     /// As text, each when it is there.
     Text,
     /// As one JSON document at the end.
     Json,
     /// As text, without statistics and deviations.
     Summary,
-    /// As JSON documents in lines, which whoever measures writes.
+    /// As JSON documents in lines, written during the measurement.
     Ndjson,
 }
 

@@ -1,4 +1,4 @@
-//! The capture as a file: its size, and the digest by which it can be told from any other.
+//! The capture as a file: its size, and the digest that identifies it.
 
 use std::{
     fmt::Write,

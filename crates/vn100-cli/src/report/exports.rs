@@ -56,7 +56,7 @@ impl<'a> Exports<'a> {
     }
 
     /// Writes all of them. A form that a record does not allow is an error; the others are written
-    /// before it is told.
+    /// before it is reported.
     ///
     /// `together` are the figures of several records, which only SVG and PNG hold.
     pub(crate) fn write(&self, records: &[Record<'_>], figures: &[Figures], together: &Figures) -> Result<()> {

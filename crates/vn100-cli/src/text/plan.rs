@@ -44,7 +44,7 @@ pub(super) fn write(out: &mut String, plan: &Plan, given: Given, datasheet: &Dat
     write_command(out, &steps.undo)
 }
 
-/// With a backslash where the line goes on, as shells read it.
+/// With a backslash where the line continues, as shells read it.
 fn write_command(out: &mut String, command: &str) -> fmt::Result {
     let mut line = String::new();
     for part in command.split_inclusive(' ').collect::<Vec<_>>().chunk_by(|_, next| !next.starts_with("--")) {

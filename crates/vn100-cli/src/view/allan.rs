@@ -290,7 +290,7 @@ fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, 
 fn draw_letters(buffer: &mut Buffer, axes: Axes, plot: &Plot, theme: Theme) {
     for line in plot.curves.iter().flat_map(|curve| &curve.model) {
         let Some(letter) = line.term else { continue };
-        // N is looked for at its left end, the others at their right
+        // N is read at its left end, the others at their right
         let mut inside = line.points.iter().filter_map(|(t, d)| Some((axes.column(*t)?, axes.row(*d)?)));
         let end = if letter == "N" { inside.next_back() } else { inside.next() };
         if let Some((column, row)) = end {

@@ -1,5 +1,5 @@
-//! The screen from what is known: which panels it has at its size, and where. Draws plain data;
-//! asks nobody, waits for nothing.
+//! The screen from what is known: which panels it has at its size, and where. Draws plain data,
+//! and waits for nothing.
 
 use ratatui::{
     Frame,
@@ -9,7 +9,7 @@ use ratatui::{
 };
 
 use super::{
-    allan, foot, head, help, overview, parameters,
+    allan, footer, header, help, overview, parameters,
     scene::{Regions, Scene},
     signal,
     source::Source,
@@ -23,7 +23,7 @@ pub(crate) const LEAST: (u16, u16) = (60, 16);
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
 
-/// Draws everything; tells what is where.
+/// Draws everything; returns what is where.
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     let area = frame.area();
     let mut regions = Regions::default();
@@ -34,7 +34,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     } else if scene.state.overview {
         let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
         overview::draw(frame, body, scene);
-        foot::draw(frame, keys, scene);
+        footer::draw(frame, keys, scene);
     } else if let Some(source) = scene.source() {
         one_source(frame, area, scene, source, &mut regions);
     }
@@ -54,9 +54,9 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
         Constraint::Length(1),
     ])
     .areas(area);
-    regions.progress = head::draw(frame, top, scene, source);
+    regions.progress = header::draw(frame, top, scene, source);
     warnings::draw_lines(frame, warned, scene, source);
-    foot::draw(frame, keys, scene);
+    footer::draw(frame, keys, scene);
     if source.snapshot.timing.samples == 0 {
         waiting::draw(frame, tabs.union(body), scene, source);
         return;
@@ -129,7 +129,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
 }
 
-/// What fits still tells how the measurement is.
+/// As much of the status as fits.
 fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let mut lines = vec![
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),

@@ -13,7 +13,7 @@ use vn100_protocol::Quantity;
 use vn100_report::numbers::plain::{digits, grouped, time};
 
 use super::{
-    head::{LEAST_NAME, link_word},
+    header::{LEAST_NAME, link_word},
     scene::Scene,
     source::{Source, Stage, short_name},
     units::{convention, written},
@@ -64,7 +64,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
         Stage::Ended(reason) => reason.iter().cloned().collect(),
         Stage::Preparing | Stage::Measuring => Vec::new(),
     };
-    warned.extend(source.troubles());
+    warned.extend(source.errors());
     let broken = !warned.is_empty();
     warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.in_words(remedy_words))));
     let more = warned.len().saturating_sub(1);

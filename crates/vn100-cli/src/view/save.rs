@@ -1,6 +1,6 @@
 //! What is measured of a source, written to files in the working folder: the document that the
 //! result would be if it ended now, and the plot that is shown. What only the end of a source
-//! tells, such as why it ended, is not in it.
+//! shows, such as why it ended, is not in it.
 
 use std::{
     fs::OpenOptions,
@@ -20,8 +20,8 @@ use vn100_report::{
     Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, units::ChannelValues,
 };
 
-/// Writes both; what to tell the user. `assessment` is of the snapshot of the source: the one shown
-/// may be of a record a twentieth shorter.
+/// Writes both, and gives the message for the user. `assessment` is of the snapshot of the source:
+/// the one shown may be of a record a twentieth shorter.
 pub(crate) fn save(state: &State, source: &Source, assessment: Assessment, evaluation: &Evaluation) -> String {
     match write(Path::new("."), state, source, assessment, evaluation) {
         Ok(files) => {

@@ -1,5 +1,4 @@
-//! What every panel is drawn from, the frame around it, and where it tells what a mouse may point
-//! at.
+//! What every panel is drawn from, the frame around it, and the regions that a mouse may point at.
 
 use ratatui::{
     layout::Rect,
@@ -26,7 +25,7 @@ pub(crate) struct Regions {
     pub(crate) chart: Rect,
     /// Rows of the channels, by their places.
     pub(crate) channels: Vec<(u16, usize)>,
-    /// The bar that tells how much of a capture was replayed.
+    /// The progress bar of a replay.
     pub(crate) progress: Rect,
 }
 

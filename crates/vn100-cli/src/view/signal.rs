@@ -20,7 +20,7 @@ use super::{
     theme::Theme,
 };
 
-/// Slots of the whole strip, halved by each step of the zoom.
+/// Slots of the whole history, halved by each step of the zoom.
 const MOST_SLOTS: usize = 480;
 
 /// The least columns, with the frame.
@@ -34,9 +34,9 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
     frame.render_widget(block, area);
     let wide = inner.width >= 100;
     let parts = [Constraint::Fill(1), Constraint::Fill(1)];
-    let [strip, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
+    let [history, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
     let color = Theme::colour_of(scene.theme.axis(axis(&group, place)));
-    draw_strip(frame, strip, scene, source, place, color);
+    draw_history(frame, history, scene, source, place, color);
     draw_histogram(frame, histogram, scene, channel, color);
 }
 
@@ -55,7 +55,7 @@ fn axis(group: &Group, place: usize) -> usize {
     group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
 
-fn draw_strip(
+fn draw_history(
     frame: &mut Frame<'_>,
     area: Rect,
     scene: Scene<'_>,
@@ -68,19 +68,21 @@ fn draw_strip(
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
-    let slots = MOST_SLOTS >> scene.state.strip_zoom;
-    let Some(strip) = source.strip(place, dots, slots).filter(|strip| !strip.columns.is_empty()) else { return };
-    let columns = strip.columns.iter().flatten();
+    let slots = MOST_SLOTS >> scene.state.history_zoom;
+    let Some(history) = source.history(place, dots, slots).filter(|history| !history.columns.is_empty()) else {
+        return;
+    };
+    let columns = history.columns.iter().flatten();
     let (low, high) = columns
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), column| (low.min(column.min), high.max(column.max)));
-    let span_s = strip.column_s * strip.columns.len() as f64;
+    let span_s = history.column_s * history.columns.len() as f64;
     let text = format!(" last {}: min {low:.decimals$}, max {high:.decimals$}", time(span_s));
     frame.render_widget(Paragraph::new(Line::styled(text, scene.theme.faint())), title);
     let (low, high) = if high > low { (low, high) } else { (low - 1.0, high + 1.0) };
     let canvas =
         Canvas::default().marker(Marker::Braille).x_bounds([0.0, (dots.max(2) - 1) as f64]).y_bounds([low, high]);
     // as wide as there are columns for, the latest on the right
-    let first = dots.saturating_sub(strip.columns.len());
+    let first = dots.saturating_sub(history.columns.len());
     let label = |value: f64| Line::styled(format!("{value:.decimals$}"), scene.theme.faint()).right_aligned();
     for (row, value) in labelled_rows(chart.height, low, high) {
         let at = Rect::new(area.x, chart.y + row, labels.saturating_sub(1), 1);
@@ -90,14 +92,14 @@ fn draw_strip(
         frame.render_widget(Line::styled("┈".repeat(row.width.into()), scene.theme.faint()), row);
     }
     let past = format!("{} ago", time(span_s));
-    // a strip that has just begun is shorter than its label
+    // a history that has just begun is shorter than its label
     let most_right = below.right().saturating_sub((past.chars().count() + " now".len()) as u16);
     let begin = Rect { x: (chart.x + (first / 2) as u16).min(most_right), ..below }.intersection(below);
     frame.render_widget(Line::styled(past, scene.theme.faint()), begin);
     frame.render_widget(Line::styled("now", scene.theme.faint()).right_aligned(), below);
     frame.render_widget(
         canvas.paint(|context| {
-            for (at, column) in strip.columns.iter().enumerate() {
+            for (at, column) in history.columns.iter().enumerate() {
                 if let Some(column) = column {
                     let x = (first + at) as f64;
                     context.draw(&Stroke { x1: x, y1: column.min, x2: x, y2: column.max, color });

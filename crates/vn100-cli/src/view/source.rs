@@ -97,7 +97,7 @@ impl Source {
     }
 
     /// What is broken now: the link, or the recording.
-    pub(crate) fn troubles(&self) -> Vec<String> {
+    pub(crate) fn errors(&self) -> Vec<String> {
         let link = match &self.link {
             Some(LinkState::Down { was_up: true, cause, .. }) => {
                 Some(format!("LOST: {}; it is opened again as soon as it is back", printable(cause)))
@@ -146,7 +146,7 @@ impl Source {
         let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
         let lines = timing.samples + timing.excluded + timing.missing;
         let bytes_per_line = tally.bytes() as f64 / lines as f64;
-        // a sensor that came back without its settings sends at its own rate
+        // a sensor that reconnected without its settings sends at its own rate
         let rate_hz = self.snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
         (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
     }

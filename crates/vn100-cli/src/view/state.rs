@@ -77,9 +77,9 @@ pub(crate) struct State {
     pub(crate) cursor: Option<usize>,
     /// How often `u` was pressed.
     pub(crate) units: usize,
-    /// How often each of the curve and the strip was halved.
+    /// How often the axes of the curve and of the history were halved.
     pub(crate) zoom: u8,
-    pub(crate) strip_zoom: u8,
+    pub(crate) history_zoom: u8,
     pub(crate) frozen: bool,
     /// The page of the help, where that is shown.
     pub(crate) help: Option<usize>,
@@ -105,7 +105,7 @@ impl State {
             cursor: None,
             units: 0,
             zoom: 0,
-            strip_zoom: 0,
+            history_zoom: 0,
             frozen: false,
             help: None,
             question: None,
@@ -211,7 +211,7 @@ impl State {
         match code {
             KeyCode::Tab => self.next_panel(1),
             KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
-            // the newest is what made somebody press it
+            // the newest is why the key was pressed
             KeyCode::Char('!') => (self.panel, self.warning) = (Panel::Warnings, 0),
             KeyCode::Char('e') | KeyCode::Enter => self.expanded = !self.expanded,
             KeyCode::Esc => self.expanded = false,
@@ -273,7 +273,7 @@ impl State {
     }
 
     fn zoom_of_panel(&mut self) -> &mut u8 {
-        if self.panel == Panel::Signal { &mut self.strip_zoom } else { &mut self.zoom }
+        if self.panel == Panel::Signal { &mut self.history_zoom } else { &mut self.zoom }
     }
 
     /// To the next channel, sensor by sensor, or the next warning.

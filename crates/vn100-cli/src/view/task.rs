@@ -1,5 +1,5 @@
-//! The thread that has the terminal: listens to it, gathers what is shown, draws. Whatever it waits
-//! for, nobody waits for it.
+//! The thread that has the terminal: listens to it, gathers what is shown, draws. No other thread
+//! waits for it.
 
 use std::{
     io,
@@ -18,6 +18,7 @@ use super::{
     Signals,
     draw::draw,
     messages::MessageQueue,
+    monitor::SourceMonitor,
     mouse::mouse,
     save::save,
     scene::{Regions, Scene},
@@ -25,19 +26,18 @@ use super::{
     state::{Request, State},
     terminal::{Screen, next_event},
     theme::Theme,
-    watched::Watched,
 };
 
 /// At most fifteen screens a second.
 const FRAME: Duration = Duration::from_millis(67);
 
-/// How often new results are looked for: numbers that change faster cannot be read.
+/// How often new results are read: numbers that change faster cannot be read by people.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// How long a message stands where the keys are otherwise.
-const TOLD_FOR: Duration = Duration::from_secs(6);
+/// How long a message takes the place of the keys.
+const MESSAGE_FOR: Duration = Duration::from_secs(6);
 
-/// What the view and the program tell each other.
+/// What the view shares with the program.
 pub(crate) struct Shared {
     /// The view asks for the end.
     pub(crate) stop: CancellationToken,
@@ -58,15 +58,15 @@ pub(crate) enum Ended {
 }
 
 /// Runs until it is closed, or the terminal is gone.
-pub(crate) fn run(mut screen: Screen, mut watched: Vec<Watched>, theme: Theme, shared: &Shared) -> Ended {
+pub(crate) fn run(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, shared: &Shared) -> Ended {
     let started = Instant::now();
-    let mut state = State::new(watched.len());
-    let mut shown: Vec<Source> = watched.iter().map(|source| source.shown.clone()).collect();
+    let mut state = State::new(monitors.len());
+    let mut shown: Vec<Source> = monitors.iter().map(|source| source.shown.clone()).collect();
     let mut regions = Regions::default();
     let mut last_screen = None;
     let mut keep_screen = false;
     let mut dirty = true;
-    let mut told_at: Option<Instant> = None;
+    let mut message_since: Option<Instant> = None;
     let mut drawn_at: Option<Instant> = None;
     let mut looked_at: Option<Instant> = None;
     loop {
@@ -88,17 +88,18 @@ pub(crate) fn run(mut screen: Screen, mut watched: Vec<Watched>, theme: Theme, s
             looked_at = Some(looked);
             let elapsed = started.elapsed();
             let changed =
-                watched.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
+                monitors.iter_mut().fold(false, |changed, source| source.look(elapsed, &shared.evaluation) | changed);
             if changed && !state.frozen {
-                shown = watched.iter().map(|source| source.shown.clone()).collect();
+                shown = monitors.iter().map(|source| source.shown.clone()).collect();
                 dirty = true;
             }
             if let Some(message) = shared.messages.news() {
                 state.message = Some(message);
                 dirty = true;
             }
-            told_at = told_at.filter(|_| state.message.is_some()).or_else(|| state.message.as_ref().map(|_| looked));
-            if told_at.is_some_and(|at| at.elapsed() > TOLD_FOR) {
+            message_since =
+                message_since.filter(|_| state.message.is_some()).or_else(|| state.message.as_ref().map(|_| looked));
+            if message_since.is_some_and(|at| at.elapsed() > MESSAGE_FOR) {
                 state.message = None;
                 dirty = true;
             }
@@ -145,14 +146,14 @@ pub(crate) fn run(mut screen: Screen, mut watched: Vec<Watched>, theme: Theme, s
                 dirty = true;
             }
             Some(Request::Save) => {
-                let chosen = shown.get(state.source).zip(watched.get(state.source));
-                let saved = chosen.map(|(source, watched)| {
-                    save(&state, source, watched.assess(&source.snapshot), &shared.evaluation)
+                let chosen = shown.get(state.source).zip(monitors.get(state.source));
+                let saved = chosen.map(|(source, monitors)| {
+                    save(&state, source, monitors.assess(&source.snapshot), &shared.evaluation)
                 });
                 state.message = saved;
             }
             Some(Request::Control(command)) => {
-                if let Some(source) = watched.get(state.source) {
+                if let Some(source) = monitors.get(state.source) {
                     state.message = source.command(command);
                 }
             }
@@ -173,7 +174,7 @@ fn text(buffer: &Buffer) -> String {
     out
 }
 
-/// What a terminal that does not obey is answered with.
+/// The error of a terminal that cannot be drawn on.
 pub(crate) fn cannot_show(error: &io::Error) -> String {
     format!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
 }

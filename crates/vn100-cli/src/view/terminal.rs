@@ -27,28 +27,27 @@ const STALLED_AFTER: Duration = Duration::from_millis(500);
 
 /// The terminal, as long as the view has it.
 pub(crate) struct Screen {
-    /// Never dropped: that would write to a terminal that may be gone, and tell of it by a macro
-    /// that panics where standard error is gone too.
+    /// Never dropped: that would write to a terminal that may be gone, and report the error by a
+    /// macro that panics where standard error is gone too.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
 }
 
-/// Whether somebody sits before it: both what is typed and what is printed pass through a terminal
-/// that can be drawn on.
+/// Whether standard input and output are a terminal that can be drawn on.
 pub(crate) fn is_there() -> bool {
     let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
     io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb
 }
 
 impl Screen {
-    /// Takes the terminal. It is given back when this is dropped, and before a panic is told.
+    /// Takes the terminal. It is given back when this is dropped, and before a panic is reported.
     ///
     /// # Errors
-    /// When the terminal does not obey.
+    /// When the terminal cannot be set up.
     pub(crate) fn take() -> io::Result<Self> {
-        let told = panic::take_hook();
+        let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             give_back();
-            told(panic);
+            report(panic);
         }));
         enter().inspect_err(|_| {
             give_back();
@@ -59,7 +58,7 @@ impl Screen {
         Ok(Self { terminal: ManuallyDrop::new(terminal) })
     }
 
-    /// Whether nobody has given the terminal back meanwhile: a panic, or a signal that ends the
+    /// Whether the terminal was not given back meanwhile, by a panic or a signal that ends the
     /// program.
     pub(crate) fn is_ours(&self) -> bool {
         is_raw_mode_enabled().unwrap_or(false)
@@ -95,7 +94,7 @@ impl Screen {
         Ok(())
     }
 
-    /// Takes the terminal once more, after somebody else had it.
+    /// Takes the terminal once more, after another program had it.
     pub(crate) fn take_again(&mut self) -> io::Result<()> {
         give_back();
         enter()?;
@@ -106,7 +105,7 @@ impl Screen {
 impl Drop for Screen {
     fn drop(&mut self) {
         give_back();
-        // the one before tells of panics again
+        // the hook before it reports panics again
         if !thread::panicking() {
             drop(panic::take_hook());
         }
@@ -118,9 +117,9 @@ fn enter() -> io::Result<()> {
     execute!(io::stdout(), EnterAlternateScreen, event::EnableMouseCapture, cursor::Hide)
 }
 
-/// Gives the terminal back as it was, if the view has it, and tells whether it is. What it does not
-/// take soon, as when nobody reads it, is left for [`leave_screen`]: the modes of its line are put
-/// back in any case.
+/// Gives the terminal back as it was, if the view has it, and returns whether it took all output.
+/// Output that it does not take soon, as when its other end is not read, is left for
+/// [`leave_screen`]: the modes of its line are restored in any case.
 pub(crate) fn give_back() -> bool {
     if !is_raw_mode_enabled().unwrap_or(false) {
         return true;
@@ -159,16 +158,16 @@ pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
     match event::poll(Duration::ZERO)? {
         true => event::read().map(Some),
         false => {
-            // half of a key, whose rest is on its way; or a key that came with another size: crossterm is told of both at once, returns
-            // the size and forgets the key
-            tell_again()?;
+            // half of a key, whose rest is on its way; or a key that came with another size: crossterm gets both at once, returns the
+            // size and forgets the key
+            notify_again()?;
             thread::sleep(Duration::from_millis(10));
             Ok(None)
         }
     }
 }
 
-/// A terminal that was hung up gives end after end to whoever reads it: it must not be read.
+/// A terminal that was hung up gives end after end to its reader: it must not be read.
 #[cfg(unix)]
 fn something_came(wait: Duration) -> io::Result<bool> {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -188,9 +187,8 @@ fn something_came(wait: Duration) -> io::Result<bool> {
     Ok(came.contains(PollFlags::IN))
 }
 
-/// Puts an input in the place of the terminal's on which nothing ever comes, as long as what is
-/// given back is kept. Whoever reads a terminal that was hung up finds its end again and again, and
-/// crossterm, once it reads, does so for ever.
+/// Replaces standard input by one on which nothing ever comes, as long as the returned writer is
+/// kept: crossterm would read the end of a terminal that was hung up for ever.
 #[cfg(unix)]
 pub(crate) fn quiet_input() -> io::Result<io::PipeWriter> {
     let (input, writer) = io::pipe()?;
@@ -199,17 +197,16 @@ pub(crate) fn quiet_input() -> io::Result<io::PipeWriter> {
     Ok(writer)
 }
 
-/// Makes the system tell anew of what can be read: it does so whenever a line is set, be it as it
-/// is.
+/// Makes the system signal pending input anew, as it does whenever the modes of the line are set.
 #[cfg(unix)]
-fn tell_again() -> io::Result<()> {
+fn notify_again() -> io::Result<()> {
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
     let stdin = io::stdin();
     Ok(tcsetattr(&stdin, OptionalActions::Now, &tcgetattr(&stdin)?)?)
 }
 
 #[cfg(not(unix))]
-fn tell_again() -> io::Result<()> {
+fn notify_again() -> io::Result<()> {
     Ok(())
 }
 

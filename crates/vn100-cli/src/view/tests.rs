@@ -95,8 +95,8 @@ fn each_sensor_and_one_axis_with_its_model() {
 }
 
 #[test]
-fn the_data_sheet_is_told_in_the_unit_chosen() {
-    for (units, told) in [
+fn the_data_sheet_is_shown_in_the_unit_chosen() {
+    for (units, shown) in [
         (0, ["typically 3.5e-3 deg/s/√Hz", "at most 2.78e-3 deg/s"]),
         (1, ["typically 0.21 deg/√h", "at most 10 deg/h"]),
         (2, ["typically 12.6 deg/h/√Hz", "at most 10 deg/h"]),
@@ -104,17 +104,17 @@ fn the_data_sheet_is_told_in_the_unit_chosen() {
     ] {
         let state = State { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
-        for told in told {
-            assert!(screen.lines().any(|line| line.contains(told)), "{told}\n{screen}");
+        for shown in shown {
+            assert!(screen.lines().any(|line| line.contains(shown)), "{shown}\n{screen}");
         }
     }
 }
 
 #[test]
 fn temperature_and_pressure_say_why_they_have_no_parameters() {
-    for (sensor, told) in [(3, "follows the room"), (4, "follows the weather")] {
+    for (sensor, shown) in [(3, "follows the room"), (4, "follows the weather")] {
         let state = State { panel: Panel::Parameters, sensor, ..one() };
-        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(told), "{told}");
+        assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(shown), "{shown}");
     }
 }
 
@@ -254,7 +254,7 @@ fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
 }
 
 #[test]
-fn frozen_asked_told_and_helped() {
+fn frozen_with_a_question_a_message_and_the_help() {
     check("frozen", &State { frozen: true, ..one() }, &[measured()]);
     check("question", &State { question: Some(Question::StartOver), ..one() }, &[measured()]);
     check("message", &State { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
@@ -284,8 +284,8 @@ fn several_sources_have_an_overview() {
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
         let screen = text(&drawn(&State { question, ..State::new(2) }, &long, PLAIN, (width, height)).0);
-        for told in ["bad lines 4  missing 4", ": Forget everything so far, start over? y / n"] {
-            assert!(screen.contains(told), "{told}\n{screen}");
+        for shown in ["bad lines 4  missing 4", ": Forget everything so far, start over? y / n"] {
+            assert!(screen.contains(shown), "{shown}\n{screen}");
         }
     }
     check("second-of-three", &State { source: 1, overview: false, ..State::new(3) }, &sources);
@@ -312,7 +312,7 @@ fn nothing_but_ascii_where_nothing_else_is_shown() {
 }
 
 #[test]
-fn too_small_still_tells_that_it_measures() {
+fn too_small_still_shows_that_it_measures() {
     check_with("too-small", &one(), &[measured()], PLAIN, &[(59, 24), (80, 15), (40, 10), (12, 3)]);
 }
 

@@ -1,6 +1,6 @@
 //! Colours and signs, by what they mean.
 //!
-//! The colours are those of Okabe and Ito (2008), told apart by nearly everyone; no meaning rests
+//! The colours are those of Okabe and Ito (2008), distinct to nearly everyone; no meaning rests
 //! on colour alone.
 
 use std::env;
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_environment_tells_what_a_terminal_shows() {
+    fn the_environment_says_what_a_terminal_shows() {
         for (variables, colours, ascii) in [
             (
                 &[("TERM", "xterm-256color"), ("COLORTERM", "truecolor"), ("LANG", "de_AT.UTF-8")][..],

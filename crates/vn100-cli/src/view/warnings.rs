@@ -1,4 +1,4 @@
-//! What may spoil the result: a line each on top, and each in full in a panel of their own.
+//! The warnings: a line each on top, and each in full in a panel of their own.
 
 use ratatui::{
     Frame,
@@ -7,7 +7,7 @@ use ratatui::{
     text::Line,
     widgets::{Paragraph, Wrap},
 };
-use vn100_report::{names::bad_lines, numbers::plain::grouped};
+use vn100_report::{names::rejected_lines, numbers::plain::grouped};
 
 use super::{
     scene::{Scene, framed},
@@ -19,7 +19,7 @@ use crate::remedy_words::remedy_words;
 /// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
 /// behind the newest.
 pub(crate) fn rows(source: &Source, most: u16) -> u16 {
-    ((source.warnings.len() + source.troubles().len()).clamp(1, usize::from(most))) as u16
+    ((source.warnings.len() + source.errors().len()).clamp(1, usize::from(most))) as u16
 }
 
 /// What is broken first, then the newest; where there are more than rows, the last row names all
@@ -27,7 +27,7 @@ pub(crate) fn rows(source: &Source, most: u16) -> u16 {
 pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     const PRESS: &str = " press !";
     let theme = scene.theme;
-    let mut texts: Vec<(String, Style)> = source.troubles().into_iter().map(|text| (text, theme.bad())).collect();
+    let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.bad())).collect();
     texts
         .extend(source.warnings.iter().map(|warning| (theme.spelled(warning.in_words(remedy_words)), theme.warning())));
     if texts.is_empty() {
@@ -37,8 +37,8 @@ pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
         return;
     }
     let (rows, width) = (usize::from(area.height), usize::from(area.width));
-    let in_full = if texts.len() > rows { rows.saturating_sub(1) } else { rows };
-    let others = texts.split_off(in_full.min(texts.len()));
+    let full_rows = if texts.len() > rows { rows.saturating_sub(1) } else { rows };
+    let others = texts.split_off(full_rows.min(texts.len()));
     let mut lines: Vec<Line<'_>> = (texts.into_iter())
         .map(|(text, style)| {
             let text = format!("! {text}");
@@ -69,7 +69,7 @@ fn names(texts: &[(String, Style)]) -> String {
     counted.into_iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// What was lost so far: the bad lines by kind, and what else; nothing of which there was none.
+/// What was lost so far: rejected sentences by kind, dropped samples and reconnects; none that is 0.
 fn lost(source: &Source) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
     let bad = link.tally.rejected.total();
@@ -80,7 +80,7 @@ fn lost(source: &Source) -> Vec<String> {
         (timing.excluded, format!("left out {}", grouped(timing.excluded))),
     ];
     let other: Vec<String> = other.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect();
-    let bad = (bad > 0).then(|| format!("bad lines {}", bad_lines(&link.tally)));
+    let bad = (bad > 0).then(|| format!("bad lines {}", rejected_lines(&link.tally)));
     bad.into_iter().chain((!other.is_empty()).then(|| other.join("  "))).collect()
 }
 
@@ -101,10 +101,11 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     let chosen = scene.state.warning.min(warnings.len() - 1);
     let width = usize::from(inner.width);
     let lost: Vec<_> = lost(source).iter().map(|text| Line::raw(shortened(&format!(" {text}"), width))).collect();
-    let told = lost.len() as u16;
-    let listed = (warnings.len() as u16).min(inner.height.saturating_sub(told) / 2);
+    let rows_lost = lost.len() as u16;
+    let listed = (warnings.len() as u16).min(inner.height.saturating_sub(rows_lost) / 2);
     let [counts, list, text] =
-        Layout::vertical([Constraint::Length(told), Constraint::Length(listed + 1), Constraint::Fill(1)]).areas(inner);
+        Layout::vertical([Constraint::Length(rows_lost), Constraint::Length(listed + 1), Constraint::Fill(1)])
+            .areas(inner);
     let first = (chosen + 1).saturating_sub(usize::from(listed));
     let lines: Vec<_> = (warnings.iter().enumerate().skip(first).take(usize::from(listed)))
         .map(|(place, warning)| {

@@ -94,7 +94,7 @@ fn terminals_get_no_colours_they_do_not_have() {
 }
 
 #[test]
-fn without_colours_what_is_broken_stands_out() {
+fn without_colours_what_is_broken_is_marked() {
     let state = one();
     let (buffer, _) = drawn(&state, &[damaged()], theme(Colours::None), SIZE);
     assert!(style_of(&buffer, "RECORDING FAILED").1.contains(Modifier::REVERSED));

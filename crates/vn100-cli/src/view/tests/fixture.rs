@@ -51,7 +51,8 @@ pub(super) fn measured() -> Source {
     .clone()
 }
 
-/// The same time of a compensated stream, with bad lines and gaps, not recorded for want of room.
+/// The same time of a compensated stream, with rejected sentences and gaps; the disk of its recording
+/// is full.
 pub(super) fn damaged() -> Source {
     static MADE: OnceLock<Source> = OnceLock::new();
     MADE.get_or_init(|| {
@@ -108,7 +109,7 @@ fn source(mut snapshot: Snapshot) -> Source {
     }
 }
 
-/// White noise in every channel, with bad lines before these rows.
+/// White noise in every channel, with rejected sentences before these rows.
 fn batch(layout: &Layout, bad_before: &[usize]) -> Batch {
     let mut state = 1_u64;
     let mut noise = || {

@@ -63,20 +63,20 @@ fn the_help_has_pages_and_closes() {
         let all: String = (0..pages)
             .map(|page| text(&drawn(&State { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
             .collect();
-        for told in ["quit: the result", "click panels", "how much means", "lost or damaged"] {
-            assert_eq!(all.matches(told).count(), 1, "{told} at {height} rows:\n{all}");
+        for shown in ["quit: the result", "click panels", "how much means", "lost or damaged"] {
+            assert_eq!(all.matches(shown).count(), 1, "{shown} at {height} rows:\n{all}");
         }
     }
 }
 
 #[test]
-fn the_help_tells_the_level_of_confidence_of_the_intervals() {
+fn the_help_gives_the_confidence_of_the_intervals() {
     let source = measured();
-    for (confidence, told) in [(0.68, ": 68 % sure"), (0.95, ": 95 % sure"), (0.995, ": 99.5 % sure")] {
+    for (confidence, shown) in [(0.68, ": 68 % sure"), (0.95, ": 95 % sure"), (0.995, ": 99.5 % sure")] {
         let assessment = Assessment::new(&source.snapshot, confidence);
         let sources = [Source { assessment: assessment.into(), ..source.clone() }];
         let screen = text(&drawn(&State { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)).0);
-        assert!(screen.contains(told), "{told}\n{screen}");
+        assert!(screen.contains(shown), "{shown}\n{screen}");
     }
 }
 

@@ -35,7 +35,7 @@ fn panics_with_the_terminal_in_hand() {
 }
 
 #[test]
-fn a_panic_is_told_on_a_terminal_as_it_was_before() {
+fn a_panic_is_reported_on_a_terminal_as_it_was_before() {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
     grantpt(&master).unwrap();
     unlockpt(&master).unwrap();
@@ -55,7 +55,7 @@ fn a_panic_is_told_on_a_terminal_as_it_was_before() {
     let mut screen = File::from(master);
     let reader = thread::spawn(move || {
         let (mut output, mut buffer) = (Vec::new(), [0; 4096]);
-        // the end is told by the test's own end of the line
+        // the test's own last line marks the end
         while !String::from_utf8_lossy(&output).contains("test result: FAILED") {
             let n = screen.read(&mut buffer).unwrap();
             output.extend_from_slice(&buffer[..n]);
@@ -68,7 +68,7 @@ fn a_panic_is_told_on_a_terminal_as_it_was_before() {
     assert_eq!(modes(&line), before);
     let left = output.rfind("\x1b[?1049l").unwrap();
     assert_eq!(output.matches("\x1b[?1049l").count(), 1, "{output:?}");
-    for told in ["a fault elsewhere", "a fault of the view"] {
-        assert!(output.find(told).unwrap() > left, "{output:?}");
+    for shown in ["a fault elsewhere", "a fault of the view"] {
+        assert!(output.find(shown).unwrap() > left, "{output:?}");
     }
 }

@@ -1,11 +1,11 @@
-//! What was asked for, as somebody would ask for it again.
+//! The options of a report, as on a command line.
 
 use std::{path::Path, time::Duration};
 
 use crate::args::ReportArgs;
 
-/// As somebody would give them again.
-pub(super) fn in_words(args: &ReportArgs) -> String {
+/// The options that repeat the measurement.
+pub(super) fn option_text(args: &ReportArgs) -> String {
     let measure = &args.files.measure;
     let mut words: Vec<String> = Vec::new();
     let mut option = |name: &str, value: Option<String>| {

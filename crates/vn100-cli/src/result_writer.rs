@@ -1,47 +1,47 @@
-//! How the results of a command reach whoever asked for them.
+//! Writes the results of a command to standard output.
 
 use anyhow::{Context, Result};
 use tokio::task::JoinHandle;
 use vn100_report::{Document, Measured};
 
 use crate::{
-    args::Telling,
+    args::OutputFormat,
     exit::{Exit, print, print_json, report},
     measured::FAULT,
     remedy_words::remedy_words,
     text,
 };
 
-/// Tells results in the order of the sources.
-pub(crate) struct Teller {
-    telling: Telling,
+/// Writes results in the order of the sources.
+pub(crate) struct ResultWriter {
+    format: OutputFormat,
     documents: Vec<Document>,
     exit: Exit,
 }
 
-impl Teller {
-    pub(crate) fn new(telling: Telling) -> Self {
-        Self { telling, documents: Vec::new(), exit: Exit::Good }
+impl ResultWriter {
+    pub(crate) fn new(format: OutputFormat) -> Self {
+        Self { format, documents: Vec::new(), exit: Exit::Good }
     }
 
-    /// Takes the next one.
-    pub(crate) fn tell(&mut self, measured: &Measured) -> Result<()> {
+    /// Writes the next one, or keeps its document for the end.
+    pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
         self.exit = self.exit.max(measured.completion.into());
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
-        match self.telling {
-            Telling::Json => self.documents.push(Document::of(measured, remedy_words)),
-            Telling::Text if measured.facts.kind.is_some() => {
+        match self.format {
+            OutputFormat::Json => self.documents.push(Document::of(measured, remedy_words)),
+            OutputFormat::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }
-            Telling::Summary => print(&text::summary(&measured.facts, &measured.snapshot, &measured.assessment))?,
-            Telling::Text | Telling::Ndjson => {}
+            OutputFormat::Summary => print(&text::summary(&measured.facts, &measured.snapshot, &measured.assessment))?,
+            OutputFormat::Text | OutputFormat::Ndjson => {}
         }
         Ok(())
     }
 
-    /// After the last: what became of the command.
+    /// After the last: writes what was kept, and gives the exit of the command.
     pub(crate) fn finish(self) -> Result<Exit> {
-        if self.telling == Telling::Json {
+        if self.format == OutputFormat::Json {
             let document = match &self.documents[..] {
                 [document] => serde_json::to_string_pretty(document),
                 documents => serde_json::to_string_pretty(documents),

@@ -18,13 +18,13 @@ use crate::{
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
     measured::{FAULT, evaluated},
+    result_writer::{ResultWriter, all_of},
     session_words,
-    teller::{Teller, all_of},
-    view::{self, MessageQueue, View, Watched},
+    view::{self, MessageQueue, SourceMonitor, View},
 };
 
-/// Replays in the view until somebody quits it, and tells the results as any replay does.
-pub(super) fn replay_shown(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
+/// Replays in the view until the user quits it, and writes the results as any replay does.
+pub(super) fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
     if !view::is_there() {
         bail!(
             "--speed is for the view, which needs a terminal before and behind it; without --speed the result is printed at once"
@@ -36,14 +36,14 @@ pub(super) fn replay_shown(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
     let log = Log::open(&args.files.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let exit = runtime.block_on(replay_all(args, speed, log.entries()));
-    // a thread may hang in a read of standard input that nobody waits for any more
+    // a thread may hang in a read of standard input that is no longer needed
     runtime.shutdown_background();
     exit
 }
 
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exit> {
     let files = &args.files;
-    let stop = stop_on_interrupt(HangUp::IsSeenTo).context("cannot listen to Ctrl-C")?;
+    let stop = stop_on_interrupt(HangUp::HandledByView).context("cannot listen to Ctrl-C")?;
     let messages = MessageQueue::default();
     let evaluation = Arc::new(evaluation(&files.measure)?.with_filter_models(args.result.filter_models));
     let session = |path: &PathBuf| {
@@ -61,15 +61,15 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exi
         Session::replay(ReplaySpec { observer, ..spec })
     };
     let sessions: Vec<Session> = files.files.iter().map(session).collect();
-    let watched = sessions.iter().map(Watched::of).collect();
+    let monitors = sessions.iter().map(SourceMonitor::of).collect();
     let follow = |session| task::spawn(follow(session, messages.clone(), Arc::clone(&evaluation)));
     let results: Vec<JoinHandle<Result<Measured>>> = sessions.into_iter().map(follow).collect();
     let all_stop = stop.clone();
-    let view = View::show(watched, messages, evaluation, stop)?;
+    let view = View::show(monitors, messages, evaluation, stop)?;
     let all = view.until(all_of(results), || all_stop.cancel()).await?;
-    let mut teller = Teller::new(args.result.telling());
-    all.iter().try_for_each(|measured| teller.tell(measured))?;
-    teller.finish()
+    let mut writer = ResultWriter::new(args.result.format());
+    all.iter().try_for_each(|measured| writer.write(measured))?;
+    writer.finish()
 }
 
 /// Follows a session to its end.

@@ -13,7 +13,7 @@ use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::bad_lines,
+    names::rejected_lines,
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
@@ -142,13 +142,13 @@ fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     match timing.rate_from {
         RateFrom::Assumed if timing.samples == 0 => parts.add("rate not known yet", theme.faint()),
         from => {
-            let (told, style) = match from {
+            let (source, style) = match from {
                 RateFrom::Option => (" as asked", Style::new()),
                 RateFrom::Device => (" set", Style::new()),
                 RateFrom::Arrival => (" by arrival", Style::new()),
                 RateFrom::Assumed => (" ASSUMED", theme.warning()),
             };
-            parts.add(format!("rate {} Hz{told}", digits_trimmed(timing.rate_hz, 6)), style);
+            parts.add(format!("rate {} Hz{source}", digits_trimmed(timing.rate_hz, 6)), style);
         }
     }
     if let Some(change) = snapshot.rate_change {
@@ -186,10 +186,10 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     };
     parts.add(format!("{} samples{time}", grouped(timing.samples)), Style::new());
     let tally = &snapshot.link.tally;
-    let bad = if detail == Detail::Least { grouped(tally.rejected.total()) } else { bad_lines(tally) };
+    let bad = if detail == Detail::Least { grouped(tally.rejected.total()) } else { rejected_lines(tally) };
     parts.add(format!("bad lines {bad}"), counted(tally.rejected.total()));
-    let told_gaps = timing.gaps > 0 && detail == Detail::All;
-    let gaps = if told_gaps { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
+    let gaps_shown = timing.gaps > 0 && detail == Detail::All;
+    let gaps = if gaps_shown { format!(" in {} gaps", grouped(timing.gaps)) } else { String::new() };
     parts.add(format!("missing {}{gaps}", grouped(timing.missing)), counted(timing.missing));
     if timing.excluded > 0 {
         let changed = snapshot.rate_change.is_some();
@@ -198,12 +198,12 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     }
     let reconnects = snapshot.link.connects.saturating_sub(1);
     if reconnects > 0 {
-        let told = if snapshot.outages.times > 0 && detail == Detail::All {
+        let source = if snapshot.outages.times > 0 && detail == Detail::All {
             format!("link {}", snapshot.outages)
         } else {
             format!("reconnected {reconnects}")
         };
-        parts.add(told, theme.warning());
+        parts.add(source, theme.warning());
     }
     match &source.recording {
         Some(recording) if recording.error.is_some() => parts.add("RECORDING FAILED", theme.bad()),

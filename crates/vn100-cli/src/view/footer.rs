@@ -8,7 +8,7 @@ use ratatui::{
 };
 
 use super::{
-    head::LEAST_NAME,
+    header::LEAST_NAME,
     scene::Scene,
     state::{Panel, Question},
     warnings::shortened,
@@ -54,7 +54,7 @@ fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
     format!("{before}{name}: {question}")
 }
 
-/// The keys that do something now, those looked for first at the front.
+/// The keys that do something now, the most used first.
 fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     let state = scene.state;
     if state.overview {

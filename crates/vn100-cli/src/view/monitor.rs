@@ -10,16 +10,16 @@ use vn100_report::{Evaluation, no_sample, printable};
 use super::source::{self, Source};
 use crate::session_words;
 
-/// A source that is watched. Looking at it delays nobody.
+/// A source of the view. Reading its state delays no other task.
 #[derive(Debug)]
-pub(crate) struct Watched {
+pub(crate) struct SourceMonitor {
     state: watch::Receiver<SourceState>,
     commands: mpsc::Sender<Command>,
     /// As it was looked at last.
     pub(crate) shown: Source,
 }
 
-impl Watched {
+impl SourceMonitor {
     /// The source of a session.
     pub(crate) fn of(session: &Session) -> Self {
         let (state, commands) = (session.state.clone(), session.commands.clone());

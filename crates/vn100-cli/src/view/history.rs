@@ -13,9 +13,9 @@ pub(crate) struct Column {
     pub(crate) mean: f64,
 }
 
-/// A time strip, the oldest column first; `None` where nothing came.
+/// The oldest column first; `None` where nothing came.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Strip {
+pub(crate) struct History {
     pub(crate) columns: Vec<Option<Column>>,
     /// Data time of a column, in seconds.
     pub(crate) column_s: f64,
@@ -27,7 +27,7 @@ const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█']
 impl Source {
     /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed
     /// times, so that they do not flicker.
-    pub(crate) fn strip(&self, channel: usize, columns: usize, most_slots: usize) -> Option<Strip> {
+    pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
         let recent = self.snapshot.recent.as_ref()?;
         let layout = self.snapshot.layout.as_ref()?.channels.get(channel)?;
         let branch = self.snapshot.channels.get(channel)?.branch_counts;
@@ -36,7 +36,7 @@ impl Source {
         // one column may be cut short at either end
         let together = kept.div_ceil(columns.checked_sub(1)?.max(1)).max(1) as u64;
         let first = recent.end() - kept as u64;
-        let mut strip = Vec::new();
+        let mut history = Vec::new();
         let mut number = None;
         let mut merged: Vec<Option<Slot>> = Vec::new();
         for (place, slot) in slots.skip(recent.slots(channel).len() - kept).enumerate() {
@@ -50,7 +50,7 @@ impl Source {
             }
         }
         let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
-        strip.extend(merged.into_iter().map(|slot| {
+        history.extend(merged.into_iter().map(|slot| {
             slot.map(|slot| Column {
                 min: value(slot.min as f64),
                 max: value(slot.max as f64),
@@ -58,15 +58,15 @@ impl Source {
             })
         }));
         let column_s = (recent.samples_per_slot() * together) as f64 / self.snapshot.timing.rate_hz;
-        Some(Strip { columns: strip, column_s })
+        Some(History { columns: history, column_s })
     }
 
     /// The means of the last minutes as bars, between the lowest and the highest of them.
     pub(crate) fn sparkline(&self, channel: usize, columns: usize) -> String {
-        let Some(strip) = (columns >= 8).then(|| self.strip(channel, columns, usize::MAX)).flatten() else {
+        let Some(history) = (columns >= 8).then(|| self.history(channel, columns, usize::MAX)).flatten() else {
             return String::new();
         };
-        let means = strip.columns.iter().flatten().map(|column| column.mean);
+        let means = history.columns.iter().flatten().map(|column| column.mean);
         let (low, high) =
             means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| (low.min(mean), high.max(mean)));
         let bar = |column: &Option<Column>| {
@@ -75,7 +75,7 @@ impl Source {
                 BARS[if height.is_finite() { (height * 7.0).round() as usize } else { 3 }.min(7)]
             })
         };
-        strip.columns.iter().map(bar).collect()
+        history.columns.iter().map(bar).collect()
     }
 }
 
