@@ -66,7 +66,7 @@ pub(crate) struct AxisFindings {
     pub(crate) lines: Vec<(f64, f64)>,
     pub(crate) disturbances: usize,
     pub(crate) steps: bool,
-    /// What to leave out at the start, in seconds of data.
+    /// What to exclude at the start, in seconds of data.
     pub(crate) warm_up_s: Option<f64>,
     pub(crate) std: Option<f64>,
     /// Of the figures of the data sheet, each with what was compared, in words.
@@ -201,11 +201,16 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
             LevelShape::Step { .. } => None,
         }),
         std: channel.std,
-        verdicts: record.verdicts(channel).iter().zip(std::iter::repeat(channel)).filter_map(told).collect(),
+        verdicts: record
+            .verdicts(channel)
+            .iter()
+            .zip(std::iter::repeat(channel))
+            .filter_map(verdict_sentence)
+            .collect(),
     }
 }
 
-fn told((verdict, channel): (&FigureVerdict, &ChannelValues)) -> Option<(Term, Verdict, String)> {
+fn verdict_sentence((verdict, channel): (&FigureVerdict, &ChannelValues)) -> Option<(Term, Verdict, String)> {
     let sensor = channel.noise.as_ref()?.sensor;
     Some((verdict.figure.term, verdict.verdict, sentence(sensor, verdict)))
 }

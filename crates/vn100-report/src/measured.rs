@@ -103,7 +103,7 @@ pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
     match snapshot.timing.excluded {
         0 => format!("{name}: no valid sample in {bytes} bytes"),
         1 => format!("{name}: its one sample lies in the time to be skipped"),
-        left_out => format!("{name}: all {left_out} samples lie in the time to be skipped"),
+        excluded => format!("{name}: all {excluded} samples lie in the time to be skipped"),
     }
 }
 
@@ -148,9 +148,9 @@ mod tests {
         let measured = ended(facts(None), nothing());
         assert_eq!(measured.completion, Completion::NoData);
         assert_eq!(measured.facts.error.as_deref(), Some("a.csv: no valid sample in 0 bytes"));
-        for (left_out, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
+        for (excluded, text) in [(1, "its one sample lies in"), (7, "all 7 samples lie in")] {
             let mut snapshot = nothing();
-            Arc::make_mut(&mut snapshot).timing.excluded = left_out;
+            Arc::make_mut(&mut snapshot).timing.excluded = excluded;
             let error = ended(facts(None), snapshot).facts.error.unwrap();
             assert!(error.contains(text), "{error}");
         }
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_was_not_reached_is_told_with_what_is_known() {
+    fn a_goal_that_was_not_reached_is_reported_with_what_is_known() {
         let goals = ["gyro N ±5%".parse().unwrap()];
         let mut snapshot = nothing();
         {
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_befell_it_later_is_noted_and_the_worst_stays() {
+    fn later_events_are_noted_and_the_worst_completion_stays() {
         let mut measured = ended(facts(Some("no such port")), nothing());
         measured.note_failure("cut short".into());
         measured.note_interrupted();

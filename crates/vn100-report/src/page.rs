@@ -107,7 +107,7 @@ pub fn write_page(
             }
         }
     };
-    // names and notes may hold what a terminal obeys, an error in HTML, or what makes them look like others
+    // names and notes may hold what steers a terminal, is an error in HTML, or makes them look like others
     let page = page.into_string().replace(|c: char| steers_terminal(c) && !matches!(c, '\n' | '\t'), "\u{fffd}");
     out.write_all(page.as_bytes())
 }

@@ -1,5 +1,5 @@
-//! Text that is not ours, made safe to show: file names, captures and what a sensor says may hold
-//! what a terminal obeys.
+//! Text of others, made safe to show: file names, captures and what a sensor says may hold control
+//! characters.
 
 /// The text in one line, with a mark for all that steers a terminal.
 #[must_use]

@@ -48,7 +48,7 @@ impl<'a> Record<'a> {
         &self.measured.assessment
     }
 
-    /// Left out before the first sample.
+    /// Excluded before the first sample.
     pub(crate) fn skipped_s(&self) -> f64 {
         self.snapshot().skipped.as_secs_f64()
     }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_go_on_behind_the_alphabet() {
+    fn letters_continue_after_the_alphabet() {
         assert_eq!([0, 1, 25, 26, 27, 701, 702].map(record_letter), ["A", "B", "Z", "AA", "AB", "ZZ", "AAA"]);
     }
 }

@@ -57,9 +57,9 @@ mod tests {
         assert_eq!(bytes[8..12], 3_u32.to_le_bytes());
         assert_eq!(bytes[12..20], *b"\x04\0\0\0imu\0");
         assert_eq!(bytes[20..28], 1.0_f64.to_le_bytes(), "16 bytes in, no filling");
-        let mut odd = Cdr::new();
-        odd.header(0, "vn100");
-        odd.floats(&[2.0]);
-        assert_eq!(odd.into_bytes()[28..36], 2.0_f64.to_le_bytes(), "18 bytes in, filled to 24");
+        let mut padded = Cdr::new();
+        padded.header(0, "vn100");
+        padded.floats(&[2.0]);
+        assert_eq!(padded.into_bytes()[28..36], 2.0_f64.to_le_bytes(), "18 bytes in, filled to 24");
     }
 }

@@ -106,7 +106,7 @@ impl<W: Write> Ros2Messages<W> {
         } else {
             format!("number of the sample / {rate_hz} Hz from 0: the capture has no arrival times")
         };
-        let told = [
+        let entries = [
             ("capture", record.facts().name.clone()),
             ("sha256", record.facts().file.as_ref().map_or_else(|| "not recorded".into(), |file| file.sha256.clone())),
             (
@@ -118,7 +118,7 @@ impl<W: Write> Ros2Messages<W> {
             ("units", "rad/s, m/s^2, tesla".into()),
             ("covariances", "zero where unknown (REP 145), -1 first where there is no orientation".into()),
         ];
-        let metadata = told.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        let metadata = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         mcap.write_metadata(&Metadata { name: "vn100.decoded".into(), metadata })?;
         Ok(Self { mcap, imu, magnetic_field, rate_hz, samples: 0, origin_ns: None, stamped })
     }

@@ -1,4 +1,4 @@
-//! What a figure consists of, before anybody knows whether it becomes SVG or pixels.
+//! What a figure consists of, whether it becomes SVG or pixels.
 
 /// A place, from the left and from the top.
 pub(crate) type At = (f64, f64);
@@ -71,7 +71,7 @@ impl Dash {
     }
 }
 
-/// Told apart without colour, too.
+/// Distinct without colour, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Shape {
     Disc,
@@ -105,7 +105,7 @@ pub(crate) enum Colour {
     Series(usize),
 }
 
-/// Told apart by people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design"
+/// Distinct to people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design"
 /// (2008).
 const SERIES: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];

@@ -1,4 +1,4 @@
-//! The amplitude spectral density of the axes of one sensor, and the lines that stand out of it.
+//! The amplitude spectral density of the axes of one sensor, and its peaks.
 
 use super::{
     Axis, Colour, Dash, DrawingError, Figure, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit,
@@ -10,8 +10,8 @@ use crate::{findings::shakes, units::ChannelValues};
 const SAME: f64 = 0.03;
 const APART: f64 = 0.12;
 
-/// Lines with a number beside them.
-const MOST_TOLD: usize = 6;
+/// Peaks with a number beside them.
+const MOST_LABELS: usize = 6;
 
 /// `None` where the record is too short for one. The density is one-sided.
 pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Result<Option<Figure>, DrawingError> {
@@ -44,17 +44,17 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
     let mut peaks: Vec<Peak> =
         curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    let mut told: Vec<f64> = Vec::new();
-    for Peak { hz, is_told, .. } in &mut peaks {
+    let mut labelled: Vec<f64> = Vec::new();
+    for Peak { hz, is_labelled, .. } in &mut peaks {
         // at its highest, and not again on another axis; the strongest leave room for few others
-        *is_told = told.len() < MOST_TOLD && told.iter().all(|other| (other / *hz).ln().abs() > APART);
-        told.extend(is_told.then_some(*hz));
+        *is_labelled = labelled.len() < MOST_LABELS && labelled.iter().all(|other| (other / *hz).ln().abs() > APART);
+        labelled.extend(is_labelled.then_some(*hz));
     }
     for (index, (_, points)) in curves.iter().enumerate() {
         let mut marks = vec![plot.line(points.iter().copied(), stroke(index))];
-        for Peak { hz, frequency, amplitude, is_told, .. } in peaks.iter().filter(|peak| peak.series == index) {
+        for Peak { hz, frequency, amplitude, is_labelled, .. } in peaks.iter().filter(|peak| peak.series == index) {
             marks.push(plot.symbol(*frequency, *amplitude, Shape::of_series(index), Colour::Series(index)));
-            marks.extend(is_told.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
+            marks.extend(is_labelled.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));
         }
         plot.draw(index, marks);
     }
@@ -66,7 +66,7 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
     Ok(Some(plot.done(series)))
 }
 
-/// Where a line stands out of a curve.
+/// A peak of a curve.
 struct Peak {
     series: usize,
     /// Of the line.
@@ -74,7 +74,7 @@ struct Peak {
     /// Of the nearby point of the curve that is highest.
     frequency: f64,
     amplitude: f64,
-    is_told: bool,
+    is_labelled: bool,
 }
 
 fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Vec<Peak> {
@@ -82,7 +82,7 @@ fn peaks_of(series: usize, channel: &ChannelValues, points: &[(f64, f64)]) -> Ve
     let peak = |(hz, _): (f64, f64)| {
         let near = points.iter().copied().filter(|(frequency, _)| (frequency / hz).ln().abs() < SAME);
         let (frequency, amplitude) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Peak { series, hz, frequency, amplitude, is_told: false })
+        Some(Peak { series, hz, frequency, amplitude, is_labelled: false })
     };
     lines.into_iter().filter_map(peak).collect()
 }

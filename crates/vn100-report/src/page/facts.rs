@@ -1,4 +1,4 @@
-//! What was measured, with what, and how: everything somebody needs to do it again.
+//! What was measured, with what, and how: everything needed to repeat it.
 
 use imu_noise::Arrivals;
 use maud::{Markup, html};
@@ -276,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn registers_are_told_with_their_meaning_and_as_printed() {
+    fn registers_are_given_with_their_meaning_and_as_printed() {
         for (register, text, expected) in [
             (Register::BAUD_RATE, "115200", "115200 baud [115200]"),
             (Register::ASYNC_RATE, "40", "40 Hz [40]"),

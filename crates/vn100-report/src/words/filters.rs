@@ -1,4 +1,4 @@
-//! What a filter that uses the stream is to be told.
+//! The noise parameters for a filter that uses the stream.
 
 use imu_noise::{Sensor, Term, conventions};
 use vn100_analysis::{LongTauValidity, Remedy, RemedyWords};

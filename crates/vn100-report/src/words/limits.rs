@@ -47,7 +47,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
         (Verdict::NotComparable, "not comparable: this message does not carry it"),
     ];
     let terms = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
-    let told = words.into_iter().flat_map(|(verdict, what)| {
+    let statements = words.into_iter().flat_map(|(verdict, what)| {
         terms.into_iter().filter_map(move |term| {
             let judged =
                 |axis: &&AxisFindings| axis.verdicts.iter().any(|(of, found, _)| (*of, *found) == (term, verdict));
@@ -55,10 +55,10 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
             (!axes.is_empty()).then(|| format!("{} of {}: {what}", letter(term), listed(&axes)))
         })
     });
-    let told: Vec<String> = told.collect();
+    let statements: Vec<String> = statements.collect();
     let mut sentences = Vec::new();
-    if !told.is_empty() {
-        sentences.push(format!("Beside the figures of {sheet}, in the table below: {}.", told.join("; ")));
+    if !statements.is_empty() {
+        sentences.push(format!("Beside the figures of {sheet}, in the table below: {}.", statements.join("; ")));
     }
     sentences.extend(findings.sensors.iter().filter_map(|sensor| {
         let worst = sensor.worst(|axis| axis.white)?;

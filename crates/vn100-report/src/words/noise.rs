@@ -117,7 +117,7 @@ fn slow_noise(
     of: fn(&AxisFindings) -> Option<Parameter>,
 ) -> Option<String> {
     let unit = conventions(sensor.sensor, term).first()?;
-    let told: Vec<String> = (sensor.axes.iter())
+    let values: Vec<String> = (sensor.axes.iter())
         .filter_map(|axis| {
             let parameter = of(axis)?;
             Some(match (parameter.value, parameter.lower, parameter.upper) {
@@ -129,11 +129,11 @@ fn slow_noise(
             })
         })
         .collect();
-    if told.is_empty() {
+    if values.is_empty() {
         return None;
     }
     let any_bounded = sensor.axes.iter().filter_map(of).any(|parameter| parameter.status == Status::Bounded);
     let meaning =
         if any_bounded { " \"At most\" means that this record does not show it: it may be absent." } else { "" };
-    Some(format!("The {name} of the {}, in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&told)))
+    Some(format!("The {name} of the {}, in {}: {}.{meaning}", sensor.name, pretty_unit(unit.unit), listed(&values)))
 }

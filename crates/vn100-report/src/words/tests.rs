@@ -65,7 +65,7 @@ fn flawless() -> Findings {
     }
 }
 
-fn told(findings: &Findings) -> String {
+fn text_of(findings: &Findings) -> String {
     conclusions(findings, Remedy::to_string)
         .into_iter()
         .flat_map(|answer| answer.sentences)
@@ -73,13 +73,13 @@ fn told(findings: &Findings) -> String {
         .join("\n")
 }
 
-/// What is told once `change` has befallen the record, and was not told before.
+/// Checks that the conclusions hold these parts after `change`, and not before.
 #[track_caller]
 fn changes(change: impl FnOnce(&mut Findings), expected: &[&str]) {
     let mut findings = flawless();
-    let before = told(&findings);
+    let before = text_of(&findings);
     change(&mut findings);
-    let after = told(&findings);
+    let after = text_of(&findings);
     for part in expected {
         assert!(after.contains(part), "{part:?} is not in:\n{after}");
         assert!(!before.contains(part), "{part:?} was told before");
@@ -88,7 +88,7 @@ fn changes(change: impl FnOnce(&mut Findings), expected: &[&str]) {
 
 #[test]
 fn a_flawless_record_is_not_talked_down() {
-    let text = told(&flawless());
+    let text = text_of(&flawless());
     for part in [
         "gyro_x: white noise N = 1.000 (0.980 to 1.020)·10⁻⁴ rad/s/√Hz, 0.344 °/√h",
         "bias instability B of the gyroscope, in rad/s: gyro_x 2.000",
@@ -140,7 +140,7 @@ fn each_state_of_a_parameter_has_its_words() {
 }
 
 #[test]
-fn what_stands_between_stream_and_sensor_is_told() {
+fn what_lies_between_stream_and_sensor_is_explained() {
     changes(
         |findings| {
             findings.compensated = true;
@@ -176,7 +176,7 @@ fn what_stands_between_stream_and_sensor_is_told() {
 }
 
 #[test]
-fn what_befell_the_record_is_told_with_its_cure() {
+fn each_disturbance_of_the_record_is_named_with_its_remedy() {
     changes(
         |findings| {
             findings.sensors[0].axes[1].lines = vec![(18.4, 0.41)];
@@ -236,10 +236,10 @@ fn the_file_for_kalibr_is_promised_only_where_nothing_lacks() {
     let accelerometer =
         SensorFindings { sensor: Sensor::Accelerometer, name: "accelerometer", ..findings.sensors[0].clone() };
     findings.sensors.push(accelerometer);
-    let complete = told(&findings);
+    let complete = text_of(&findings);
     assert!(complete.contains("Kalibr writes the file.") && !complete.contains("the models for filters"), "{complete}");
     findings.sensors[1].axes.iter_mut().for_each(|axis| axis.random_walk = Some(bounded(5e-7)));
-    let lacking = told(&findings);
+    let lacking = text_of(&findings);
     assert!(lacking.contains("accelerometer: no random walk was seen"), "{lacking}");
     assert!(lacking.contains("only together with the models for filters"), "{lacking}");
 }
@@ -249,7 +249,7 @@ fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
     let walk = |parameter: Parameter| {
         let mut findings = flawless();
         findings.sensors[0].axes[1].random_walk = Some(parameter);
-        told(&findings)
+        text_of(&findings)
     };
     assert!(walk(bounded(5e-7)).contains("(gyro_x, the worst axis)"));
     assert!(walk(bounded(5e-6)).contains("(gyro_x, the worst known axis)"));
@@ -258,7 +258,7 @@ fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
 #[test]
 fn a_record_of_nothing_says_so() {
     let findings = Findings { sensors: Vec::new(), samples: 0, duration_s: 0.0, ..flawless() };
-    let text = told(&findings);
+    let text = text_of(&findings);
     assert!(text.contains("no axes of a sensor") && text.contains("0 samples are too few"), "{text}");
     assert!(!text.contains("missing") && !text.contains("of one piece"), "{text}");
 }

@@ -14,7 +14,7 @@ pub(super) fn trust(findings: &Findings) -> Vec<String> {
     let mut sentences = vec![moved(findings), time_base(findings), losses(findings)];
     // what follows is of the noise
     if findings.motion.is_none() {
-        sentences.extend([fits(findings), vibration(findings), one_piece(findings), alone(findings)]);
+        sentences.extend([fits(findings), vibration(findings), stationarity(findings), alone(findings)]);
     }
     sentences.into_iter().flatten().collect()
 }
@@ -51,7 +51,7 @@ fn losses(findings: &Findings) -> Option<String> {
     if *samples < 2 {
         return None;
     }
-    let told = match missing {
+    let text = match missing {
         0 if findings.outages.times > 0 => format!(
             "The link was {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
             findings.outages,
@@ -72,9 +72,9 @@ fn losses(findings: &Findings) -> Option<String> {
         ),
     };
     Some(if *missing > 0 && findings.outages.times > 0 {
-        format!("{told} The link was {}: what was sent then is not among them.", findings.outages)
+        format!("{text} The link was {}: what was sent then is not among them.", findings.outages)
     } else {
-        told
+        text
     })
 }
 
@@ -140,7 +140,7 @@ fn vibration(findings: &Findings) -> Option<String> {
     Some(text)
 }
 
-fn one_piece(findings: &Findings) -> Option<String> {
+fn stationarity(findings: &Findings) -> Option<String> {
     let of = |happened: fn(&AxisFindings) -> bool| -> Vec<String> {
         findings.axes().filter(|axis| happened(axis)).map(|axis| axis.name.clone()).collect()
     };
@@ -155,13 +155,13 @@ fn one_piece(findings: &Findings) -> Option<String> {
     }
     let parts =
         [("disturbed for moments", disturbed), ("with a change of level", stepped), ("still warming up", warming)];
-    let told: Vec<String> = (parts.into_iter())
+    let changes: Vec<String> = (parts.into_iter())
         .filter(|(_, names)| !names.is_empty())
         .map(|(what, names)| format!("{what}: {}", listed(&names)))
         .collect();
     Some(format!(
         "The record is not of one piece ({}); the warnings say when. Deviations at averaging times longer than a disturbance contain it.",
-        told.join("; ")
+        changes.join("; ")
     ))
 }
 
