@@ -11,7 +11,7 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, SourceState, Stage, StartError};
+use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Document, Evaluation, Measured};
 
@@ -26,7 +26,7 @@ use crate::{
     log::{Entries, Log, takes_terminal},
     measured::{FAULT, evaluated},
     remedy_words::remedy_words,
-    result_writer::{ResultWriter, all_of, print_line},
+    result_writer::{ResultWriter, all_of, print_line, print_state},
     session_words,
     status::{Status, StatusLine},
     view::{self, MessageQueue, SourceMonitor, View},
@@ -73,7 +73,7 @@ async fn attach_all(
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format == OutputFormat::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
-    let stop = stop_on_interrupt(hang_up).context("cannot listen to Ctrl-C")?;
+    let stop = stop_on_interrupt(hang_up)?;
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
     if messages.is_none() && format != OutputFormat::Ndjson {
         // the status lines are not redrawn more often
@@ -192,7 +192,8 @@ async fn attach_one(
         job.status.report(&format!("{}: no temperature came: {why}", measured.facts.name));
     }
     if job.format == OutputFormat::Ndjson && was_opened {
-        print_document(Document::of(&measured, remedy_words)).await?;
+        let document = Document::of(&measured, remedy_words);
+        write_aside(move || print_line(&document)).await?;
     }
     Ok(measured)
 }
@@ -239,7 +240,7 @@ async fn follow(
                 let second = state.snapshot.timing.duration_s() as u64;
                 if job.format == OutputFormat::Ndjson && written.is_ok() && second > written_second {
                     written_second = second;
-                    *written = print_state(state).await;
+                    *written = write_aside(move || print_state(&state)).await;
                     if written.is_err() {
                         stop.cancel();
                     }
@@ -255,17 +256,7 @@ async fn follow(
     }
 }
 
-/// Writes the document of a state. Assessing takes milliseconds now and then: no more than writing
-/// shall it hold up the samples.
-async fn print_state(state: SourceState) -> Result<()> {
-    let print =
-        move || print_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words));
-    task::spawn_blocking(print).await.context("the output stopped by a fault of this program")?
-}
-
-/// Writes a document without holding up the tasks that measure.
-async fn print_document(document: Document) -> Result<()> {
-    task::spawn_blocking(move || print_line(&document))
-        .await
-        .context("the output stopped by a fault of this program")?
+/// Assesses and writes without holding up the tasks that measure.
+async fn write_aside(write: impl FnOnce() -> Result<()> + Send + 'static) -> Result<()> {
+    task::spawn_blocking(write).await.context("the output stopped by a fault of this program")?
 }

@@ -35,7 +35,7 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let configured = runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops)?;
         let (source, _emulated) = live_source(&args.source, &args.link, &log.entries())?;
         let configure = async |link| anyhow::Ok(vn100_driver::configure(&link, &settings, &stop).await?);
         source.with_link(None, &stop, configure).await

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use vn100_report::{Completion, json_line, printable, steers_terminal};
+use vn100_report::{Completion, json_line, printable};
 
 /// What became of a command, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,8 +52,7 @@ pub(crate) fn report(message: &str) {
 
 /// Writes lines of text to standard output, at once, without anything that steers a terminal.
 pub(crate) fn print(text: &str) -> Result<()> {
-    let text: String = text.chars().map(|c| if c == '\n' { c } else { shown(c) }).collect();
-    write(&text)
+    write(&printable_lines(text))
 }
 
 /// Writes a JSON document and a line end to standard output, at once.
@@ -72,8 +71,7 @@ pub(crate) fn usage(error: &clap::Error) -> ! {
     if !error.use_stderr() {
         error.exit();
     }
-    let text = error.render().to_string();
-    let text: String = text.chars().map(|c| if c == '\n' { c } else { shown(c) }).collect();
+    let text = printable_lines(&error.render().to_string());
     // without stderr there is no other place to report to
     let _ = write!(io::stderr(), "{text}");
     process::exit(error.exit_code())
@@ -90,8 +88,8 @@ pub(crate) fn about(name: &str, text: &str) -> String {
     if words.any(|word| word == name) { text.to_owned() } else { format!("{name}: {text}") }
 }
 
-fn shown(c: char) -> char {
-    if steers_terminal(c) { char::REPLACEMENT_CHARACTER } else { c }
+fn printable_lines(text: &str) -> String {
+    text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]

@@ -14,17 +14,18 @@ use tokio::{
     task::{self, JoinHandle},
     time,
 };
-use vn100_pipeline::{EndReason, ReplaySpec, Session, SessionResult};
+use tokio_util::sync::CancellationToken;
+use vn100_pipeline::{ReplaySpec, Session, SessionResult};
 use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
     args::FileArgs,
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
-    measured::{FAULT, evaluated},
+    measured::{FAULT, evaluated_replay},
     progress::Progress,
     remedy_words::remedy_words,
-    result_writer::print_line,
+    result_writer::{print_line, print_state},
 };
 
 /// Whether the documents of every second are written on the way.
@@ -65,20 +66,8 @@ async fn measure_all(
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
     });
-    let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
-    let spec = |path: &PathBuf| {
-        let spec = ReplaySpec {
-            path: path.clone(),
-            columns: args.columns.clone(),
-            settings: args.measure.settings(),
-            read: log.asked(args.measure.read_options()),
-            speed: None,
-            each_second: printed,
-            observer: None,
-            stop: stop.clone(),
-        };
-        ReplaySpec { observer: log.observer(&spec.name()), ..spec }
-    };
+    let stop = stop_on_interrupt(HangUp::Stops)?;
+    let spec = |path: &PathBuf| ReplaySpec { each_second: printed, ..replay_spec(args, path, &log, &stop) };
     let files: Vec<JoinHandle<Result<Measured>>> =
         args.files.iter().map(|file| task::spawn(measure_one(spec(file), Arc::clone(&job)))).collect();
     for file in files {
@@ -86,6 +75,21 @@ async fn measure_all(
         job.progress.suspend(|| take(measured))?;
     }
     Ok(())
+}
+
+/// The replay of a file at full speed.
+pub(crate) fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
+    let spec = ReplaySpec {
+        path: path.to_owned(),
+        columns: args.columns.clone(),
+        settings: args.measure.settings(),
+        read: log.asked(args.measure.read_options()),
+        speed: None,
+        each_second: false,
+        observer: None,
+        stop: stop.clone(),
+    };
+    ReplaySpec { observer: log.observer(&spec.name()), ..spec }
 }
 
 /// What all files of one command share.
@@ -99,11 +103,7 @@ async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
     let _turn = job.turns.acquire().await?;
     let printed = spec.each_second;
     let result = follow(Session::replay(spec), &job.progress).await?;
-    let is_stopped = matches!(*result.end, EndReason::Stopped);
-    let mut measured = evaluated(result, &job.evaluation).await?;
-    if is_stopped {
-        measured.note_interrupted();
-    }
+    let measured = evaluated_replay(result, &job.evaluation).await?;
     if printed {
         print_line(&Document::of(&measured, remedy_words))?;
     }
@@ -119,9 +119,7 @@ async fn follow(mut session: Session, progress: &Progress) -> Result<SessionResu
         tokio::select! {
             // those that wait stand before the result
             biased;
-            Some(state) = session.seconds.recv() => {
-                print_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))?;
-            }
+            Some(state) = session.seconds.recv() => print_state(&state)?,
             result = &mut session.result => return result.context(FAULT),
             _ = ticks.tick() => {
                 let read = session.state.borrow().stored_bytes_read;

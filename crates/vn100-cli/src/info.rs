@@ -34,7 +34,7 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
     let info = runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops)?;
         let (source, _emulated) = live_source(&args.source, &args.link, &log.entries())?;
         let asked = source.with_link(None, &stop, async |link| {
             stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))

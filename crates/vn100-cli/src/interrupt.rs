@@ -3,6 +3,7 @@
 
 use std::io;
 
+use anyhow::{Context, Result};
 use tokio_util::sync::CancellationToken;
 
 use crate::view::give_back;
@@ -26,10 +27,10 @@ pub(crate) enum HangUp {
 ///
 /// # Panics
 /// Outside a tokio runtime.
-pub(crate) fn stop_on_interrupt(hang_up: HangUp) -> io::Result<CancellationToken> {
+pub(crate) fn stop_on_interrupt(hang_up: HangUp) -> Result<CancellationToken> {
     let stop = CancellationToken::new();
     let token = stop.clone();
-    let mut signals = Signals::listen(hang_up)?;
+    let mut signals = Signals::listen(hang_up).context("cannot listen to Ctrl-C")?;
     tokio::spawn(async move {
         signals.next().await;
         token.cancel();

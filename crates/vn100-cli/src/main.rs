@@ -18,7 +18,6 @@ mod log;
 mod man;
 mod measured;
 mod plan;
-mod plan_steps;
 mod ports;
 mod progress;
 mod remedy_words;

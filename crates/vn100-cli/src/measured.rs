@@ -21,6 +21,16 @@ pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation
     Ok(task::spawn_blocking(move || evaluation.complete(of(result))).await?)
 }
 
+/// The result of a replay, evaluated; one that was interrupted says so.
+pub(crate) async fn evaluated_replay(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
+    let is_stopped = matches!(*result.end, EndReason::Stopped);
+    let mut measured = evaluated(result, evaluation).await?;
+    if is_stopped {
+        measured.note_interrupted();
+    }
+    Ok(measured)
+}
+
 fn of(result: SessionResult) -> Measured {
     let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
     let error = session_words::end(&facts.name, &end, &snapshot);

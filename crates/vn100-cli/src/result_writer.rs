@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use tokio::task::JoinHandle;
+use vn100_pipeline::SourceState;
 use vn100_report::{Document, Measured};
 
 use crate::{
@@ -55,6 +56,11 @@ impl ResultWriter {
 /// Writes a document in a line.
 pub(crate) fn print_line(document: &Document) -> Result<()> {
     print_json(&serde_json::to_string(document)?)
+}
+
+/// Writes the document of a session under way in a line.
+pub(crate) fn print_state(state: &SourceState) -> Result<()> {
+    print_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
 }
 
 /// The results of all sources of a command, in their order.

@@ -42,7 +42,7 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
 fn emulate(args: &SimArgs) -> Result<Exit> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops).context("cannot listen to Ctrl-C")?;
+        let stop = stop_on_interrupt(HangUp::Stops)?;
         let options = PtyOptions { link: args.link.clone(), usb_latency: args.usb, ..pty_options(&args.sensor) };
         let sensor = serve(device(&args.sensor), options)?;
         let path = args.link.clone().unwrap_or_else(|| sensor.path());

@@ -1,7 +1,7 @@
 //! The status of live sources while they are measured: a line on stderr for each, or messages for
 //! the view where there is one.
 
-use std::{borrow::Cow, time::Duration};
+use std::time::Duration;
 
 use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vn100_analysis::Snapshot;
@@ -92,7 +92,7 @@ impl StatusLine {
                 format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
             self.report(&failure);
         }
-        let state = link.map_or("reading".into(), short_state);
+        let state = link.map_or("reading".into(), link_name);
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
             Some(_) => "RECORDING FAILED  ".into(),
             None => format!("recorded {}  ", HumanBytes(recording.bytes)),
@@ -174,12 +174,13 @@ fn up(state: &LinkState) -> Option<&Up> {
     }
 }
 
-fn short_state(state: &LinkState) -> Cow<'static, str> {
+/// The state of a link in few words.
+pub(crate) fn link_name(state: &LinkState) -> String {
     match state {
         LinkState::Opening => "opening".into(),
-        LinkState::Probing { baud: Some(baud), .. } => format!("listening at {baud} baud").into(),
+        LinkState::Probing { baud: Some(baud), .. } => format!("listening at {baud} baud"),
         LinkState::Probing { baud: None, .. } => "listening".into(),
-        LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud").into(),
+        LinkState::Up(Up { baud: Some(baud), .. }) => format!("{baud} baud"),
         LinkState::Up(_) => "connected".into(),
         LinkState::Silent(_) => "SILENT".into(),
         LinkState::Down { was_up: true, .. } => "LOST".into(),

@@ -86,7 +86,7 @@ fn write_summary(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot, ass
     }
     if let Some(recording) = &facts.recording {
         let text = format!("  recorded   {}", printable(&RecordingDocument::new(recording).text()));
-        writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+        write_wrapped(out, &text)?;
     }
     for warning in snapshot.warnings.iter().chain(&assessment.warnings) {
         writeln!(out, "{}", fill(&warning.in_words(remedy_words), "! ", "  "))?;
@@ -118,7 +118,7 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     )?;
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     let bad = format!("  bad lines  {}", rejected_lines(tally));
-    writeln!(out, "{}", textwrap::fill(&bad, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+    write_wrapped(out, &bad)?;
     writeln!(
         out,
         "  missing    {} in {}, judged by {judged}; {}",
@@ -147,6 +147,11 @@ fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt
     writeln!(out, "  bytes      {} ({} skipped, {} binary packets)", link.bytes(), link.skipped_bytes(), tally.packets)
 }
 
+/// A row of the head, which may be longer than a line.
+fn write_wrapped(out: &mut String, text: &str) -> fmt::Result {
+    writeln!(out, "{}", textwrap::fill(text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))
+}
+
 fn write_csv(out: &mut String, csv: &CsvFacts) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
     for rejected in &csv.rejected {
@@ -154,16 +159,12 @@ fn write_csv(out: &mut String, csv: &CsvFacts) -> fmt::Result {
             "  odd rows   {} ({}), the first is line {}: {}",
             rejected.count, rejected.reason, rejected.first_line, rejected.first_text
         );
-        writeln!(out, "{}", textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))?;
+        write_wrapped(out, &text)?;
     }
     for (name, columns) in [("unused     ", &csv.ignored_columns), ("rounded    ", &csv.rounded)] {
         if !columns.is_empty() {
             let text = format!("  {name}columns {}", columns.join(", "));
-            writeln!(
-                out,
-                "{}",
-                textwrap::fill(&text, textwrap::Options::new(WIDTH).subsequent_indent("             "))
-            )?;
+            write_wrapped(out, &text)?;
         }
     }
     Ok(())

@@ -109,7 +109,7 @@ pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
 
 fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure, FigureError> {
     use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
-    let (sensor, term) = (printed.sensor.into(), printed.parameter.into());
+    let (sensor, term) = (printed.sensor, printed.parameter);
     let all = conventions(sensor, term);
     // a density is taken for two-sided: makers print N
     let known = all.iter().find(|convention| convention.unit == printed.unit && convention.sides != Some(Sides::One));
@@ -187,8 +187,10 @@ struct Onboard {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PrintedFigure {
-    sensor: SensorName,
-    parameter: ParameterName,
+    #[serde(with = "SensorName")]
+    sensor: Sensor,
+    #[serde(with = "ParameterName")]
+    parameter: Term,
     unit: String,
     limit: Option<Spanned<f64>>,
     typical: Option<Spanned<Typical>>,
@@ -251,8 +253,8 @@ impl<'de> Deserialize<'de> for Typical {
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Deserialize)]
+#[serde(remote = "Sensor", rename_all = "snake_case")]
 enum SensorName {
     Gyroscope,
     Accelerometer,
@@ -270,36 +272,14 @@ fn half_a_last_place(digits: &str) -> f64 {
     place.and_then(|place| format!("0.5e{place}").parse().ok()).unwrap_or(0.0)
 }
 
-impl From<SensorName> for Sensor {
-    fn from(name: SensorName) -> Self {
-        match name {
-            SensorName::Gyroscope => Self::Gyroscope,
-            SensorName::Accelerometer => Self::Accelerometer,
-            SensorName::Magnetometer => Self::Magnetometer,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Deserialize)]
+#[serde(remote = "Term", rename_all = "snake_case")]
 enum ParameterName {
     White,
     BiasInstability,
     RateRandomWalk,
     RateRamp,
     Quantization,
-}
-
-impl From<ParameterName> for Term {
-    fn from(name: ParameterName) -> Self {
-        match name {
-            ParameterName::White => Self::White,
-            ParameterName::BiasInstability => Self::BiasInstability,
-            ParameterName::RateRandomWalk => Self::RateRandomWalk,
-            ParameterName::RateRamp => Self::RateRamp,
-            ParameterName::Quantization => Self::Quantization,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -388,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_sheet_is_told_what_would_be_right() {
+    fn the_error_of_a_wrong_sheet_names_the_right_choices() {
         let figure =
             |fields: &str| format!("name = \"x\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\n{fields}");
         for (text, expected) in [

@@ -16,7 +16,7 @@ use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, S
 
 use crate::{
     measured::Measured,
-    units::{ChannelValues, NormValues, channel_values, norm_values},
+    units::{BarValues, ChannelValues, NormValues, Point, channel_values, norm_values},
 };
 use noise::NoiseDocument;
 use signal::{Block, NormalityDocument, SpectrumDocument, StationarityDocument};
@@ -31,21 +31,8 @@ pub struct Document {
     timing: Timing,
     link: Link,
     channels: Vec<Channel>,
-    norms: Vec<NormDocument>,
+    norms: Vec<NormValues>,
     warnings: Vec<Warning>,
-}
-
-/// The length of a sensor's vector, sample by sample; `of_mean` is that of the mean vector.
-#[derive(Debug, Serialize)]
-struct NormDocument {
-    name: &'static str,
-    unit: String,
-    of_mean: Option<f64>,
-    count: u64,
-    mean: Option<f64>,
-    std: Option<f64>,
-    min: Option<f64>,
-    max: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -84,7 +71,7 @@ struct Link {
     overrun_bytes: u64,
     /// Unsolicited device errors: how often each code was reported.
     unasked_errors: BTreeMap<String, u64>,
-    /// How often its output was found paused, and was made to go on.
+    /// How often its output was found paused, and was resumed.
     outputs_resumed: u64,
     reconnects: u64,
     /// Time in which the link was lost.
@@ -130,18 +117,8 @@ struct Statistics {
     max: Option<f64>,
     resolution: f64,
     normality: Option<NormalityDocument>,
-    /// How often which values came, in at most 64 bars; only at the end.
-    histogram: Option<Bars>,
-}
-
-/// Bars of equal width, in the unit of the channel; an angle's are of the unwrapped angle, in the
-/// branch of its mean.
-#[derive(Debug, Serialize)]
-struct Bars {
-    /// Lower end of the first bar.
-    first: f64,
-    width: f64,
-    counts: Vec<u64>,
+    /// In the unit of the channel, an angle's in the branch of its mean; only at the end.
+    histogram: Option<BarValues>,
 }
 
 #[derive(Debug, Serialize)]
@@ -154,18 +131,6 @@ struct Curve {
     /// Of the regression line over the record, in the unit per second.
     slope_s: Option<f64>,
     points: Vec<Point>,
-}
-
-#[derive(Debug, Serialize)]
-struct Point {
-    m: u64,
-    tau_s: f64,
-    deviation: Option<f64>,
-    terms: u64,
-    edf: Option<f64>,
-    alpha: Option<i8>,
-    lower: Option<f64>,
-    upper: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -194,7 +159,7 @@ impl Document {
             channels: (channel_values(snapshot, assessment).into_iter())
                 .map(|values| channel(values, snapshot, assessment, ended))
                 .collect(),
-            norms: norm_values(snapshot).into_iter().map(norm).collect(),
+            norms: norm_values(snapshot),
             warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
                 .collect(),
@@ -223,19 +188,6 @@ impl Document {
             }
         }
         document
-    }
-}
-
-fn norm(values: NormValues) -> NormDocument {
-    NormDocument {
-        name: values.name,
-        unit: values.unit,
-        of_mean: values.of_mean,
-        count: values.count,
-        mean: values.mean,
-        std: values.std,
-        min: values.min,
-        max: values.max,
     }
 }
 
@@ -302,16 +254,6 @@ fn link(snapshot: &Snapshot) -> Link {
 
 fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Channel {
     let at_end = || values.signal.as_ref().filter(|_| ended);
-    let points = values.deviations.into_iter().map(|point| Point {
-        m: point.m,
-        tau_s: point.tau_s,
-        deviation: point.deviation,
-        terms: point.terms,
-        edf: point.edf,
-        alpha: point.alpha,
-        lower: point.lower,
-        upper: point.upper,
-    });
     let skipped_s = snapshot.skipped.as_secs_f64();
     Channel {
         name: values.name,
@@ -326,11 +268,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
             max: values.max,
             resolution: values.resolution,
             normality: (values.signal.as_ref().and_then(|signal| signal.normality)).map(NormalityDocument::new),
-            histogram: values.bars.filter(|_| ended).map(|bars| Bars {
-                first: bars.first,
-                width: bars.width,
-                counts: bars.counts,
-            }),
+            histogram: values.bars.filter(|_| ended),
         },
         allan: Curve {
             deviation: match snapshot.deviation {
@@ -345,7 +283,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
             confidence: Some(assessment.confidence),
             detrend: snapshot.detrended.then_some("linear"),
             slope_s: values.slope_s,
-            points: points.collect(),
+            points: values.deviations,
         },
         noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),

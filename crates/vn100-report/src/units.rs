@@ -1,6 +1,7 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
+use serde::Serialize;
 use vn100_analysis::{
     Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
 };
@@ -46,7 +47,7 @@ pub struct ChannelValues {
 }
 
 /// A histogram as it is drawn.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BarValues {
     /// Lower end of the first bar.
     pub first: f64,
@@ -96,7 +97,7 @@ pub struct BlockValues {
 pub const LEAST_EDF: f64 = 2.0;
 
 /// The deviation at one octave.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
     /// Averaging factor: samples in a cluster.
     pub m: u64,
@@ -136,15 +137,17 @@ pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<Chann
 }
 
 /// The length of a sensor's vector, sample by sample.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct NormValues {
     /// Such as `gyro_norm`.
     pub name: &'static str,
     /// What the vector measures.
+    #[serde(skip)]
     pub quantity: Quantity,
     /// Of all values below.
     pub unit: String,
     /// That resolve one count in the unit.
+    #[serde(skip)]
     pub decimals: usize,
     /// Of the mean vector.
     pub of_mean: Option<f64>,

@@ -8,16 +8,17 @@ use tokio::{
     task::{self, JoinHandle},
 };
 use vn100_analysis::Settings;
-use vn100_pipeline::{EndReason, ReplaySpec, Session, Speed};
+use vn100_pipeline::{ReplaySpec, Session, Speed};
 use vn100_report::{Evaluation, Measured};
 
 use crate::{
     args::ReplayArgs,
     datasheet::evaluation,
     exit::Exit,
+    files::replay_spec,
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
-    measured::{FAULT, evaluated},
+    measured::{FAULT, evaluated_replay},
     result_writer::{ResultWriter, all_of},
     session_words,
     view::{self, MessageQueue, SourceMonitor, View},
@@ -43,22 +44,12 @@ pub(super) fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
 
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exit> {
     let files = &args.files;
-    let stop = stop_on_interrupt(HangUp::HandledByView).context("cannot listen to Ctrl-C")?;
+    let stop = stop_on_interrupt(HangUp::HandledByView)?;
     let messages = MessageQueue::default();
     let evaluation = Arc::new(evaluation(&files.measure)?.with_filter_models(args.result.filter_models));
     let session = |path: &PathBuf| {
-        let spec = ReplaySpec {
-            path: path.clone(),
-            columns: files.columns.clone(),
-            settings: Settings { recent: true, ..files.measure.settings() },
-            read: log.asked(files.measure.read_options()),
-            speed: Some(speed),
-            each_second: false,
-            observer: None,
-            stop: stop.clone(),
-        };
-        let observer = log.observer(&spec.name());
-        Session::replay(ReplaySpec { observer, ..spec })
+        let settings = Settings { recent: true, ..files.measure.settings() };
+        Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, path, &log, &stop) })
     };
     let sessions: Vec<Session> = files.files.iter().map(session).collect();
     let monitors = sessions.iter().map(SourceMonitor::of).collect();
@@ -84,10 +75,5 @@ async fn follow(mut session: Session, messages: MessageQueue, evaluation: Arc<Ev
             result = &mut session.result => break result.context(FAULT)?,
         }
     };
-    let is_stopped = matches!(*result.end, EndReason::Stopped);
-    let mut measured = evaluated(result, &evaluation).await?;
-    if is_stopped {
-        measured.note_interrupted();
-    }
-    Ok(measured)
+    evaluated_replay(result, &evaluation).await
 }

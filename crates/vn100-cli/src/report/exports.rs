@@ -92,7 +92,7 @@ impl<'a> Exports<'a> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => {
-                CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending()), &table.text(record)))
+                CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &table.text(record)))
             }
             ExportForm::Json => {
                 let document = serde_json::to_string_pretty(&Document::of(record.measured(), remedy_words))?;
@@ -153,7 +153,7 @@ const MCAP: &str = ".ros2.mcap";
 
 fn endings(form: ExportForm) -> Vec<&'static str> {
     match form {
-        ExportForm::Csv => CsvTable::ALL.map(CsvTable::ending).to_vec(),
+        ExportForm::Csv => CsvTable::ALL.map(|table| table.ending).to_vec(),
         ExportForm::Json => vec![JSON],
         ExportForm::Kalibr => vec![KALIBR],
         ExportForm::Svg => vec![SVG],

@@ -8,7 +8,7 @@ use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan, SENSORS, 
 use vn100_report::{numbers::plain::span, printable};
 
 use super::layout::{WIDTH, fill};
-use crate::plan_steps::Steps;
+use crate::plan::commands;
 
 const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \
                       ten records estimate them (83 to 91 % of simulated ones); K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
@@ -32,16 +32,16 @@ pub(super) fn write(out: &mut String, plan: &Plan, given: Given, datasheet: &Dat
     for line in MOUNTING {
         writeln!(out, "{}", fill(line, "  - ", "    "))?;
     }
-    let steps = Steps::new(plan, given, asked);
+    let commands = commands(plan, given, asked);
     writeln!(out, "\nset the sensor; nothing is kept through switching it off")?;
-    write_command(out, &steps.configure)?;
+    write_command(out, &commands.configure)?;
     writeln!(out, "measure, and keep the raw bytes")?;
-    write_command(out, &steps.attach)?;
-    if !steps.has_length {
+    write_command(out, &commands.attach)?;
+    if !asked || plan.record_s.is_none() {
         writeln!(out, "  (T: {} of warm-up, and the length wanted)", span(plan.warm_up_s, " "))?;
     }
     writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with")?;
-    write_command(out, &steps.undo)
+    write_command(out, &commands.undo)
 }
 
 /// With a backslash where the line continues, as shells read it.

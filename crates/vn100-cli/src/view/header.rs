@@ -24,6 +24,7 @@ use super::{
     theme::Theme,
     warnings::shortened,
 };
+use crate::status::link_name;
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
@@ -98,14 +99,13 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
             _ => ("reading".into(), theme.good()),
         },
         (Stage::Measuring, Some(link)) => match link {
-            LinkState::Opening => ("opening".into(), theme.warning()),
-            LinkState::Probing { baud: Some(baud), .. } => (format!("listening at {baud} baud"), theme.warning()),
-            LinkState::Probing { baud: None, .. } => ("listening".into(), theme.warning()),
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.bad()),
-            LinkState::Down { was_up: true, .. } => ("LOST".into(), theme.bad()),
-            LinkState::Down { was_up: false, .. } => ("not there yet".into(), theme.warning()),
-            _ => ("ending".into(), Style::new()),
+            LinkState::Down { was_up: true, .. } => (link_name(link), theme.bad()),
+            LinkState::Opening | LinkState::Probing { .. } | LinkState::Down { .. } => {
+                (link_name(link), theme.warning())
+            }
+            _ => (link_name(link), Style::new()),
         },
     }
 }

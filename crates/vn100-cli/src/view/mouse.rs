@@ -9,7 +9,7 @@ use vn100_pipeline::Command;
 use super::{
     scene::Regions,
     source::Source,
-    state::{Panel, Request, State},
+    state::{Panel, Request, State, step},
 };
 
 /// Does what a click or a turn of the wheel asks.
@@ -46,12 +46,10 @@ pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sou
         MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
             let down = event.kind == MouseEventKind::ScrollDown;
             if state.panel == Panel::Warnings {
-                let last = source.warnings.len().saturating_sub(1);
-                state.warning = if down { (state.warning + 1).min(last) } else { state.warning.saturating_sub(1) };
+                state.warning = step(state.warning, down, source.warnings.len());
             } else {
-                let last = regions.octaves.len().saturating_sub(1);
-                let octave = state.octave(regions.octaves.len()).unwrap_or(0);
-                state.cursor = Some(if down { (octave + 1).min(last) } else { octave.saturating_sub(1) });
+                let octaves = regions.octaves.len();
+                state.cursor = Some(step(state.octave(octaves).unwrap_or(0), down, octaves));
             }
         }
         _ => {}

@@ -108,15 +108,12 @@ impl Source {
             }
             _ => None,
         };
-        let recording = self.recording_error();
-        let recording = recording.map(|error| format!("RECORDING FAILED: {error}; the measurement goes on"));
+        let recording = self
+            .recording
+            .as_ref()
+            .and_then(|recording| recording.error.as_ref())
+            .map(|error| format!("RECORDING FAILED: {}; the measurement goes on", printable(&error.to_string())));
         link.into_iter().chain(recording).collect()
-    }
-
-    /// Why the recording is not whole, if it is not.
-    fn recording_error(&self) -> Option<String> {
-        let error = self.recording.as_ref()?.error.as_ref()?;
-        Some(printable(&error.to_string()))
     }
 
     /// The sensors of the stream.

@@ -193,8 +193,8 @@ impl State {
     fn key_of_overview(&mut self, code: KeyCode, sources: usize) {
         match code {
             KeyCode::Enter | KeyCode::Char('e') => self.overview = false,
-            KeyCode::Up | KeyCode::Char('k') => self.source = self.source.saturating_sub(1),
-            KeyCode::Down | KeyCode::Char('j') => self.source = (self.source + 1).min(sources.saturating_sub(1)),
+            KeyCode::Up | KeyCode::Char('k') => self.source = step(self.source, false, sources),
+            KeyCode::Down | KeyCode::Char('j') => self.source = step(self.source, true, sources),
             KeyCode::Char(digit @ '1'..='9') => {
                 let source = digit as usize - '1' as usize;
                 if source < sources {
@@ -311,6 +311,6 @@ impl State {
 }
 
 /// The next of `count` places, or the one before; no further than the ends.
-fn step(place: usize, forward: bool, count: usize) -> usize {
+pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use imu_noise::{Status, Term, conventions};
+use imu_noise::{Term, conventions};
 
 use crate::{
     document::noise::{status, term_name},
@@ -10,51 +10,28 @@ use crate::{
 };
 
 /// A table of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CsvTable {
-    /// Deviations over averaging times.
-    Allan,
-    /// Of channels and vectors.
-    Statistics,
-    /// Of the noise.
-    Parameters,
-    /// Densities over frequencies.
-    Spectrum,
-    /// Means and deviations over time.
-    Segments,
-    /// Bars.
-    Histogram,
+#[derive(Debug, Clone, Copy)]
+pub struct CsvTable {
+    /// How the name of its file ends.
+    pub ending: &'static str,
+    text: fn(&Record<'_>) -> String,
 }
 
 impl CsvTable {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Allan, Self::Statistics, Self::Parameters, Self::Spectrum, Self::Segments, Self::Histogram];
-
-    /// How the name of its file ends.
-    #[must_use]
-    pub fn ending(self) -> &'static str {
-        match self {
-            Self::Allan => ".allan.csv",
-            Self::Statistics => ".statistics.csv",
-            Self::Parameters => ".parameters.csv",
-            Self::Spectrum => ".spectrum.csv",
-            Self::Segments => ".segments.csv",
-            Self::Histogram => ".histogram.csv",
-        }
-    }
+    pub const ALL: [Self; 6] = [
+        Self { ending: ".allan.csv", text: allan },
+        Self { ending: ".statistics.csv", text: statistics },
+        Self { ending: ".parameters.csv", text: parameters },
+        Self { ending: ".spectrum.csv", text: spectrum },
+        Self { ending: ".segments.csv", text: segments },
+        Self { ending: ".histogram.csv", text: histogram },
+    ];
 
     /// A header, and a row for each channel and point.
     #[must_use]
     pub fn text(self, record: &Record<'_>) -> String {
-        match self {
-            Self::Allan => allan(record),
-            Self::Statistics => statistics(record),
-            Self::Parameters => parameters(record),
-            Self::Spectrum => spectrum(record),
-            Self::Segments => segments(record),
-            Self::Histogram => histogram(record),
-        }
+        (self.text)(record)
     }
 }
 
@@ -140,11 +117,10 @@ fn parameters(record: &Record<'_>) -> String {
         for term in Term::ALL {
             let Some(parameter) = noise.parameter(term) else { continue };
             let unit = conventions(noise.sensor, term).first().map_or("", |si| si.unit);
-            let known: Status = parameter.status;
             table.row(&[
                 &channel.name,
                 term_name(term),
-                status(known),
+                status(parameter.status),
                 &number(parameter.value),
                 &number(parameter.lower),
                 &number(parameter.upper),
