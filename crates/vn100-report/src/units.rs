@@ -1,6 +1,6 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
-use imu_noise::{Block, Density, Normality, NotJudged, Sides, counts_to_unit};
+use imu_noise::{Block, Density, Normality, NotJudged, Sensor, Sides, Term, conventions, counts_to_unit};
 use serde::Serialize;
 use vn100_analysis::{
     Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
@@ -74,7 +74,7 @@ pub struct SignalValues {
 }
 
 /// One of the consecutive blocks of a record.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BlockValues {
     /// In data time, behind what was skipped.
     pub start_s: f64,
@@ -188,6 +188,12 @@ pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
         }
     };
     snapshot.magnitudes.iter().map(norm).collect()
+}
+
+/// The SI unit of a noise parameter.
+#[must_use]
+pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
+    conventions(sensor, term).first().map_or("", |si| si.unit)
 }
 
 /// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times

@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use imu_noise::{Term, conventions};
+use imu_noise::Term;
 
 use crate::{
     document::noise::{status, term_name},
     record::Record,
+    units::si_unit,
 };
 
 /// A table of a report.
@@ -116,7 +117,7 @@ fn parameters(record: &Record<'_>) -> String {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
             let Some(parameter) = noise.parameter(term) else { continue };
-            let unit = conventions(noise.sensor, term).first().map_or("", |si| si.unit);
+            let unit = si_unit(noise.sensor, term);
             table.row(&[
                 &channel.name,
                 term_name(term),
