@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use anyhow::Result;
-use serde::Serialize;
+use serde_json::{Value, json};
 use vn100_driver::{PortEntry, list_ports};
 use vn100_report::printable;
 
@@ -15,8 +15,7 @@ use crate::{
 pub(crate) fn ports(args: &PortsArgs) -> Result<Exit> {
     let ports = list_ports();
     if args.json {
-        let ports: Vec<_> = ports.iter().map(Port::new).collect();
-        print_json(&serde_json::to_string_pretty(&ports)?)?;
+        print_json(&serde_json::to_string_pretty(&ports.iter().map(port).collect::<Value>())?)?;
     } else {
         print(&listing(&ports))?;
     }
@@ -50,39 +49,19 @@ fn listing(ports: &[PortEntry]) -> String {
     out
 }
 
-/// A port in JSON.
-#[derive(Debug, Serialize)]
-struct Port<'a> {
-    name: &'a str,
-    likely: bool,
-    stable_name: Option<String>,
-    usb: Option<Usb<'a>>,
-}
-
-#[derive(Debug, Serialize)]
-struct Usb<'a> {
-    vendor_id: u16,
-    product_id: u16,
-    manufacturer: Option<&'a str>,
-    product: Option<&'a str>,
-    serial_number: Option<&'a str>,
-}
-
-impl<'a> Port<'a> {
-    fn new(entry: &'a PortEntry) -> Self {
-        Self {
-            name: &entry.name,
-            likely: entry.likely,
-            stable_name: entry.stable_name.as_ref().map(|path| path.to_string_lossy().into_owned()),
-            usb: entry.usb.as_ref().map(|usb| Usb {
-                vendor_id: usb.vendor_id,
-                product_id: usb.product_id,
-                manufacturer: usb.manufacturer.as_deref(),
-                product: usb.product.as_deref(),
-                serial_number: usb.serial_number.as_deref(),
-            }),
-        }
-    }
+fn port(entry: &PortEntry) -> Value {
+    json!({
+        "name": entry.name,
+        "likely": entry.likely,
+        "stable_name": entry.stable_name.as_ref().map(|path| path.to_string_lossy()),
+        "usb": entry.usb.as_ref().map(|usb| json!({
+            "vendor_id": usb.vendor_id,
+            "product_id": usb.product_id,
+            "manufacturer": usb.manufacturer,
+            "product": usb.product,
+            "serial_number": usb.serial_number,
+        })),
+    })
 }
 
 #[cfg(test)]

@@ -118,6 +118,14 @@ pub struct Point {
 }
 
 impl Point {
+    /// In a unit of which one of this is `factor`.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        let [deviation, lower, upper] =
+            [self.deviation, self.lower, self.upper].map(|value| value.map(|value| value * factor));
+        Self { deviation, lower, upper, ..self }
+    }
+
     /// Whether it is known well enough for its interval to be shown.
     #[must_use]
     pub fn is_known(&self) -> bool {

@@ -37,6 +37,16 @@ pub fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str
     })
 }
 
+/// The grades a gyroscope may be of, or why that cannot be said; `None` for any other sensor.
+#[must_use]
+pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
+    Some(match grade(noise)? {
+        Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
+        Ok((best, worst)) => format!("{} to {}", grade_name(best), grade_name(worst)),
+        Err(reason) => format!("none, {reason}"),
+    })
+}
+
 /// The name of a grade in results.
 #[must_use]
 pub fn grade_name(grade: Grade) -> &'static str {

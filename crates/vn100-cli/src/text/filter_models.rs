@@ -2,9 +2,13 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term, conventions};
+use imu_noise::{GaussMarkovFit, OverBound, Parameter, Term};
 use vn100_analysis::FilterModels;
-use vn100_report::{names::sensor, numbers::plain::four_digits, units::ChannelValues};
+use vn100_report::{
+    names::sensor,
+    numbers::plain::four_digits,
+    units::{ChannelValues, si_unit},
+};
 
 use super::layout::row;
 
@@ -18,7 +22,7 @@ pub(super) fn write_filter_models(
         channels.iter().zip(models).filter_map(|(channel, models)| Some((channel, models.as_ref()?))).collect();
     for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
         let Some(noise) = group[0].0.noise.as_ref() else { continue };
-        let unit = |term| conventions(noise.sensor, term).first().map_or("", |si| si.unit);
+        let unit = |term| si_unit(noise.sensor, term);
         writeln!(out, "\n{}, for filters", sensor(group[0].0.quantity))?;
         row(out, "", group, |(channel, _)| channel.name.clone())?;
         writeln!(out, "white + Gauss-Markov")?;

@@ -6,7 +6,7 @@ use imu_noise::{Claim, Verdict};
 use vn100_analysis::{FigureVerdict, Motion, Verdicts, letter};
 use vn100_report::{
     units::ChannelValues,
-    verdict_words::{WHY_CONSISTENT, grade, grade_name, sentence, verdict_name},
+    verdict_words::{WHY_CONSISTENT, grade_text, sentence, verdict_name},
 };
 
 use super::layout::fill;
@@ -54,14 +54,9 @@ pub(super) fn write_verdicts(
 }
 
 fn write_grades(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
-    let graded = channels.iter().filter_map(|channel| Some((&*channel.name, grade(channel.noise.as_ref()?)?)));
+    let graded = channels.iter().filter_map(|channel| Some((&*channel.name, grade_text(channel.noise.as_ref()?)?)));
     let mut told: Vec<(Vec<&str>, String)> = Vec::new();
-    for (name, grade) in graded {
-        let text = match grade {
-            Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
-            Ok((best, worst)) => format!("{} to {}", grade_name(best), grade_name(worst)),
-            Err(reason) => format!("none, {reason}"),
-        };
+    for (name, text) in graded {
         match told.iter_mut().find(|(_, same)| *same == text) {
             Some((names, _)) => names.push(name),
             None => told.push((vec![name], text)),

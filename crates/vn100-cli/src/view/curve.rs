@@ -59,7 +59,7 @@ impl Plot {
         let curves = axes.filter(|(axis, _)| state.axes == Axes::All || state.axes == Axes::One(*axis));
         let curves = curves.map(|(axis, place)| {
             let channel = &source.values[*place];
-            let points = channel.deviations.iter().map(|point| scaled(*point, factor)).collect();
+            let points = channel.deviations.iter().map(|point| point.times(factor)).collect();
             let alone = state.axes != Axes::All;
             let model = if alone { model(source, channel, factor) } else { Vec::new() };
             Curve { name: channel.name.clone(), axis, points, model }
@@ -80,11 +80,6 @@ impl Plot {
     pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {
         self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.tau_s)
     }
-}
-
-fn scaled(point: Point, factor: f64) -> Point {
-    let times = |value: Option<f64>| value.map(|value| value * factor);
-    Point { deviation: times(point.deviation), lower: times(point.lower), upper: times(point.upper), ..point }
 }
 
 /// The parts of the noise that were estimated, over the averaging times they were fitted to, and

@@ -99,7 +99,7 @@ fn sensor(ranking: &Ranking, comparison: &Comparison) -> Value {
             "lower": ranked.lower,
             "upper": ranked.upper,
             "axes": ranked.axes.iter().map(|(name, white)| json!({ "name": name, "white": white })).collect::<Value>(),
-            // what averaging and decimation on board make of the own white noise; `null` where not known
+            // what averaging and decimation on board make of the white noise; `null` where not known
             "white_factor": ranked.white_factor,
         })).collect::<Value>(),
         // white noise folds alike in all of them; otherwise none is the quietest

@@ -29,17 +29,10 @@ pub fn allan_in_unit(
     (unit, factor): (&str, f64),
     deviation: Deviation,
 ) -> Result<Option<Figure>, DrawingError> {
-    let times = |value: Option<f64>| value.map(|value| value * factor);
-    let scaled = |point: &Point| Point {
-        deviation: times(point.deviation),
-        lower: times(point.lower),
-        upper: times(point.upper),
-        ..*point
-    };
     let channels: Vec<ChannelValues> = (channels.iter())
         .map(|channel| ChannelValues {
             unit: unit.into(),
-            deviations: channel.deviations.iter().map(scaled).collect(),
+            deviations: channel.deviations.iter().map(|point| point.times(factor)).collect(),
             ..(*channel).clone()
         })
         .collect();

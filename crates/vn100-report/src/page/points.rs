@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::statistics::ORDER;
+use super::{statistics::ORDER, table::table};
 use crate::{
     figure::pretty_unit,
     numbers::{NOTHING, digits, four_digits, trimmed},
@@ -18,28 +18,24 @@ pub(super) fn points(record: &Record<'_>) -> Markup {
                 @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
                 @if let Some(first) = channels.first() {
                     h4 { (name) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
-                    div.scroll {
-                        table {
-                            thead {
-                                tr {
-                                    th scope="col" { "τ (s)" } th scope="col" { "m" } th scope="col" { "terms" }
-                                    @for channel in &channels { th scope="col" { (channel.name) } th scope="col" { "edf" } }
-                                }
-                            }
-                            tbody {
-                                @for (index, point) in first.deviations.iter().enumerate() {
-                                    tr {
-                                        th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
-                                        @for channel in &channels {
-                                            @let point = channel.deviations.get(index);
-                                            td { (point.map_or_else(|| NOTHING.into(), value)) }
-                                            td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
-                                        }
-                                    }
-                                }
-                            }
-                        }
-                    }
+                    @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
+                    (table(None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
+                }
+            }
+        }
+    }
+}
+
+/// A row for each octave of the `first` channel.
+fn octaves(channels: &[&ChannelValues], first: &ChannelValues) -> Markup {
+    html! {
+        @for (index, point) in first.deviations.iter().enumerate() {
+            tr {
+                th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
+                @for channel in channels {
+                    @let point = channel.deviations.get(index);
+                    td { (point.map_or_else(|| NOTHING.into(), value)) }
+                    td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
                 }
             }
         }

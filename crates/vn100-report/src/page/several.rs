@@ -1,10 +1,13 @@
 //! Several records side by side.
 
 use maud::{Markup, html};
-use vn100_analysis::{Chance, Comparison, OctaveTest, RemedyWords};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, RemedyWords};
 
 use super::PageOptions;
-use super::figures::grid;
+use super::{
+    figures::grid,
+    table::{row, table},
+};
 use crate::{
     figure::pretty_unit,
     figures::Figures,
@@ -39,46 +42,32 @@ pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageO
 }
 
 fn list(records: &[Record<'_>]) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead { tr { @for name in ["", "capture", "message", "samples", "length", "rate"] { th scope="col" { (name) } } } }
-                tbody {
-                    @for (index, record) in records.iter().enumerate() {
-                        @let timing = &record.snapshot().timing;
-                        tr {
-                            th scope="row" { (record_letter(index)) }
-                            td { (record.facts().name) }
-                            td { (record.snapshot().layout.as_ref().map_or(NOTHING, |layout| &layout.message)) }
-                            td { (grouped(timing.samples)) }
-                            td { (duration(timing.duration_s())) }
-                            td { (trimmed(timing.rate_hz, 4)) " Hz" }
-                        }
-                    }
-                }
-            }
+    let rows = html! {
+        @for (index, record) in records.iter().enumerate() {
+            @let timing = &record.snapshot().timing;
+            (row(record_letter(index), [
+                record.facts().name.clone(),
+                record.snapshot().layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
+                grouped(timing.samples),
+                duration(timing.duration_s()),
+                format!("{} Hz", trimmed(timing.rate_hz, 4)),
+            ]))
         }
-    }
+    };
+    table(None, &["", "capture", "message", "samples", "length", "rate"], &rows)
 }
 
 fn rankings(comparison: &Comparison) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
             h3 { "White noise of the " (crate::names::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
-            div.scroll {
-                table {
-                    thead { tr { th scope="col" { "record" } th scope="col" { "N of its axes together" } th scope="col" { "axes" } } }
-                    tbody {
-                        @for ranked in &ranking.records {
-                            tr {
-                                th scope="row" { (record_letter(ranked.record)) }
-                                td { (with_interval(ranked.white, ranked.lower, ranked.upper)) }
-                                td { (ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect::<Vec<_>>().join(", ")) }
-                            }
-                        }
-                    }
+            @let rows = html! {
+                @for ranked in &ranking.records {
+                    @let axes: Vec<_> = ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
+                    (row(record_letter(ranked.record), [with_interval(ranked.white, ranked.lower, ranked.upper), axes.join(", ")]))
                 }
-            }
+            };
+            (table(None, &["record", "N of its axes together", "axes"], &rows))
             @if !ranking.folds_alike { p { (folding(ranking)) "." } }
             @if let ([first, second, ..], Some(lead)) = (&ranking.records[..], ranking.lead()) {
                 p {
@@ -102,31 +91,26 @@ fn octaves(comparison: &Comparison) -> Markup {
         })
         .filter(|(.., differ)| !differ.is_empty())
         .collect();
+    let columns = ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"];
+    let surest = |differ: &[OctaveTest]| differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p)).cloned();
+    let differing = html! {
+        @for (channel, all, differ) in &rows {
+            @if let (Some(first), Some(last), Some(surest)) = (differ.first(), differ.last(), surest(differ)) {
+                (row(channel, [
+                    format!("{} over {}", record_letter(surest.records[1]), record_letter(surest.records[0])),
+                    format!("{} of {all}", differ.len()),
+                    trimmed(first.tau_s, 3),
+                    trimmed(last.tau_s, 3),
+                    digits(surest.deviations[1] / surest.deviations[0], 3),
+                    chance(surest.chance),
+                ]))
+            }
+        }
+    };
     html! {
         h3 { "Deviations that differ beyond chance" }
         p { "F-test of each octave with its degrees of freedom, Holm's correction for all " (comparison.octaves.len()) " tests. Octaves share samples, which makes the correction err towards no difference." }
-        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else {
-            div.scroll {
-                table {
-                    thead { tr { @for name in ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"] { th scope="col" { (name) } } } }
-                    tbody {
-                        @for (channel, all, differ) in &rows {
-                            @if let (Some(first), Some(last), Some(surest)) = (differ.first(), differ.last(), differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p))) {
-                                tr {
-                                    th scope="row" { (channel) }
-                                    td { (record_letter(surest.records[1])) " over " (record_letter(surest.records[0])) }
-                                    td { (differ.len()) " of " (all) }
-                                    td { (trimmed(first.tau_s, 3)) }
-                                    td { (trimmed(last.tau_s, 3)) }
-                                    td { (digits(surest.deviations[1] / surest.deviations[0], 3)) }
-                                    td { (chance(surest.chance)) }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-        }
+        @if comparison.octaves.is_empty() { p { "Nothing could be tested." } } @else if rows.is_empty() { p { "None." } } @else { (table(None, &columns, &differing)) }
     }
 }
 
@@ -149,28 +133,25 @@ fn means(comparison: &Comparison) -> Markup {
                 "Each with its standard error: the deviation at the longest averaging time that is known. The spread is the turn-on to turn-on bias if each record is a power cycle of one sensor that was not \
                  moved between them. p: that noise within the records alone spreads them so far, with Holm's correction."
             }
-            div.scroll {
-                table {
-                    thead { tr { th scope="col" { "channel" } th scope="col" { "unit" } th scope="col" { "means" } th scope="col" { "spread" } th scope="col" { "p" } } }
-                    tbody {
-                        @for channel in &comparison.means {
-                            tr {
-                                th scope="row" { (channel.channel) @if channel.bias_removed { " (bias taken out)" } }
-                                td.unit { (pretty_unit(&channel.unit)) }
-                                td {
-                                    @for (index, mean) in channel.means.iter().enumerate() {
-                                        @if index > 0 { br; }
-                                        (record_letter(mean.record)) ": " (four_digits(mean.mean))
-                                        @if let Some(error) = &mean.error { " ± " (digits(error.standard_error, 2)) }
-                                    }
-                                }
-                                td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), |spread| with_interval(spread.deviation, spread.interval.lower, spread.interval.upper))) }
-                                td { (channel.chance.map_or_else(|| NOTHING.into(), chance)) }
-                            }
-                        }
-                    }
+            (table(None, &["channel", "unit", "means", "spread", "p"], &html! { @for channel in &comparison.means { (mean(channel)) } }))
+        }
+    }
+}
+
+fn mean(channel: &ChannelMeans) -> Markup {
+    html! {
+        tr {
+            th scope="row" { (channel.channel) @if channel.bias_removed { " (bias taken out)" } }
+            td.unit { (pretty_unit(&channel.unit)) }
+            td {
+                @for (index, mean) in channel.means.iter().enumerate() {
+                    @if index > 0 { br; }
+                    (record_letter(mean.record)) ": " (four_digits(mean.mean))
+                    @if let Some(error) = &mean.error { " ± " (digits(error.standard_error, 2)) }
                 }
             }
+            td { (channel.spread.as_ref().map_or_else(|| NOTHING.into(), |spread| with_interval(spread.deviation, spread.interval.lower, spread.interval.upper))) }
+            td { (channel.chance.map_or_else(|| NOTHING.into(), chance)) }
         }
     }
 }

@@ -8,6 +8,7 @@ use maud::{Markup, html};
 use vn100_analysis::{Remedy, RemedyWords};
 use vn100_protocol::Quantity;
 
+use super::table::{row, table};
 use crate::{
     figure::pretty_unit,
     findings::shakes,
@@ -35,7 +36,7 @@ pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
             @if !channels.is_empty() {
                 @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
                 h3 { (name) ", " (pretty_unit(&channels[0].unit)) }
-                (table(&channels, norm))
+                (values(&channels, norm))
                 @for sentence in sentences(quantity, &channels, norm) { p { (sentence) } }
             } @else if quantity == Quantity::Temperature {
                 h3 { (name) }
@@ -45,47 +46,31 @@ pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
     }
 }
 
-fn table(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead {
-                    tr {
-                        th scope="col" { "channel" }
-                        @for name in ["samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "normal?"] {
-                            th scope="col" { (name) }
-                        }
-                    }
-                }
-                tbody {
-                    @for channel in channels {
-                        tr {
-                            th scope="row" { (channel.name) }
-                            td { (grouped(channel.count)) }
-                            td { (fixed(channel.mean, channel.decimals + 3)) }
-                            td { (fixed(channel.std, channel.decimals + 3)) }
-                            td { (fixed(channel.min, channel.decimals)) }
-                            td { (fixed(channel.max, channel.decimals)) }
-                            td { (fixed(channel.skewness, 3)) }
-                            td { (fixed(channel.excess_kurtosis, 3)) }
-                            td { (normality(channel)) }
-                        }
-                    }
-                    @if let Some(norm) = norm {
-                        tr {
-                            th scope="row" { (norm.name) }
-                            td { (grouped(norm.count)) }
-                            td { (fixed(norm.mean, norm.decimals + 1)) }
-                            td { (fixed(norm.std, norm.decimals + 1)) }
-                            td { (fixed(norm.min, norm.decimals.saturating_sub(2))) }
-                            td { (fixed(norm.max, norm.decimals.saturating_sub(2))) }
-                            td { (NOTHING) } td { (NOTHING) } td { (NOTHING) }
-                        }
-                    }
-                }
-            }
+fn values(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
+    let columns = ["channel", "samples", "mean", "std", "min", "max", "skewness", "excess kurtosis", "normal?"];
+    let rows = html! {
+        @for channel in channels {
+            @let decimals = channel.decimals;
+            (row(&channel.name, [
+                grouped(channel.count),
+                fixed(channel.mean, decimals + 3),
+                fixed(channel.std, decimals + 3),
+                fixed(channel.min, decimals),
+                fixed(channel.max, decimals),
+                fixed(channel.skewness, 3),
+                fixed(channel.excess_kurtosis, 3),
+                normality(channel),
+            ]))
         }
-    }
+        @if let Some(norm) = norm {
+            @let decimals = norm.decimals.saturating_sub(2);
+            @let [mean, std] = [norm.mean, norm.std].map(|value| fixed(value, norm.decimals + 1));
+            @let [min, max] = [norm.min, norm.max].map(|value| fixed(value, decimals));
+            @let [skewness, kurtosis, normal] = [NOTHING; 3].map(String::from);
+            (row(norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
+        }
+    };
+    table(None, &columns, &rows)
 }
 
 fn fixed(value: Option<f64>, decimals: usize) -> String {

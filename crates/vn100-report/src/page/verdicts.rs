@@ -3,13 +3,13 @@
 use maud::{Markup, html};
 use vn100_analysis::{FigureVerdict, Remedy, RemedyWords, StreamUnknown, letter};
 
-use super::statistics::ORDER;
+use super::{statistics::ORDER, table::table};
 use crate::{
     figure::pretty_unit,
     numbers::{NOTHING, digits, four_digits},
     record::Record,
     units::ChannelValues,
-    verdict_words::{grade, grade_name, shown_in, verdict_name},
+    verdict_words::{grade_text, shown_in, verdict_name},
 };
 
 pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
@@ -29,30 +29,27 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
         .flat_map(|(quantity, _)| record.of(*quantity))
         .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
         .collect();
-    html! {
-        h3 { "Beside the data sheet: " (verdicts.datasheet) }
-        @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
-        div.scroll {
-            table.verdicts {
-                thead { tr { @for name in ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"] { th scope="col" { (name) } } } }
-                tbody {
-                    @for (channel, verdict) in &rows {
-                        @if let Some(noise) = &channel.noise {
-                            @let (unit, factor) = shown_in(noise.sensor, verdict.figure.term);
-                            tr {
-                                th scope="row" { (channel.name) }
-                                td { (letter(verdict.figure.term)) }
-                                td.unit { (pretty_unit(unit)) }
-                                td { (pretty_unit(&verdict.figure.printed)) }
-                                td { (range(verdict.expected, factor)) @if verdict.unknown == Some(StreamUnknown::Window) { " *" } }
-                                td { (measured(verdict, factor)) }
-                                td { b { (verdict_name(verdict.verdict)) } }
-                            }
-                        }
-                    }
+    let columns = ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"];
+    let compared = html! {
+        @for (channel, verdict) in &rows {
+            @if let Some(noise) = &channel.noise {
+                @let (unit, factor) = shown_in(noise.sensor, verdict.figure.term);
+                tr {
+                    th scope="row" { (channel.name) }
+                    td { (letter(verdict.figure.term)) }
+                    td.unit { (pretty_unit(unit)) }
+                    td { (pretty_unit(&verdict.figure.printed)) }
+                    td { (range(verdict.expected, factor)) @if verdict.unknown == Some(StreamUnknown::Window) { " *" } }
+                    td { (measured(verdict, factor)) }
+                    td { b { (verdict_name(verdict.verdict)) } }
                 }
             }
         }
+    };
+    html! {
+        h3 { "Beside the data sheet: " (verdicts.datasheet) }
+        @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
+        (table(Some("verdicts"), &columns, &compared))
         p {
             "A limit is kept where the whole interval lies below the least that a sensor at the limit reads. A typical value is no guarantee, and a single one stands for all that round to it. "
             @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
@@ -93,15 +90,8 @@ fn measured(verdict: &FigureVerdict, factor: f64) -> String {
 
 /// Of the gyroscope.
 fn grades(record: &Record<'_>) -> Markup {
-    let told: Vec<String> = (record.channels.iter())
-        .filter_map(|channel| {
-            Some(match grade(channel.noise.as_ref()?)? {
-                Ok((best, worst)) if best == worst => format!("{}: {}", channel.name, grade_name(best)),
-                Ok((best, worst)) => format!("{}: {} to {}", channel.name, grade_name(best), grade_name(worst)),
-                Err(reason) => format!("{}: none, {reason}", channel.name),
-            })
-        })
-        .collect();
+    let of = |channel: &ChannelValues| Some(format!("{}: {}", channel.name, grade_text(channel.noise.as_ref()?)?));
+    let told: Vec<String> = record.channels.iter().filter_map(of).collect();
     html! {
         @if !told.is_empty() {
             p { "Grade by bias instability (N. El-Sheimy and A. Youssef, Satellite Navigation 1, 2020, table 1: navigation below 0.01 °/h, tactical to 10 °/h, commercial above): " (told.join("; ")) "." }
