@@ -41,7 +41,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
         let commands = commands(&plan, given, asked);
-        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked, &commands))?)?;
+        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked, commands))?)?;
     } else {
         print(&text::plan(&plan, given, &sheet, asked))?;
     }

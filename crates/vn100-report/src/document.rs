@@ -12,17 +12,133 @@ use std::collections::BTreeMap;
 
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
-use serde_json::{Value, json};
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts, Verdicts};
 
 use crate::{
     measured::Measured,
-    units::{ChannelValues, channel_values, norm_values},
+    units::{BarValues, ChannelValues, NormValues, Point, channel_values, norm_values},
 };
+use noise::NoiseDocument;
+use signal::{Block, NormalityDocument, SpectrumDocument, StationarityDocument};
+use source::SourceDocument;
+use verdict::{GradeDocument, VerdictDocument};
 
 /// The JSON document of one source.
 #[derive(Debug, Serialize)]
-pub struct Document(Value);
+pub struct Document {
+    schema: &'static str,
+    source: SourceDocument,
+    timing: Timing,
+    link: Link,
+    channels: Vec<Channel>,
+    norms: Vec<NormValues>,
+    warnings: Vec<Warning>,
+}
+
+#[derive(Debug, Serialize)]
+struct Timing {
+    rate_hz: f64,
+    rate_from: &'static str,
+    measured_hz: Option<f64>,
+    offset_ppm: Option<f64>,
+    duration_s: f64,
+    samples: u64,
+    left_out: u64,
+    segments: u64,
+    gaps: u64,
+    missing: u64,
+    missing_from: &'static str,
+    interarrival_us: Option<Interarrival>,
+}
+
+#[derive(Debug, Serialize)]
+struct Interarrival {
+    p50: u64,
+    p99: u64,
+    max: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Link {
+    bytes: u64,
+    frames: u64,
+    replies: u64,
+    /// Questions that the line brought back.
+    echoes: u64,
+    other_messages: u64,
+    binary_packets: u64,
+    skipped_bytes: u64,
+    overrun_bytes: u64,
+    /// Unsolicited device errors: how often each code was reported.
+    unasked_errors: BTreeMap<String, u64>,
+    /// How often its output was found paused, and was resumed.
+    outputs_resumed: u64,
+    reconnects: u64,
+    /// Time in which the link was lost.
+    down_s: Option<f64>,
+    bad_frames: BadFrames,
+}
+
+#[derive(Debug, Serialize)]
+struct BadFrames {
+    checksum: u64,
+    unchecked: u64,
+    grammar: u64,
+    range: u64,
+    truncated: u64,
+    too_long: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Channel {
+    name: String,
+    unit: String,
+    statistics: Statistics,
+    allan: Curve,
+    noise: Option<NoiseDocument>,
+    stationarity: Option<StationarityDocument>,
+    /// These two only at the end.
+    spectrum: Option<SpectrumDocument>,
+    blocks: Option<Vec<Block>>,
+    /// Against each figure of the data sheet; only at the end.
+    verdict: Option<Vec<VerdictDocument>>,
+    /// Of a gyroscope; only at the end.
+    grade: Option<GradeDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct Statistics {
+    count: u64,
+    mean: Option<f64>,
+    std: Option<f64>,
+    skewness: Option<f64>,
+    excess_kurtosis: Option<f64>,
+    min: Option<f64>,
+    max: Option<f64>,
+    resolution: f64,
+    normality: Option<NormalityDocument>,
+    /// In the unit of the channel, an angle's in the branch of its mean; only at the end.
+    histogram: Option<BarValues>,
+}
+
+#[derive(Debug, Serialize)]
+struct Curve {
+    deviation: &'static str,
+    estimator: &'static str,
+    confidence: Option<f64>,
+    /// What was removed before.
+    detrend: Option<&'static str>,
+    /// Of the regression line over the record, in the unit per second.
+    slope_s: Option<f64>,
+    points: Vec<Point>,
+}
+
+#[derive(Debug, Serialize)]
+struct Warning {
+    kind: &'static str,
+    channels: Vec<String>,
+    text: String,
+}
 
 impl Document {
     /// The document of a measurement under way, or of one that has `ended`; what the user can do is
@@ -35,22 +151,19 @@ impl Document {
         ended: bool,
         words: RemedyWords,
     ) -> Self {
-        let channel = |values: &ChannelValues| channel(values, snapshot, assessment, ended);
-        let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-        Self(json!({
-            "schema": "vn100.analysis/1",
-            "source": source::source(facts, snapshot),
-            "timing": timing(snapshot),
-            "link": link(snapshot),
-            "channels": channel_values(snapshot, assessment).iter().map(channel).collect::<Value>(),
-            // the length of each sensor's vector, sample by sample; `of_mean` is that of the mean vector
-            "norms": norm_values(snapshot),
-            "warnings": warnings.map(|warning| json!({
-                "kind": warning.kind.name(),
-                "channels": warning.channels,
-                "text": warning.text.in_words(words),
-            })).collect::<Value>(),
-        }))
+        Self {
+            schema: "vn100.analysis/1",
+            source: SourceDocument::new(facts, snapshot),
+            timing: timing(snapshot),
+            link: link(snapshot),
+            channels: (channel_values(snapshot, assessment).into_iter())
+                .map(|values| channel(values, snapshot, assessment, ended))
+                .collect(),
+            norms: norm_values(snapshot),
+            warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
+                .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
+                .collect(),
+        }
     }
 
     /// The document of a result, with all that was made of it.
@@ -58,126 +171,125 @@ impl Document {
     pub fn of(measured: &Measured, words: RemedyWords) -> Self {
         let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
         let mut document = Self::new(facts, snapshot, assessment, true, words);
-        for (place, noise) in assessment.channels.iter().map(|channel| channel.noise.as_ref()).enumerate() {
-            let (Some(noise), Some(channel)) = (noise, document.0["channels"].get_mut(place)) else { continue };
-            if let Some(Some(models)) = filter_models.get(place) {
-                channel["noise"]["filter_models"] = noise::filter_models(models);
+        for (channel, models) in document.channels.iter_mut().zip(filter_models) {
+            if let (Some(noise), Some(models)) = (&mut channel.noise, models) {
+                noise.add_filter_models(models);
             }
-            channel["grade"] = json!(verdict::grade_of(noise));
-            let figures = verdicts.as_ref().and_then(|verdicts| Some((verdicts, verdicts.channels.get(place)?)));
-            if let Some((verdicts, figures)) = figures.filter(|(_, figures)| !figures.is_empty()) {
-                let of = |figure| verdict::verdict(&verdicts.datasheet, noise.sensor, figure);
-                channel["verdict"] = figures.iter().map(of).collect();
+        }
+        let noises = assessment.channels.iter().map(|channel| channel.noise.as_ref());
+        for (channel, noise) in document.channels.iter_mut().zip(noises) {
+            channel.grade = noise.and_then(GradeDocument::new);
+        }
+        if let Some(Verdicts { datasheet, channels, .. }) = verdicts {
+            for ((channel, figures), assessed) in document.channels.iter_mut().zip(channels).zip(&assessment.channels) {
+                let Some(noise) = assessed.noise.as_ref().filter(|_| !figures.is_empty()) else { continue };
+                let verdict = |figure| VerdictDocument::new(datasheet, noise.sensor, figure);
+                channel.verdict = Some(figures.iter().map(verdict).collect());
             }
         }
         document
     }
 }
 
-fn timing(snapshot: &Snapshot) -> Value {
+fn timing(snapshot: &Snapshot) -> Timing {
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
-    json!({
-        "rate_hz": timing.rate_hz,
-        "rate_from": match timing.rate_from {
+    Timing {
+        rate_hz: timing.rate_hz,
+        rate_from: match timing.rate_from {
             RateFrom::Option => "option",
             RateFrom::Device => "device",
             RateFrom::Arrival => "arrival",
             RateFrom::Assumed => "assumed",
         },
-        "measured_hz": arrivals.and_then(|arrivals| arrivals.measured_hz),
-        "offset_ppm": arrivals.and_then(|arrivals| arrivals.offset_ppm),
-        "duration_s": timing.duration_s(),
-        "samples": timing.samples,
-        "left_out": timing.excluded,
-        "segments": timing.segments,
-        "gaps": timing.gaps,
-        "missing": timing.missing,
-        "missing_from": match timing.missing_from {
+        measured_hz: arrivals.and_then(|arrivals| arrivals.measured_hz),
+        offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
+        duration_s: timing.duration_s(),
+        samples: timing.samples,
+        left_out: timing.excluded,
+        segments: timing.segments,
+        gaps: timing.gaps,
+        missing: timing.missing,
+        missing_from: match snapshot.timing.missing_from {
             MissingFrom::Counter => "counter",
             MissingFrom::Arrival => "arrival",
             MissingFrom::RejectedRows => "bad-lines",
         },
-        "interarrival_us": arrivals.and_then(|arrivals| arrivals.arrivals).map(|times| json!({
-            "p50": times.p50_us,
-            "p99": times.p99_us,
-            "max": times.max_us,
-        })),
-    })
+        interarrival_us: (arrivals.and_then(|arrivals| arrivals.arrivals)).map(|times| Interarrival {
+            p50: times.p50_us,
+            p99: times.p99_us,
+            max: times.max_us,
+        }),
+    }
 }
 
-fn link(snapshot: &Snapshot) -> Value {
+fn link(snapshot: &Snapshot) -> Link {
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
-    let errors = link.unsolicited_errors.iter();
-    json!({
-        "bytes": link.bytes(),
-        "frames": tally.valid_sentences(),
-        "replies": link.answers(),
-        // questions that the line brought back
-        "echoes": link.echoes,
-        "other_messages": link.other_messages(),
-        "binary_packets": tally.packets,
-        "skipped_bytes": link.skipped_bytes(),
-        "overrun_bytes": link.overrun_bytes,
-        // how often each code was reported
-        "unasked_errors": errors.map(|(error, count)| (format!("{:02X}", error.code()), count)).collect::<BTreeMap<_, _>>(),
-        // how often its output was found paused, and was resumed
-        "outputs_resumed": link.outputs_resumed,
-        "reconnects": link.connects.saturating_sub(1),
-        // time in which the link was lost
-        "down_s": if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
-        "bad_frames": {
-            "checksum": tally.rejected.checksum,
-            "unchecked": tally.rejected.unchecked,
-            "grammar": tally.rejected.grammar,
-            "range": tally.rejected.range,
-            "truncated": tally.rejected.truncated,
-            "too_long": tally.rejected.too_long,
+    Link {
+        bytes: link.bytes(),
+        frames: tally.valid_sentences(),
+        replies: link.answers(),
+        echoes: link.echoes,
+        other_messages: link.other_messages(),
+        binary_packets: tally.packets,
+        skipped_bytes: link.skipped_bytes(),
+        overrun_bytes: link.overrun_bytes,
+        unasked_errors: link
+            .unsolicited_errors
+            .iter()
+            .map(|(error, count)| (format!("{:02X}", error.code()), count))
+            .collect(),
+        outputs_resumed: link.outputs_resumed,
+        reconnects: link.connects.saturating_sub(1),
+        down_s: if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
+        bad_frames: BadFrames {
+            checksum: tally.rejected.checksum,
+            unchecked: tally.rejected.unchecked,
+            grammar: tally.rejected.grammar,
+            range: tally.rejected.range,
+            truncated: tally.rejected.truncated,
+            too_long: tally.rejected.too_long,
         },
-    })
+    }
 }
 
-/// Spectrum, blocks and histogram only at the end; verdicts and grade are those of a result.
-fn channel(values: &ChannelValues, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Value {
-    let (signal, skipped_s) = (values.signal.as_ref(), snapshot.skipped.as_secs_f64());
-    let at_end = signal.filter(|_| ended);
-    json!({
-        "name": values.name,
-        "unit": values.unit,
-        "statistics": {
-            "count": values.count,
-            "mean": values.mean,
-            "std": values.std,
-            "skewness": values.skewness,
-            "excess_kurtosis": values.excess_kurtosis,
-            "min": values.min,
-            "max": values.max,
-            "resolution": values.resolution,
-            "normality": signal.and_then(|signal| signal.normality).map(signal::normality),
-            // an angle's are of the unwrapped angle, in the branch of its mean
-            "histogram": values.bars.as_ref().filter(|_| ended),
+fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Channel {
+    let at_end = || values.signal.as_ref().filter(|_| ended);
+    let skipped_s = snapshot.skipped.as_secs_f64();
+    Channel {
+        name: values.name,
+        unit: values.unit,
+        statistics: Statistics {
+            count: values.count,
+            mean: values.mean,
+            std: values.std,
+            skewness: values.skewness,
+            excess_kurtosis: values.excess_kurtosis,
+            min: values.min,
+            max: values.max,
+            resolution: values.resolution,
+            normality: (values.signal.as_ref().and_then(|signal| signal.normality)).map(NormalityDocument::new),
+            histogram: values.bars.filter(|_| ended),
         },
-        "allan": {
-            "deviation": match snapshot.deviation {
+        allan: Curve {
+            deviation: match snapshot.deviation {
                 Deviation::Allan => "allan",
                 Deviation::Hadamard => "hadamard",
             },
-            "estimator": match snapshot.estimator {
+            estimator: match snapshot.estimator {
                 Estimator::Strided => "strided",
                 Estimator::Full => "full",
                 Estimator::Plain => "plain",
             },
-            "confidence": assessment.confidence,
-            // what was removed before
-            "detrend": snapshot.detrended.then_some("linear"),
-            // of the regression line over the record, in the unit per second
-            "slope_s": values.slope_s,
-            "points": values.deviations,
+            confidence: Some(assessment.confidence),
+            detrend: snapshot.detrended.then_some("linear"),
+            slope_s: values.slope_s,
+            points: values.deviations,
         },
-        "noise": values.noise.as_ref().map(|noise| noise::noise(noise, assessment.samples)),
-        "stationarity": signal.map(|signal| signal::stationarity(signal, skipped_s)),
-        "spectrum": at_end.map(signal::spectrum),
-        "blocks": at_end.map(|signal| signal::blocks(signal, skipped_s)),
-        "verdict": null,
-        "grade": null,
-    })
+        noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
+        stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),
+        spectrum: at_end().map(SpectrumDocument::new),
+        blocks: at_end().map(|signal| signal.blocks.iter().map(|block| Block::new(block, skipped_s)).collect()),
+        verdict: None,
+        grade: None,
+    }
 }

@@ -8,11 +8,11 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 /// The object of an event, without its time: that is the log time.
 pub(super) fn to_json(kind: &LinkEventKind) -> Vec<u8> {
     let object = match kind {
-        LinkEventKind::Up { port, baud } => json!({ "baud": baud, "event": "up", "port": port }),
-        LinkEventKind::Down { cause } => json!({ "cause": cause, "event": "down" }),
-        LinkEventKind::DiscardedDuringBaudScan { bytes } => json!({ "bytes": bytes, "event": "probed" }),
-        LinkEventKind::Overrun { bytes } => json!({ "bytes": bytes, "event": "overrun" }),
-        LinkEventKind::UnsolicitedError { error } => json!({ "code": error.code(), "event": "unasked-error" }),
+        LinkEventKind::Up { port, baud } => json!({ "event": "up", "port": port, "baud": baud }),
+        LinkEventKind::Down { cause } => json!({ "event": "down", "cause": cause }),
+        LinkEventKind::DiscardedDuringBaudScan { bytes } => json!({ "event": "probed", "bytes": bytes }),
+        LinkEventKind::Overrun { bytes } => json!({ "event": "overrun", "bytes": bytes }),
+        LinkEventKind::UnsolicitedError { error } => json!({ "event": "unasked-error", "code": error.code() }),
         LinkEventKind::OutputResumed => json!({ "event": "output-resumed" }),
         LinkEventKind::OutputPaused => json!({ "event": "output-paused" }),
     };

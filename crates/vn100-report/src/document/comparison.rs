@@ -6,8 +6,7 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use serde_json::{Value, json};
-use vn100_analysis::{ChannelMeans, Comparison, Ranking, RemedyWords};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking, RemedyWords};
 
 use crate::{
     measured::Measured,
@@ -16,134 +15,262 @@ use crate::{
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
-pub struct ComparisonDocument(Value);
+pub struct ComparisonDocument {
+    schema: &'static str,
+    /// Two-sided level of every interval.
+    confidence: f64,
+    /// In the order given, those that could not be read too.
+    records: Vec<RecordDocument>,
+    /// F-tests of the octaves that two records share; corrected for all of them together.
+    channels: Vec<ChannelDocument>,
+    /// White noise by sensor.
+    sensors: Vec<SensorDocument>,
+    /// Means of the channels of sensors, and how far they lie apart.
+    means: Vec<MeansDocument>,
+    /// Warnings of what befell a record.
+    disturbances: Vec<DisturbanceDocument>,
+    /// What could not be compared, or only in part.
+    caveats: Vec<CaveatDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct RecordDocument {
+    name: String,
+    kind: Option<&'static str>,
+    error: Option<String>,
+    message: Option<String>,
+    compensated: Option<bool>,
+    rate_hz: f64,
+    duration_s: f64,
+    samples: u64,
+    /// Kinds of all warnings of its own analysis.
+    warnings: Vec<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelDocument {
+    name: String,
+    unit: String,
+    octaves: Vec<OctaveDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct OctaveDocument {
+    tau_s: f64,
+    records: [usize; 2],
+    deviations: [f64; 2],
+    edf: [f64; 2],
+    #[serde(flatten)]
+    verdict: Verdict,
+}
+
+#[derive(Debug, Serialize)]
+struct Verdict {
+    p: f64,
+    corrected: f64,
+    differs: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct SensorDocument {
+    /// `gyro`, `accel` or `mag`.
+    sensor: &'static str,
+    /// Of the white noise.
+    unit: &'static str,
+    /// The quietest first, by N over its factor.
+    ranked: Vec<RankedDocument>,
+    /// White noise folds alike in all of them; otherwise none is the quietest.
+    folds_alike: bool,
+    /// Of those where it folds alike, corrected for all pairs of all sensors.
+    tests: Vec<TestDocument>,
+    /// The quietest record, where it is quieter than every other one beyond chance.
+    quietest: Option<usize>,
+    /// Records where N is not estimated on every axis.
+    not_ranked: Vec<usize>,
+}
+
+#[derive(Debug, Serialize)]
+struct RankedDocument {
+    record: usize,
+    /// N: root of the mean square over the axes.
+    white: f64,
+    lower: f64,
+    upper: f64,
+    axes: Vec<AxisDocument>,
+    /// What averaging and decimation on board make of the sensor's own white noise; `null` where
+    /// nobody knows.
+    white_factor: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AxisDocument {
+    name: String,
+    white: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct TestDocument {
+    records: [usize; 2],
+    #[serde(flatten)]
+    verdict: Verdict,
+}
+
+#[derive(Debug, Serialize)]
+struct MeansDocument {
+    name: String,
+    unit: String,
+    means: Vec<MeanDocument>,
+    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle of
+    /// one sensor at one attitude.
+    spread: Option<SpreadDocument>,
+    /// The sensor takes the bias out of one record at least.
+    bias_removed: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct MeanDocument {
+    record: usize,
+    mean: f64,
+    /// The deviation at `tau_s`, the longest known.
+    standard_error: Option<f64>,
+    edf: Option<f64>,
+    tau_s: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct SpreadDocument {
+    deviation: f64,
+    lower: f64,
+    upper: f64,
+    dof: f64,
+    /// What noise within the records alone would spread them by.
+    from_noise: f64,
+    p: f64,
+    /// Holm's correction for all channels with a spread.
+    corrected: f64,
+    beyond_noise: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct DisturbanceDocument {
+    record: usize,
+    kind: &'static str,
+    channels: Vec<String>,
+    text: String,
+}
+
+#[derive(Debug, Serialize)]
+struct CaveatDocument {
+    kind: &'static str,
+    records: Vec<usize>,
+    text: String,
+}
 
 impl ComparisonDocument {
     /// The results in the order in which they were compared.
     #[must_use]
     pub fn new(all: &[Measured], comparison: &Comparison, words: RemedyWords) -> Self {
-        Self(json!({
-            "schema": "vn100.comparison/1",
-            // two-sided level of every interval
-            "confidence": comparison.confidence,
-            // in the order given, those that could not be read too
-            "records": all.iter().map(record).collect::<Value>(),
-            // F-tests of the octaves that two records share; corrected for all of them together
-            "channels": tests_by_channel(&comparison.octaves).iter().map(|tests| channel(tests, comparison)).collect::<Value>(),
-            // white noise by sensor
-            "sensors": comparison.rankings.iter().map(|ranking| sensor(ranking, comparison)).collect::<Value>(),
-            // means of the channels of sensors, and how far they lie apart
-            "means": comparison.means.iter().map(|channel| means(channel, comparison)).collect::<Value>(),
-            "disturbances": comparison.disturbances.iter().map(|disturbance| json!({
-                "record": disturbance.record,
-                "kind": disturbance.warning.kind.name(),
-                "channels": disturbance.warning.channels,
-                "text": disturbance.warning.text.in_words(words),
-            })).collect::<Value>(),
-            // what could not be compared, or only in part
-            "caveats": comparison.caveats.iter().map(|caveat| json!({
-                "kind": caveat.kind.name(),
-                "records": caveat.records,
-                "text": caveat.text.in_words(words),
-            })).collect::<Value>(),
-        }))
+        let verdict = |chance: Chance| Verdict {
+            p: chance.p,
+            corrected: chance.corrected,
+            differs: comparison.is_significant(chance),
+        };
+        let channels = tests_by_channel(&comparison.octaves).into_iter().map(|channel| {
+            let TestsOfChannel { name, unit, tests } = channel;
+            let octave = |test: &&vn100_analysis::OctaveTest| OctaveDocument {
+                tau_s: test.tau_s,
+                records: test.records,
+                deviations: test.deviations,
+                edf: test.edf,
+                verdict: verdict(test.chance),
+            };
+            ChannelDocument { name: name.into(), unit: unit.into(), octaves: tests.iter().map(octave).collect() }
+        });
+        let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
+            record: disturbance.record,
+            kind: disturbance.warning.kind.name(),
+            channels: disturbance.warning.channels.clone(),
+            text: disturbance.warning.text.in_words(words),
+        });
+        let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
+            kind: caveat.kind.name(),
+            records: caveat.records.clone(),
+            text: caveat.text.in_words(words),
+        });
+        Self {
+            schema: "vn100.comparison/1",
+            confidence: comparison.confidence,
+            records: all.iter().map(record).collect(),
+            channels: channels.collect(),
+            sensors: comparison.rankings.iter().map(|ranking| sensor(ranking, comparison, verdict)).collect(),
+            means: comparison.means.iter().map(|means| means_of(means, comparison)).collect(),
+            disturbances: disturbances.collect(),
+            caveats: caveats.collect(),
+        }
     }
 }
 
-fn record(measured: &Measured) -> Value {
+fn record(measured: &Measured) -> RecordDocument {
     let Measured { facts, snapshot, assessment, .. } = measured;
-    let layout = snapshot.layout.as_ref();
-    let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-    json!({
-        "name": facts.name,
-        "kind": facts.kind,
-        "error": facts.error,
-        "message": layout.map(|layout| layout.message.to_string()),
-        "compensated": layout.map(|layout| layout.compensated),
-        "rate_hz": snapshot.timing.rate_hz,
-        "duration_s": snapshot.timing.duration_s(),
-        "samples": snapshot.timing.samples,
-        // of its own analysis
-        "warnings": warnings.map(|warning| warning.kind.name()).collect::<Value>(),
-    })
+    RecordDocument {
+        name: facts.name.clone(),
+        kind: facts.kind,
+        error: facts.error.clone(),
+        message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
+        compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
+        rate_hz: snapshot.timing.rate_hz,
+        duration_s: snapshot.timing.duration_s(),
+        samples: snapshot.timing.samples,
+        warnings: snapshot.warnings.iter().chain(&assessment.warnings).map(|warning| warning.kind.name()).collect(),
+    }
 }
 
-fn channel(channel: &TestsOfChannel<'_>, comparison: &Comparison) -> Value {
-    json!({
-        "name": channel.name,
-        "unit": channel.unit,
-        "octaves": channel.tests.iter().map(|test| json!({
-            "tau_s": test.tau_s,
-            "records": test.records,
-            "deviations": test.deviations,
-            "edf": test.edf,
-            "p": test.chance.p,
-            "corrected": test.chance.corrected,
-            "differs": comparison.is_significant(test.chance),
-        })).collect::<Value>(),
-    })
-}
-
-fn sensor(ranking: &Ranking, comparison: &Comparison) -> Value {
+fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -> Verdict) -> SensorDocument {
+    let ranked = ranking.records.iter().map(|ranked| RankedDocument {
+        record: ranked.record,
+        white: ranked.white,
+        lower: ranked.lower,
+        upper: ranked.upper,
+        axes: ranked.axes.iter().map(|(name, white)| AxisDocument { name: name.clone(), white: *white }).collect(),
+        white_factor: ranked.white_factor,
+    });
     let leads = ranking.lead().is_some_and(|lead| comparison.is_significant(lead));
-    json!({
-        // `gyro`, `accel` or `mag`
-        "sensor": sensor_group(ranking.quantity),
-        // of the white noise
-        "unit": ranking.unit,
-        // the quietest first, by N over its factor
-        "ranked": ranking.records.iter().map(|ranked| json!({
-            "record": ranked.record,
-            // N: root of the mean square over the axes
-            "white": ranked.white,
-            "lower": ranked.lower,
-            "upper": ranked.upper,
-            "axes": ranked.axes.iter().map(|(name, white)| json!({ "name": name, "white": white })).collect::<Value>(),
-            // what averaging and decimation on board make of the white noise; `null` where not known
-            "white_factor": ranked.white_factor,
-        })).collect::<Value>(),
-        // white noise folds alike in all of them; otherwise none is the quietest
-        "folds_alike": ranking.folds_alike,
-        // of those where it folds alike, corrected for all pairs of all sensors
-        "tests": ranking.tests.iter().map(|test| json!({
-            "records": test.records,
-            "p": test.chance.p,
-            "corrected": test.chance.corrected,
-            "differs": comparison.is_significant(test.chance),
-        })).collect::<Value>(),
-        // where it is quieter than every other one beyond chance
-        "quietest": ranking.records.first().filter(|_| leads).map(|first| first.record),
-        // records where N is not estimated on every axis
-        "not_ranked": ranking.not_ranked,
-    })
+    SensorDocument {
+        sensor: sensor_group(ranking.quantity),
+        unit: ranking.unit,
+        ranked: ranked.collect(),
+        folds_alike: ranking.folds_alike,
+        tests: (ranking.tests.iter())
+            .map(|test| TestDocument { records: test.records, verdict: verdict(test.chance) })
+            .collect(),
+        quietest: ranking.records.first().filter(|_| leads).map(|first| first.record),
+        not_ranked: ranking.not_ranked.clone(),
+    }
 }
 
-fn means(means: &ChannelMeans, comparison: &Comparison) -> Value {
-    json!({
-        "name": means.channel,
-        "unit": means.unit,
-        "means": means.means.iter().map(|mean| json!({
-            "record": mean.record,
-            "mean": mean.mean,
-            // the deviation at `tau_s`, the longest known
-            "standard_error": mean.error.map(|error| error.standard_error),
-            "edf": mean.error.map(|error| error.edf),
-            "tau_s": mean.error.map(|error| error.tau_s),
-        })).collect::<Value>(),
-        // standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle of one sensor at
-        // one attitude; its probability with Holm's correction for all channels with a spread
-        "spread": means.spread.zip(means.chance).map(|(spread, chance)| json!({
-            "deviation": spread.deviation,
-            "lower": spread.interval.lower,
-            "upper": spread.interval.upper,
-            "dof": spread.interval.edf,
-            // what noise within the records alone would spread them by
-            "from_noise": spread.from_noise,
-            "p": chance.p,
-            "corrected": chance.corrected,
-            "beyond_noise": comparison.is_significant(chance),
-        })),
-        // the sensor takes the bias out of one record at least
-        "bias_removed": means.bias_removed,
-    })
+fn means_of(means: &ChannelMeans, comparison: &Comparison) -> MeansDocument {
+    MeansDocument {
+        name: means.channel.clone(),
+        unit: means.unit.clone(),
+        means: (means.means.iter())
+            .map(|mean| MeanDocument {
+                record: mean.record,
+                mean: mean.mean,
+                standard_error: mean.error.map(|error| error.standard_error),
+                edf: mean.error.map(|error| error.edf),
+                tau_s: mean.error.map(|error| error.tau_s),
+            })
+            .collect(),
+        spread: means.spread.zip(means.chance).map(|(spread, chance)| SpreadDocument {
+            deviation: spread.deviation,
+            lower: spread.interval.lower,
+            upper: spread.interval.upper,
+            dof: spread.interval.edf,
+            from_noise: spread.from_noise,
+            p: chance.p,
+            corrected: chance.corrected,
+            beyond_noise: comparison.is_significant(chance),
+        }),
+        bias_removed: means.bias_removed,
+    }
 }

@@ -3,76 +3,157 @@
 //! lie before the first sample that counts.
 
 use imu_noise::{LevelChange, LevelShape, Normality, NotJudged};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::units::{BlockValues, SignalValues};
 
 /// Whether the values are normally distributed.
-pub(crate) fn normality(normality: Result<Normality, NotJudged>) -> Value {
-    let judged = normality.ok();
-    json!({
-        // 99 of 100 normal records are said to be; `null` where it cannot be judged
-        "consistent": judged.map(|normality| normality.is_consistent()),
-        // why it cannot be judged
-        "reason": normality.err().map(|reason| reason.to_string()),
-        // if the values were normal
-        "skewness_error": judged.map(|normality| normality.skewness_error),
-        "excess_kurtosis_error": judged.map(|normality| normality.excess_kurtosis_error),
-        // independent samples that say as much of the skewness
-        "effective_samples": judged.map(|normality| normality.effective_samples),
-    })
+#[derive(Debug, Serialize)]
+pub(crate) struct NormalityDocument {
+    /// 99 of 100 normal records are said to be; `null` where it cannot be judged.
+    consistent: Option<bool>,
+    /// Why it cannot be judged.
+    reason: Option<String>,
+    /// If the values were normal.
+    skewness_error: Option<f64>,
+    excess_kurtosis_error: Option<f64>,
+    /// Independent samples that say as much of the skewness.
+    effective_samples: Option<f64>,
 }
 
 /// The power spectral density by Welch's method, and the lines that stand out of it.
-pub(crate) fn spectrum(signal: &SignalValues) -> Value {
-    let density = signal.density.as_ref();
-    let points = density.map_or(&[][..], |density| &density.points);
-    json!({
-        "sides": "one",
-        "segment_samples": density.map(|density| density.segment_samples),
-        "segments": density.map(|density| density.segments),
-        // of the first point, and from point to point
-        "step_hz": points.first().map(|point| point.frequency_hz),
-        "density": points.iter().map(|point| point.density_unit2_hz).collect::<Value>(),
-        "lines": signal.disturbed.lines.iter().map(|line| json!({
-            "frequency_hz": line.frequency_hz,
-            "amplitude": line.amplitude,
-            "share_of_variance": line.share_of_variance,
-        })).collect::<Value>(),
-    })
+#[derive(Debug, Serialize)]
+pub(crate) struct SpectrumDocument {
+    sides: &'static str,
+    segment_samples: Option<usize>,
+    segments: Option<u64>,
+    /// Of the first point, and from point to point.
+    step_hz: Option<f64>,
+    density: Vec<f64>,
+    lines: Vec<Line>,
+}
+
+#[derive(Debug, Serialize)]
+struct Line {
+    frequency_hz: f64,
+    amplitude: f64,
+    share_of_variance: f64,
 }
 
 /// The deviation per segment of the record.
-pub(crate) fn blocks(signal: &SignalValues, skipped_s: f64) -> Vec<BlockValues> {
-    signal.blocks.iter().map(|block| BlockValues { start_s: skipped_s + block.start_s, ..*block }).collect()
+#[derive(Debug, Serialize)]
+pub(crate) struct Block {
+    start_s: f64,
+    duration_s: f64,
+    count: u64,
+    mean: f64,
+    std: Option<f64>,
+    min: f64,
+    max: f64,
 }
 
 /// What happened in the middle of the record.
-pub(crate) fn stationarity(signal: &SignalValues, skipped_s: f64) -> Value {
-    json!({
-        "disturbances": signal.disturbed.disturbances.iter().map(|found| json!({
-            "start_s": skipped_s + found.start_s,
-            "end_s": skipped_s + found.end_s,
-            "sigmas": found.sigmas,
-        })).collect::<Value>(),
-        "level_change": signal.disturbed.level_change.map(|change| level_change(change, skipped_s)),
-    })
+#[derive(Debug, Serialize)]
+pub(crate) struct StationarityDocument {
+    disturbances: Vec<Disturbance>,
+    level_change: Option<LevelChangeDocument>,
 }
 
-fn level_change(change: LevelChange, skipped_s: f64) -> Value {
-    let (shape, amplitude, start_s, time_constant_s, skip_s) = match change.shape {
-        LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
-            ("warm-up", amplitude, None, Some(time_constant_s), skip_s)
+#[derive(Debug, Serialize)]
+struct Disturbance {
+    start_s: f64,
+    end_s: f64,
+    sigmas: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LevelChangeDocument {
+    shape: &'static str,
+    amplitude: f64,
+    /// Of a step.
+    start_s: Option<f64>,
+    /// Of a warm-up.
+    time_constant_s: Option<f64>,
+    /// The skip that leaves it out.
+    skip_s: Option<f64>,
+    sigmas: f64,
+}
+
+impl NormalityDocument {
+    pub(crate) fn new(normality: Result<Normality, NotJudged>) -> Self {
+        let judged = normality.ok();
+        Self {
+            consistent: judged.map(|normality| normality.is_consistent()),
+            reason: normality.err().map(|reason| reason.to_string()),
+            skewness_error: judged.map(|normality| normality.skewness_error),
+            excess_kurtosis_error: judged.map(|normality| normality.excess_kurtosis_error),
+            effective_samples: judged.map(|normality| normality.effective_samples),
         }
-        LevelShape::Step { start_s, amplitude } => ("step", amplitude, Some(start_s), None, None),
-    };
-    json!({
-        "shape": shape,
-        "amplitude": amplitude,
-        "start_s": start_s.map(|start_s| skipped_s + start_s),
-        "time_constant_s": time_constant_s,
-        // the skip that leaves it out
-        "skip_s": skip_s.map(|skip_s| skipped_s + skip_s),
-        "sigmas": change.sigmas,
-    })
+    }
+}
+
+impl SpectrumDocument {
+    pub(crate) fn new(signal: &SignalValues) -> Self {
+        let density = signal.density.as_ref();
+        Self {
+            sides: "one",
+            segment_samples: density.map(|density| density.segment_samples),
+            segments: density.map(|density| density.segments),
+            step_hz: density.and_then(|density| density.points.first()).map(|point| point.frequency_hz),
+            density: density.iter().flat_map(|density| &density.points).map(|point| point.density_unit2_hz).collect(),
+            lines: (signal.disturbed.lines.iter())
+                .map(|line| Line {
+                    frequency_hz: line.frequency_hz,
+                    amplitude: line.amplitude,
+                    share_of_variance: line.share_of_variance,
+                })
+                .collect(),
+        }
+    }
+}
+
+impl Block {
+    pub(crate) fn new(block: &BlockValues, skipped_s: f64) -> Self {
+        let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
+        Self { start_s: skipped_s + start_s, duration_s, count, mean, std, min, max }
+    }
+}
+
+impl StationarityDocument {
+    pub(crate) fn new(signal: &SignalValues, skipped_s: f64) -> Self {
+        Self {
+            disturbances: (signal.disturbed.disturbances.iter())
+                .map(|found| Disturbance {
+                    start_s: skipped_s + found.start_s,
+                    end_s: skipped_s + found.end_s,
+                    sigmas: found.sigmas,
+                })
+                .collect(),
+            level_change: signal.disturbed.level_change.map(|change| LevelChangeDocument::new(change, skipped_s)),
+        }
+    }
+}
+
+impl LevelChangeDocument {
+    fn new(change: LevelChange, skipped_s: f64) -> Self {
+        let sigmas = change.sigmas;
+        match change.shape {
+            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => Self {
+                shape: "warm-up",
+                amplitude,
+                start_s: None,
+                time_constant_s: Some(time_constant_s),
+                skip_s: skip_s.map(|skip_s| skipped_s + skip_s),
+                sigmas,
+            },
+            LevelShape::Step { start_s, amplitude } => Self {
+                shape: "step",
+                amplitude,
+                start_s: Some(skipped_s + start_s),
+                time_constant_s: None,
+                skip_s: None,
+                sigmas,
+            },
+        }
+    }
 }
