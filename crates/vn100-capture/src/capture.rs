@@ -1,4 +1,4 @@
-//! Recorded captures: opened, decompressed, recognised.
+//! Recorded captures: opened, decompressed, detected.
 
 use std::{
     fs::File,
@@ -14,17 +14,21 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    csv::ColumnMap, csv::CsvError, csv::Plan, detect_format::Detected, detect_format::Format,
-    detect_format::detect_format, event::Event, gunzip::Gunzip, read_samples::read_samples, recording::Recorded,
-    recording::RecordingError, recording::RecordingReader, recording::read_recording, rows::read_rows,
-    source::ReaderSource, timing_sidecar::Sidecar, timing_sidecar::read_timed,
+    csv::{ColumnMap, CsvError, Plan, RowBatches},
+    detect_format::{Detected, Format, detect_format},
+    event::Event,
+    gunzip::Gunzip,
+    read_samples::{read_file, read_samples},
+    recording::{Recorded, RecordingError, RecordingReader, Replay},
+    source::ReaderSource,
+    timing_sidecar::{Sidecar, TimedReader},
 };
 use vn100_protocol::stream::ReadOptions;
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
-/// An opened capture, recognised by its content and ready to be read from its first byte.
+/// An opened capture, detected by its content and ready to be read from its first byte.
 pub struct Capture {
     /// What it is.
     pub format: Format,
@@ -74,7 +78,7 @@ impl Capture {
         Self::start(reader, None, None, columns, Path::new("-"))
     }
 
-    /// Starts to read: tells what the capture holds, as [`read_samples`] does for any source.
+    /// Starts to read, as [`read_samples`] does from any source.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -84,9 +88,9 @@ impl Capture {
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
         match self.input {
             StreamInput::Bytes(source) => Ok(read_samples(source, options, stop)),
-            StreamInput::TimedBytes(reader, sidecar) => read_timed(reader, sidecar, options, stop),
-            StreamInput::Rows(plan, reader) => read_rows(plan, reader, options, stop),
-            StreamInput::Recording(recording) => read_recording(*recording, options, stop),
+            StreamInput::TimedBytes(reader, sidecar) => read_file(TimedReader::new(reader, sidecar, options), stop),
+            StreamInput::Rows(plan, reader) => read_file(RowBatches::new(plan, reader, options), stop),
+            StreamInput::Recording(recording) => read_file(Replay::new(*recording, options), stop),
         }
     }
 
@@ -101,10 +105,10 @@ impl Capture {
         let stored_bytes_read = Arc::new(AtomicU64::new(0));
         let counted = CountedReader { inner: reader, read: Arc::clone(&stored_bytes_read) };
         let mut reader = decompressed(counted).map_err(failed)?;
-        let (head, recognised) = detect_format(&mut reader, columns).map_err(failed)?;
+        let (head, detected) = detect_format(&mut reader, columns).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
-        let (format, input) = match recognised {
+        let (format, input) = match detected {
             Detected::Csv(plan) => (Format::Csv, StreamInput::Rows(plan, reader)),
             Detected::Text => (Format::Text, bytes(reader, sidecar).map_err(failed)?),
             Detected::Raw => (Format::Raw, bytes(reader, sidecar).map_err(failed)?),

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn only_what_passes_after_the_start_moves_it() {
-        // as after a step of the wall clock: the start says another year, the steady clock goes on
+        // as after a step of the wall clock: the start says another year, the steady clock runs on
         let stepped = Clock { wall_at_start: Duration::from_secs(7), start: Moment::now() };
         let now = stepped.now_ns();
         assert!((7_000_000_000..7_000_000_000 + 3_600_000_000_000).contains(&now), "{now}");

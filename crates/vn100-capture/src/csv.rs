@@ -1,4 +1,4 @@
-//! Recordings as CSV, made by the scripts of laboratories: recognised by their content, read
+//! Recordings as CSV, made by the scripts of laboratories: detected by their content, read
 //! exactly.
 //!
 //! Three kinds. The fields of the sensor's lines in columns of known names; its lines whole, in a
@@ -8,32 +8,31 @@
 
 use thiserror::Error;
 
-mod candidate;
 mod channel;
 mod column_map;
+mod detect;
 mod fields;
 mod header;
-mod last_field;
+mod header_candidate;
 mod lines;
 mod number;
 mod plan;
 mod reader;
-mod recognise;
+mod resolution;
+mod row_batches;
 mod stamp;
-mod survey;
-mod tally;
 #[cfg(test)]
 mod tests;
+mod unended_row;
 
 pub use column_map::{ColumnMap, ColumnMapError};
-pub(crate) use plan::{Kind, Plan};
-pub(crate) use reader::{CsvReader, Rows};
-pub(crate) use recognise::recognise;
-pub(crate) use tally::{CsvTally, LineBytes};
+pub(crate) use detect::detect;
+pub(crate) use plan::Plan;
+pub(crate) use row_batches::RowBatches;
 #[cfg(test)]
 use {
-    plan::Rounded,
-    tally::{Evidence, OddRows},
+    plan::Kind,
+    reader::{CsvReader, LineBytes, Rows},
 };
 
 /// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
@@ -48,7 +47,7 @@ pub enum CsvError {
     /// Rows of numbers, none of them known by name.
     #[error(
         "no column of this CSV file is known: looked for {}; found {}",
-        header::Places::LOOKED_FOR,
+        header::Places::SEARCHED,
         found.join(", ")
     )]
     UnknownColumns {
@@ -124,4 +123,16 @@ impl CsvError {
     fn is_about_stamps(&self) -> bool {
         matches!(self, Self::Stamps { .. } | Self::StampUnit { .. })
     }
+}
+
+/// The beginning of `text`, without the characters that steer a terminal.
+fn shown(text: &[u8]) -> String {
+    const SHOWN_BYTES: usize = 160;
+    let head = &text[..text.len().min(SHOWN_BYTES)];
+    let mut shown = String::from_utf8_lossy(head).replace('\t', " ");
+    shown.retain(|c| !c.is_control());
+    if head.len() < text.len() {
+        shown.push('…');
+    }
+    shown
 }

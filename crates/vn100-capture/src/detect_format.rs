@@ -36,8 +36,8 @@ pub enum Format {
     Raw,
     /// Rows of a CSV file, numbers or sentences with their stamps.
     Csv,
-    /// A recording of this program: the bytes with the times of their reads, and what befell the
-    /// link.
+    /// A recording of this program: the bytes with the times of their reads, and the link
+    /// events.
     Mcap,
 }
 
@@ -105,9 +105,9 @@ pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>)
     // a line that begins with a sentence is no row
     if columns.is_some() || !head.bytes.trim_ascii_start().starts_with(b"$") {
         // sentences stand below the names of their columns: where those are not seen yet, a live stream is not kept waiting
-        let may_be_csv = !sentence_seen || !matches!(csv::recognise(&head.bytes, columns), Ok(None));
+        let may_be_csv = !sentence_seen || !matches!(csv::detect(&head.bytes, columns), Ok(None));
         while may_be_csv && head.bytes.len() < csv::HEAD_BYTES && !head.grow(reader)?.is_empty() {}
-        match csv::recognise(&head.bytes, columns) {
+        match csv::detect(&head.bytes, columns) {
             Ok(Some(plan)) => return Ok((head, Detected::Csv(plan))),
             // its sentences can be read without stamps, but the user would not learn that a word makes them a time base
             Err(error @ CsvError::StampUnit { .. }) => return Ok((head, Detected::UnusableCsv(error))),
@@ -117,7 +117,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>)
             Ok(None) | Err(_) => {}
         }
     }
-    let recognised = match (sentence_seen, text) {
+    let detected = match (sentence_seen, text) {
         (true, true) => Detected::Text,
         (false, true) => Detected::Unknown(describe(&head.bytes)),
         (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
@@ -125,7 +125,7 @@ pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>)
         }
         (_, false) => Detected::Raw,
     };
-    Ok((head, recognised))
+    Ok((head, detected))
 }
 
 impl Head {

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use vn100_protocol::stream::{Batch, LinkEvent, SampleReader, StreamInput};
+use vn100_protocol::stream::{Batch, LinkEvent, RejectedRow, SampleReader, StreamInput};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -10,8 +10,8 @@ use vn100_protocol::stream::{Batch, LinkEvent, SampleReader, StreamInput};
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
-    /// Something befell the link to a live sensor, or the one that a recording was made of. What it
-    /// changes in the counts, the batch before it tells.
+    /// A change of the link to a live sensor, or of the one that was recorded. The counts of the
+    /// batch before it contain it.
     Link(LinkEvent),
     /// The stream is over; nothing follows.
     End(End),
@@ -28,13 +28,13 @@ impl Event {
 /// How a stream ended.
 #[derive(Debug)]
 pub struct End {
-    /// The error that ended it; `None` at the end of the data, or when it was told to stop.
+    /// The error that ended it; `None` at the end of the data, or when it was stopped.
     pub error: Option<io::Error>,
     /// What became of the lines, where the source is a CSV file.
     pub csv: Option<CsvReport>,
 }
 
-/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + all odd`.
+/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CsvReport {
     /// All lines.
@@ -43,19 +43,19 @@ pub struct CsvReport {
     pub rows: u64,
     /// Header, comments and blank lines.
     pub skipped_lines: u64,
-    /// Rows that were not let in, by reason.
-    pub odd: Vec<RejectedRows>,
+    /// Rejected rows, one entry for each reason.
+    pub rejected: Vec<RejectedRows>,
     /// Columns that are not used, by their names in the file.
     pub ignored_columns: Vec<String>,
     /// Channels whose last digits are rounded away, because they have more than a count can hold.
     pub rounded: Vec<String>,
 }
 
-/// Rows of a CSV file that were not let in for one reason.
+/// Rows of a CSV file rejected for one reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RejectedRows {
-    /// `fields`, `number`, `decimals`, `range`, `stamp`, `length` or `truncated`.
-    pub reason: String,
+    /// Why.
+    pub reason: RejectedRow,
     /// How many.
     pub count: u64,
     /// Number of the first such line, from 1.

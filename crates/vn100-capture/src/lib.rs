@@ -34,7 +34,6 @@ mod gunzip;
 mod lossy_sender;
 mod read_samples;
 mod recording;
-mod rows;
 mod source;
 mod timing_sidecar;
 

@@ -1,5 +1,5 @@
-//! A channel that never makes its sender wait: what finds no room is dropped, counted, and told as
-//! soon as there is room.
+//! A channel that never makes its sender wait: what finds no room is dropped, counted, and
+//! reported as soon as there is room.
 
 use std::collections::VecDeque;
 
@@ -7,13 +7,12 @@ use tokio::sync::mpsc;
 
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 
-/// Link events that may wait for room; later ones are dropped. A link brings two each time it goes
-/// down and comes back.
+/// Link events that may wait for room; later ones are dropped. A link brings two each time it is
+/// lost and reconnects.
 const WAITING_EVENTS: usize = 64;
 
 /// Sends [`StreamInput`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at
-/// their place; what befell the link waits for room, so that bytes of before and after are not
-/// joined.
+/// their place; a link event waits for room, so that bytes of before and after are not joined.
 #[derive(Debug)]
 pub struct LossySender {
     inputs: mpsc::Sender<StreamInput>,
@@ -59,7 +58,7 @@ impl LossySender {
     /// Sends what waits, however long that takes.
     pub fn send_waiting_blocking(&mut self) {
         for event in self.waiting.drain(..) {
-            // without a receiver nobody has use for it
+            // a receiver that was dropped has no use for it
             let _ = self.inputs.blocking_send(StreamInput::Link(event));
         }
     }
@@ -107,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loss_is_told_at_its_place() {
+    fn a_loss_is_reported_at_its_place() {
         let (sender, mut inputs) = mpsc::channel(2);
         let mut sender = LossySender::new(sender);
         for input in [chunk(3), chunk(3), chunk(3), chunk(4), down(), chunk(5)] {
@@ -132,7 +131,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_byte_arrives_or_is_told_lost(room in 1..6_usize, steps in prop::collection::vec((1..50_usize, any::<bool>()), 0..100)) {
+        fn every_byte_arrives_or_is_reported_lost(room in 1..6_usize, steps in prop::collection::vec((1..50_usize, any::<bool>()), 0..100)) {
             let (sender, mut inputs) = mpsc::channel(room);
             let mut sender = LossySender::new(sender);
             let (mut arrived, mut lost, mut sent) = (0, 0, 0);

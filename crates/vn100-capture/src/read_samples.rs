@@ -1,17 +1,23 @@
-//! Chunks in, batches of samples out: the task between a source and whoever uses its samples.
+//! The two loops that read to an end and send events: a task for a source that waits, and a thread
+//! for a file.
+
+use std::{io, thread};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::stream::{ReadOptions, SampleReader};
+use vn100_protocol::stream::{Batch, ReadOptions, SampleReader};
 
-use crate::{event::End, event::Event, source::Source};
+use crate::{
+    event::{CsvReport, End, Event},
+    source::Source,
+};
 
 /// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory
 /// flat.
 pub const WAITING_BATCHES: usize = 4;
 
-/// Starts a task that reads `source` to its end, or until `stop`, and tells what it holds: a
-/// [`Batch`] for each chunk, then one [`Event::End`].
+/// Starts a task that reads `source` to its end, or until `stop`, and sends a [`Batch`] for each
+/// chunk, then one [`Event::End`].
 ///
 /// When the channel is full the task waits, and so does the source behind it; when the receiver is
 /// dropped it ends.
@@ -54,4 +60,44 @@ async fn read(mut source: impl Source, options: ReadOptions, events: mpsc::Sende
         let _ = events.send(Event::Batch(batch)).await;
     }
     let _ = events.send(Event::End(End { error, csv: None })).await;
+}
+
+/// A file whose reads block.
+pub(crate) trait FileReader: Send + 'static {
+    /// One step: the events that are due behind it, or `None` at the end of the file.
+    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>>;
+
+    /// The last batches, and what became of the lines of a CSV file.
+    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>);
+}
+
+/// Starts a thread that reads `file` to its end, or until `stop`, as [`read_samples`] does.
+pub(crate) fn read_file(mut file: impl FileReader, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
+    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
+    let work = move || {
+        let error = loop {
+            if stop.is_cancelled() {
+                break None;
+            }
+            match file.next_events() {
+                Ok(Some(due)) => {
+                    for event in due {
+                        if events.blocking_send(event).is_err() {
+                            return;
+                        }
+                    }
+                }
+                Ok(None) => break None,
+                Err(error) => break Some(error),
+            }
+        };
+        let (batches, csv) = file.finish();
+        for event in batches.into_iter().map(Event::Batch).chain([Event::End(End { error, csv })]) {
+            // a receiver that left has no use for the end either
+            let _ = events.blocking_send(event);
+        }
+    };
+    // ends with the file, with `stop`, or when the inbox is dropped
+    thread::Builder::new().name("file-reader".into()).spawn(work)?;
+    Ok(inbox)
 }

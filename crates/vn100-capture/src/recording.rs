@@ -26,7 +26,7 @@ mod writer;
 pub use reader::{Recorded, RecordingEnd, RecordingError, RecordingReader};
 pub use record_error::RecordError;
 pub use recorder::{Recorder, RecordingState};
-pub(crate) use replay::read_recording;
+pub(crate) use replay::Replay;
 pub use writer::RecordingWriter;
 
 /// How every MCAP file begins.
@@ -45,7 +45,7 @@ const LINK_ENCODING: &str = "json";
 const UNSTAMPED: (&str, &str) = ("arrival", "unknown");
 
 const RECORDING_METADATA: &str = "vn100.recording";
-/// Set in the metadata of a recording that was gone on with.
+/// Set in the metadata of a recording that was resumed.
 const RESUMED: &str = "resumed";
 const CALLER_METADATA: &str = "vn100.metadata";
 const END_METADATA: &str = "vn100.end";

@@ -5,14 +5,14 @@ use std::{
     fs::File,
     io::{self, BufRead, BufReader, ErrorKind, Read},
     path::{Path, PathBuf},
-    thread,
 };
 
-use tokio::sync::mpsc;
-use tokio_util::sync::CancellationToken;
-
-use crate::{event::End, event::Event, read_samples::WAITING_BATCHES, source::READ_BYTES};
-use vn100_protocol::stream::{ReadOptions, SampleReader};
+use crate::{
+    event::{CsvReport, Event},
+    read_samples::FileReader,
+    source::READ_BYTES,
+};
+use vn100_protocol::stream::{Batch, ReadOptions, SampleReader};
 
 /// No line of a sidecar is longer, comments included.
 const LONGEST_LINE: usize = 1024;
@@ -94,14 +94,14 @@ impl Sidecar {
         self.last_offset.map_or(0, |offset| offset.saturating_add(last_read))
     }
 
-    /// The capture goes on behind the reach.
+    /// The error where the capture continues behind the reach.
     fn ends_early(&self) -> io::Error {
         let problem = match self.last_offset {
             Some(offset) => format!("the rows end at line {} with offset {offset}", self.line),
             None => "there is no row".into(),
         };
-        let left_out = format!("and the capture goes on: it is left out from byte {} on", self.reach());
-        self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {left_out}"))
+        let excluded = format!("and the capture goes on: it is left out from byte {} on", self.reach());
+        self.fault(ErrorKind::UnexpectedEof, &format!("{problem}, {excluded}"))
     }
 
     fn fault(&self, kind: ErrorKind, problem: &str) -> io::Error {
@@ -120,87 +120,74 @@ impl ReadStamp {
     }
 }
 
-/// Starts a thread that reads a capture with its stamps to the end, or until `stop`; tells as
-/// [`read_samples`](crate::read_samples) does, but with one batch for many reads: a recorded read
-/// can bring a few bytes.
-pub(crate) fn read_timed(
-    reader: impl Read + Send + 'static,
+/// Reads a capture with its stamps, with one batch for many reads: a recorded read can bring a few
+/// bytes.
+pub(crate) struct TimedReader<R> {
+    reader: BufReader<R>,
     sidecar: Sidecar,
-    options: ReadOptions,
-    stop: CancellationToken,
-) -> io::Result<mpsc::Receiver<Event>> {
-    let (events, inbox) = mpsc::channel(WAITING_BATCHES);
-    let work = move || {
-        let mut parser = SampleReader::new(options);
+    samples: SampleReader,
+    /// Bytes of the capture that were read.
+    offset: u64,
+    /// Of the read at hand.
+    at_ns: Option<i64>,
+    /// The next read.
+    next: Option<ReadStamp>,
+    /// Bytes since the last batch.
+    unsent: usize,
+}
+
+impl<R: Read> TimedReader<R> {
+    pub(crate) fn new(reader: R, sidecar: Sidecar, options: ReadOptions) -> Self {
         let reader = BufReader::with_capacity(READ_BYTES, reader);
-        let error = match read(reader, sidecar, &mut parser, &events, &stop) {
-            Ok(Flow::Ended) => None,
-            Ok(Flow::NobodyListens) => return,
-            Err(error) => Some(error),
-        };
-        for batch in parser.finish() {
-            // a receiver that left has no use for the end either
-            let _ = events.blocking_send(Event::Batch(batch));
-        }
-        let _ = events.blocking_send(Event::End(End { error, csv: None }));
-    };
-    // ends with the capture, with `stop`, or when the inbox is dropped
-    thread::Builder::new().name("capture-reader".into()).spawn(work)?;
-    Ok(inbox)
+        Self { reader, sidecar, samples: SampleReader::new(options), offset: 0, at_ns: None, next: None, unsent: 0 }
+    }
 }
 
-enum Flow {
-    Ended,
-    NobodyListens,
-}
-
-fn read(
-    mut reader: impl BufRead,
-    mut sidecar: Sidecar,
-    parser: &mut SampleReader,
-    events: &mpsc::Sender<Event>,
-    stop: &CancellationToken,
-) -> io::Result<Flow> {
-    let mut offset = 0;
-    let mut at_ns = None;
-    let mut next = sidecar.next()?;
-    let mut unsent = 0;
-    while !stop.is_cancelled() {
-        while let Some(stamp) = next.filter(|stamp| stamp.offset <= offset) {
-            at_ns = Some(stamp.at_ns);
-            next = sidecar.next()?;
-        }
-        let buffered = match reader.fill_buf() {
-            Ok([]) => break,
-            Ok(buffered) => buffered,
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) => return Err(error),
-        };
-        let end_of_read = next.map_or_else(|| sidecar.reach(), |stamp| stamp.offset);
-        let of_read = end_of_read.saturating_sub(offset);
-        if of_read == 0 {
-            return Err(sidecar.ends_early());
-        }
-        let taken = buffered.len().min(usize::try_from(of_read).unwrap_or(usize::MAX));
-        parser.push(&buffered[..taken], at_ns);
-        reader.consume(taken);
-        offset += taken as u64;
-        unsent += taken;
-        if unsent >= READ_BYTES {
-            unsent = 0;
-            for batch in parser.take_batches() {
-                if events.blocking_send(Event::Batch(batch)).is_err() {
-                    return Ok(Flow::NobodyListens);
-                }
+impl<R: Read + Send + 'static> FileReader for TimedReader<R> {
+    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
+        loop {
+            if self.next.is_none() {
+                self.next = self.sidecar.next()?;
+            }
+            match self.next.take_if(|stamp| stamp.offset <= self.offset) {
+                Some(stamp) => self.at_ns = Some(stamp.at_ns),
+                None => break,
             }
         }
+        let buffered = match self.reader.fill_buf() {
+            Ok([]) => return Ok(None),
+            Ok(buffered) => buffered,
+            Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(Some(Vec::new())),
+            Err(error) => return Err(error),
+        };
+        let end_of_read = self.next.map_or_else(|| self.sidecar.reach(), |stamp| stamp.offset);
+        let of_read = end_of_read.saturating_sub(self.offset);
+        if of_read == 0 {
+            return Err(self.sidecar.ends_early());
+        }
+        let taken = buffered.len().min(usize::try_from(of_read).unwrap_or(usize::MAX));
+        self.samples.push(&buffered[..taken], self.at_ns);
+        self.reader.consume(taken);
+        self.offset += taken as u64;
+        self.unsent += taken;
+        if self.unsent < READ_BYTES {
+            return Ok(Some(Vec::new()));
+        }
+        self.unsent = 0;
+        Ok(Some(self.samples.take_batches().into_iter().map(Event::Batch).collect()))
     }
-    Ok(Flow::Ended)
+
+    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+        (self.samples.finish(), None)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use tokio_util::sync::CancellationToken;
+
     use super::*;
+    use crate::read_samples::read_file;
 
     /// A line of the sensor's manual, with its line end.
     const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -236,7 +223,8 @@ mod tests {
         std::fs::write(folder.path().join("capture.bin.timing"), timing).unwrap();
         let sidecar = Sidecar::beside(&path).unwrap().unwrap();
         let bytes = io::Cursor::new(capture.as_bytes().to_vec());
-        let mut events = read_timed(bytes, sidecar, ReadOptions::default(), CancellationToken::new()).unwrap();
+        let reader = TimedReader::new(bytes, sidecar, ReadOptions::default());
+        let mut events = read_file(reader, CancellationToken::new()).unwrap();
         let mut stamps = Vec::new();
         loop {
             match events.blocking_recv().unwrap() {

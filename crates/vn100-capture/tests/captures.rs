@@ -36,12 +36,12 @@ fn read(capture: Capture, options: ReadOptions) -> (Vec<Batch>, End) {
     })
 }
 
-/// The odd rows of a CSV file by reason, and the number of good ones.
+/// The rejected rows of a CSV file by reason, and the number of good ones.
 fn rows(bytes: impl AsRef<[u8]>) -> (u64, Vec<(String, u64)>) {
     let capture = open(bytes).unwrap();
     assert_eq!(capture.format, Format::Csv);
     let report = read(capture, ReadOptions::default()).1.csv.unwrap();
-    (report.rows, report.odd.into_iter().map(|odd| (odd.reason, odd.count)).collect())
+    (report.rows, report.rejected.into_iter().map(|rows| (rows.reason.to_string(), rows.count)).collect())
 }
 
 #[test]
@@ -139,6 +139,6 @@ fn line_by_line_gives_each_row_of_a_file_the_bytes_up_to_its_end() {
     let (batches, _) = read(open(&text).unwrap(), options);
     let told = batches.iter().filter(|batch| batch.row_count() > 0).map(|batch| batch.link.tally.bytes());
     let line = "0.000,0.000000,9.000\n".len() as u64;
-    let (header, odd) = ("t,gyro_x,accel_x\n".len() as u64, "soon,0.1,9.1\n".len() as u64);
-    assert_eq!(told.collect::<Vec<_>>(), [header + line, header + 2 * line, header + odd + 3 * line]);
+    let (header, rejected) = ("t,gyro_x,accel_x\n".len() as u64, "soon,0.1,9.1\n".len() as u64);
+    assert_eq!(told.collect::<Vec<_>>(), [header + line, header + 2 * line, header + rejected + 3 * line]);
 }

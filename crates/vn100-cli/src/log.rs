@@ -182,7 +182,7 @@ fn link_event(kind: &LinkEventKind) -> String {
 }
 
 fn refused_rows(csv: &CsvReport) -> impl Iterator<Item = String> {
-    csv.odd.iter().map(|rows| {
+    csv.rejected.iter().map(|rows| {
         format!(
             "refused {} rows, {}: the first in line {}: {}",
             rows.count, rows.reason, rows.first_line, rows.first_text

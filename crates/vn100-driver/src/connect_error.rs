@@ -49,7 +49,7 @@ pub enum ConnectError {
         port: String,
         /// The speed it was to have.
         baud: u32,
-        /// The group that may, `dialout` where that cannot be told; `None` where there is none but
+        /// The group that may, `dialout` where that is not known; `None` where there is none but
         /// root's.
         group: Option<String>,
     },
@@ -110,7 +110,7 @@ impl ConnectError {
     }
 
     /// Whether trying again can help without anybody doing something about it first. A port that is
-    /// away comes back when it is plugged in; one that is not a serial port will not become one.
+    /// away returns when it is plugged in; one that is not a serial port will not become one.
     #[must_use]
     pub fn is_passing(&self) -> bool {
         match self {
@@ -140,7 +140,7 @@ fn may_be_port(_path: &Path) -> bool {
     true
 }
 
-/// The group whose members may read and write, `dialout` where that cannot be told. To join that of
+/// The group whose members may read and write, `dialout` where that is not known. To join that of
 /// root would give away far more than a port.
 #[cfg(unix)]
 fn group_of(path: &Path) -> Option<String> {
@@ -192,7 +192,7 @@ fn group_name(groups: &str, id: u32) -> Option<&str> {
 }
 
 /// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
-/// Whoever has the other side of a pseudo-terminal, as an emulated sensor does, is what is behind
+/// The program with the other side of a pseudo-terminal, as an emulated sensor, is what is behind
 /// the port and not its user.
 fn holder_of(path: &Path) -> Option<String> {
     let port = fs::canonicalize(path).ok()?;
@@ -231,23 +231,23 @@ fn candidate_advice(candidates: &[PortEntry]) -> String {
 mod tests {
     use super::*;
 
-    fn told(kind: serialport::ErrorKind, text: &str, port: &str) -> String {
+    fn message(kind: serialport::ErrorKind, text: &str, port: &str) -> String {
         ConnectError::of_port(port, port, 115_200, serialport::Error::new(kind, text), Vec::new()).to_string()
     }
 
     #[test]
     fn each_says_what_to_do() {
         use serialport::ErrorKind::{Io, Unknown};
-        let missing = told(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
+        let missing = message(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
         assert_eq!(
             missing,
             "cannot open /dev/ttyUSB9 at 115200 baud: there is no such port; check the cable; this machine has no serial ports now"
         );
-        let denied = told(Io(io::ErrorKind::PermissionDenied), "", "/dev/ttyUSB9");
+        let denied = message(Io(io::ErrorKind::PermissionDenied), "", "/dev/ttyUSB9");
         assert!(denied.contains("`sudo usermod -aG dialout $USER`, then log in again"), "{denied}");
-        assert!(told(Unknown, NOT_A_TERMINAL, "/dev/null").contains("not a serial port"));
-        assert!(told(Unknown, "Is a directory", "/").contains("not a serial port"));
-        assert!(told(Unknown, "I/O error", "/dev/null").ends_with("/dev/null at 115200 baud: I/O error"));
+        assert!(message(Unknown, NOT_A_TERMINAL, "/dev/null").contains("not a serial port"));
+        assert!(message(Unknown, "Is a directory", "/").contains("not a serial port"));
+        assert!(message(Unknown, "I/O error", "/dev/null").ends_with("/dev/null at 115200 baud: I/O error"));
     }
 
     #[test]
@@ -268,8 +268,8 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn nobody_is_told_to_join_the_group_of_root() {
-        // of root, and for nobody else
+    fn joining_the_group_of_root_is_never_advised() {
+        // of root, and for no other
         assert_eq!(group_of(Path::new("/proc/kmsg")), None);
         assert!(!permission_advice(None).contains("usermod"));
     }

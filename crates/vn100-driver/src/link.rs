@@ -142,18 +142,18 @@ impl LinkHandle {
 pub(crate) struct Counters {
     /// Bytes that the recording did not take in time.
     pub(crate) unrecorded_bytes: AtomicU64,
-    /// Good lines so far, by the code of their message.
+    /// Valid sentences so far, by the code of their message.
     lines: Mutex<BTreeMap<u8, u64>>,
 }
 
 impl Counters {
-    /// Good lines of this message so far; for one without a name all that have none.
+    /// Valid sentences of this message so far; for one without a name all that have none.
     pub(crate) fn lines(&self, message: AsyncType) -> u64 {
         let message = if message.header().is_some() { message } else { AsyncType::OFF };
         self.all_lines().get(&message.0).copied().unwrap_or_default()
     }
 
-    /// Good lines so far, whatever their message.
+    /// Valid sentences so far, whatever their message.
     pub(crate) fn lines_of_all(&self) -> u64 {
         self.all_lines().values().sum()
     }

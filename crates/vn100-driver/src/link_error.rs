@@ -14,7 +14,7 @@ pub(crate) enum LinkError {
     Open(#[from] ConnectError),
     #[error("{}", lost(.0))]
     Lost(#[from] io::Error),
-    #[error("no sensor is heard on {port}{}: {}", at_speeds(tried), heard_instead(*bytes, *echoes))]
+    #[error("no sensor is heard on {port}{}: {}", at_speeds(tried), received_instead(*bytes, *echoes))]
     NoSensor {
         port: String,
         tried: Vec<u32>,
@@ -40,7 +40,7 @@ pub(crate) enum LinkError {
     NotSet(#[from] RequestFailure),
 }
 
-/// What the user can do where no sensor is heard.
+/// What the user can do where no sensor answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkHint {
@@ -74,7 +74,7 @@ impl LinkHint {
 }
 
 impl LinkError {
-    /// Whether another attempt does not help until somebody has done something.
+    /// Whether another attempt does not help unless the user does something.
     pub(crate) fn needs_help(&self) -> bool {
         matches!(self, Self::Open(ConnectError::Busy { .. } | ConnectError::Denied { .. }) | Self::NotSet(_))
     }
@@ -116,7 +116,7 @@ fn at_speeds(tried: &[u32]) -> String {
 }
 
 /// `bytes` of which `echoes` copies of the question are a part.
-fn heard_instead(bytes: u64, echoes: u64) -> String {
+fn received_instead(bytes: u64, echoes: u64) -> String {
     let others = bytes.saturating_sub(echoes * QUESTION_BYTES);
     match (echoes, others) {
         (0, 0) => "nothing came".into(),

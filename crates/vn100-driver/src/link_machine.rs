@@ -13,7 +13,7 @@
 //! The owner performs what the machine asks for and reports what comes of it. After each call of
 //! [`handle_input`](LinkMachine::handle_input) or [`handle_timeout`](LinkMachine::handle_timeout):
 //! perform what [`poll_port`](LinkMachine::poll_port) gives, send what
-//! [`poll_transmit`](LinkMachine::poll_transmit) gives, hand on what
+//! [`poll_transmit`](LinkMachine::poll_transmit) gives, forward what
 //! [`poll_event`](LinkMachine::poll_event) gives, and wait for an input or until
 //! [`poll_timeout`](LinkMachine::poll_timeout). Times are those since the origin of the stamps of
 //! the stream; nothing breaks if a call is late.
@@ -106,7 +106,7 @@ pub(crate) enum PortAction {
     Close,
 }
 
-/// What the owner is to hand on.
+/// What the owner is to forward.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "nearly every event is of the stream, and one is moved for each read")]
 pub(crate) enum Event {
@@ -246,7 +246,7 @@ impl LinkMachine {
         Some(line)
     }
 
-    /// What is to be handed on, in this order.
+    /// What is to be forwarded, in this order.
     pub(crate) fn poll_event(&mut self) -> Option<Event> {
         self.shared.events.pop_front()
     }
@@ -348,7 +348,7 @@ impl LinkMachine {
         }
     }
 
-    /// Goes on to the verification of a sensor that a baud scan has found.
+    /// Continues with the verification of a sensor that a baud scan has found.
     fn handle_scanned(&mut self, now: Duration, found: Result<bool, LinkError>) -> Result<(), LinkError> {
         if found? && let Phase::Scanning(scan) = &self.phase {
             let baud = scan.baud();
@@ -371,7 +371,7 @@ impl LinkMachine {
         self.finish_verification(now)
     }
 
-    /// Goes on to the phase [`Connected`](Phase::Connected) when the verification has ended.
+    /// Continues with the phase [`Connected`](Phase::Connected) when the verification has ended.
     fn finish_verification(&mut self, now: Duration) -> Result<(), LinkError> {
         let is_open: fn(&_) -> bool;
         let connected = match mem::replace(&mut self.phase, Phase::Closed) {

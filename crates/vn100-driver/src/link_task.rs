@@ -137,7 +137,7 @@ impl<C: Connect> LinkTask<C> {
     /// Performs all that the machine asks for.
     async fn perform(&mut self) {
         loop {
-            self.hand_on().await;
+            self.forward_events().await;
             if let Some(action) = self.machine.poll_port() {
                 match action {
                     PortAction::Open { baud } => self.open(baud).await,
@@ -198,8 +198,8 @@ impl<C: Connect> LinkTask<C> {
         self.handle(Input::PortClosed { unread });
     }
 
-    /// Hands on all events of the machine. While a receiver does not take them, the link waits.
-    async fn hand_on(&mut self) {
+    /// Forwards all events of the machine. While a receiver does not take them, the link waits.
+    async fn forward_events(&mut self) {
         while let Some(event) = self.machine.poll_event() {
             match event {
                 Event::Recorded(input) => {

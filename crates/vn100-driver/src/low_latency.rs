@@ -71,8 +71,8 @@ mod tests {
     #[test]
     fn the_timer_is_set_to_its_shortest() {
         let devices = devices_with("16\n");
-        let told = shorten(devices.path(), Path::new("ttyUSB3"));
-        assert_eq!(told, Some(LatencyTimer { ms: 1, advice: None }));
+        let timer = shorten(devices.path(), Path::new("ttyUSB3"));
+        assert_eq!(timer, Some(LatencyTimer { ms: 1, advice: None }));
         assert_eq!(fs::read_to_string(devices.path().join("ttyUSB3/latency_timer")).unwrap(), "1");
     }
 

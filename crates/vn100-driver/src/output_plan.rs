@@ -12,7 +12,7 @@ use vn100_protocol::{
 /// What the sensor shall send. `None` leaves a setting as it is.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct OutputSettings {
-    /// Speed of the line in baud.
+    /// Baud rate.
     pub baud: Option<u32>,
     /// The message, such as `VNYMR` or `VNIMU`.
     pub message: Option<String>,
@@ -22,7 +22,7 @@ pub struct OutputSettings {
     /// and angular rate (register 85).
     pub window: Option<u32>,
     /// Whether each line carries a count of the sensor's samples (registers 32 and 30), so that
-    /// lost lines can be told.
+    /// dropped samples can be counted.
     pub count: Option<bool>,
     /// Whether the sensor keeps the settings, these and all it has, when it is switched off.
     pub save: bool,
@@ -70,7 +70,7 @@ pub enum PlanError {
         message: AsyncType,
         /// The rate asked for.
         rate: AsyncRate,
-        /// The speed of the line.
+        /// The baud rate.
         baud: BaudRate,
         /// What the lines need.
         lines: LinkLoad,

@@ -1,4 +1,4 @@
-//! The port a user named, found again after it was pulled out and plugged in under another name.
+//! The port a user named, also after it was pulled out and plugged in under another name.
 
 use std::{
     fs,
@@ -54,7 +54,7 @@ impl PortAddress {
         self.belongs_to_another_port(&self.given, ports)
     }
 
-    /// By the serial number of the adapter: without one, two of a kind cannot be told apart.
+    /// By the serial number of the adapter: without one, two of a kind look the same.
     fn is_same_adapter(&self, port: &PortEntry) -> bool {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }

@@ -25,10 +25,10 @@ use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
 /// The timeout of a read, after which it is checked whether to stop: twenty wake-ups a second, 0.01
-/// % of a core. A part of a line that is not continued in this time is handed on as it is.
+/// % of a core. A part of a line that is not continued in this time is forwarded as it is.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are handed on together, and how many such may wait to be used: together 256 KiB at
+/// Bytes that are forwarded together, and how many such may wait to be used: together 256 KiB at
 /// most, 2.8 s of a line at 921 600 baud that comes in full buffers. At 200 lines a second, each by
 /// itself, it is 2.5 s. When that is full, what comes is dropped and counted: a port cannot wait.
 const READ_BYTES: usize = 512;
@@ -39,7 +39,7 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
 ///
-/// When it is opened again it is looked for by its stable name, by its own name, and by the serial
+/// When it is opened again it is searched for by its stable name, by its own name, and by the serial
 /// number of its USB adapter. What one clone has learned of the adapter the others know.
 #[derive(Clone)]
 pub struct SerialPorts {
@@ -55,7 +55,7 @@ impl SerialPorts {
         Self::among(name, clock, list_ports)
     }
 
-    /// The port named `name` on a machine whose ports `list` tells each time one is opened, the
+    /// The port named `name` on a machine whose ports `list` gives each time one is opened, the
     /// likely ones first: for ports that [`list_ports`] does not know of. The name of an entry is
     /// that of the device itself, and no symlink to it.
     #[must_use]
@@ -166,7 +166,7 @@ impl Source for SerialConnection {
     async fn next_input(&mut self) -> io::Result<Option<StreamInput>> {
         match self.inputs.recv().await {
             Some(input) => Ok(Some(input)),
-            // the reading thread says why before it lets go of the channel, unless it was told to stop
+            // the reading thread says why before it lets go of the channel, unless it was stopped
             None => self.end.try_recv().map_or(Ok(None), Err),
         }
     }
@@ -218,7 +218,7 @@ impl Reader {
     /// Reads until it is stopped or the port is gone. The port is closed before the channel is, by
     /// which the receiver knows that it is closed.
     ///
-    /// An adapter hands a line on in up to a dozen pieces, and to wake whoever uses them costs far
+    /// An adapter gives a line in up to a dozen pieces, and to wake the task that uses them costs far
     /// more than their use. So pieces are kept until a line ends, which is when the first of them
     /// can be used. The time is that of the last read, where the line ended.
     fn run(mut self, mut port: impl Read) {
@@ -237,13 +237,13 @@ impl Reader {
                     let ends_line = buffer[length..length + n].contains(&b'\n');
                     length += n;
                     if ends_line || length == buffer.len() {
-                        self.hand_on(&buffer[..length], at_ns);
+                        self.forward(&buffer[..length], at_ns);
                         length = 0;
                     }
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::TimedOut => {
-                    self.hand_on(&buffer[..length], at_ns);
+                    self.forward(&buffer[..length], at_ns);
                     length = 0;
                     self.inputs.send_waiting();
                 }
@@ -251,7 +251,7 @@ impl Reader {
             }
         };
         drop(port);
-        self.hand_on(&buffer[..length], at_ns);
+        self.forward(&buffer[..length], at_ns);
         // nothing comes any more that waiting could delay
         self.inputs.send_waiting_blocking();
         if let Some(error) = error {
@@ -260,7 +260,7 @@ impl Reader {
         }
     }
 
-    fn hand_on(&mut self, bytes: &[u8], at_ns: i64) {
+    fn forward(&mut self, bytes: &[u8], at_ns: i64) {
         if !bytes.is_empty() {
             let chunk = Chunk { bytes: Bytes::copy_from_slice(bytes), at_ns: Some(at_ns) };
             self.inputs.send(chunk.into(), at_ns);
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
     use vn100_protocol::stream::{LinkEvent, LinkEventKind};
 
-    /// Gives what it is told to, piece by piece, then hangs up.
+    /// Gives its pieces one by one, then hangs up.
     struct Port(VecDeque<Result<&'static [u8], ErrorKind>>);
 
     impl Read for Port {
@@ -298,8 +298,8 @@ mod tests {
         (Reader { inputs: LossySender::new(sender), end: end_sender, clock: Clock::start(), stop }, inputs, end)
     }
 
-    /// Bytes handed on, each time so many, and bytes told lost.
-    fn told(mut inputs: mpsc::Receiver<StreamInput>) -> (Vec<usize>, u64) {
+    /// Bytes forwarded, each time so many, and bytes reported lost.
+    fn received(mut inputs: mpsc::Receiver<StreamInput>) -> (Vec<usize>, u64) {
         let (mut lengths, mut lost) = (Vec::new(), 0);
         while let Some(input) = inputs.blocking_recv() {
             match input {
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_handed_on_when_a_line_ends_or_nothing_follows() {
+    fn pieces_are_forwarded_when_a_line_ends_or_nothing_follows() {
         let (reader, inputs, mut end) = reader(100);
         let pieces = [
             Ok(&b"$VN"[..]),
@@ -329,7 +329,7 @@ mod tests {
             Ok(b"$VN"),
         ];
         reader.run(Port(pieces.into()));
-        assert_eq!(told(inputs), (vec![8, 11, 3, 2, READ_BYTES, 10], 0));
+        assert_eq!(received(inputs), (vec![8, 11, 3, 2, READ_BYTES, 10], 0));
         assert_eq!(end.try_recv().unwrap().kind(), ErrorKind::BrokenPipe);
     }
 
@@ -363,7 +363,7 @@ mod tests {
             thread::yield_now();
         }
         assert!(matches!(inputs.blocking_recv(), Some(StreamInput::Chunk(_))));
-        let (lengths, lost) = told(inputs);
+        let (lengths, lost) = received(inputs);
         assert_eq!(lengths.iter().sum::<usize>() as u64 + 10 + lost, 320);
         thread.join().unwrap();
     }

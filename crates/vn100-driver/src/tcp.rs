@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn bytes_go_both_ways_and_the_end_is_told() {
+    async fn bytes_go_both_ways_and_the_end_is_reported() {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = format!("tcp://{}", listener.local_addr().unwrap());
         let mut server = TcpServer::new(&address, Clock::start()).unwrap();
@@ -174,8 +174,8 @@ mod tests {
         let address = format!("tcp://{}", listener.local_addr().unwrap());
         drop(listener);
         let error = TcpServer::new(&address, Clock::start()).unwrap().open(0).await.unwrap_err();
-        let told = error.to_string();
-        assert!(told.contains(&address) && told.contains("start the serial server"), "{told}");
+        let message = error.to_string();
+        assert!(message.contains(&address) && message.contains("start the serial server"), "{message}");
     }
 
     #[tokio::test(start_paused = true)]
@@ -183,7 +183,7 @@ mod tests {
         let begin = tokio::time::Instant::now();
         let error = in_answer_time(std::future::pending::<io::Result<()>>()).await.unwrap_err();
         assert_eq!((error.kind(), begin.elapsed()), (ErrorKind::TimedOut, ANSWER_TIME));
-        let told = ConnectError::Server { address: "tcp://sensor:2000".into(), error }.to_string();
-        assert_eq!(told, "cannot connect to tcp://sensor:2000: no answer: is the server on, and in this network?");
+        let message = ConnectError::Server { address: "tcp://sensor:2000".into(), error }.to_string();
+        assert_eq!(message, "cannot connect to tcp://sensor:2000: no answer: is the server on, and in this network?");
     }
 }

@@ -145,7 +145,7 @@ fn link_facts(state: &LinkState) -> LinkFacts {
 
 pub(crate) fn csv_facts(report: CsvReport) -> CsvFacts {
     let rejected = |rows: vn100_capture::RejectedRows| RejectedRows {
-        reason: rows.reason,
+        reason: rows.reason.to_string(),
         count: rows.count,
         first_line: rows.first_line,
         first_text: rows.first_text,
@@ -154,7 +154,7 @@ pub(crate) fn csv_facts(report: CsvReport) -> CsvFacts {
         lines: report.lines,
         rows: report.rows,
         skipped_lines: report.skipped_lines,
-        rejected: report.odd.into_iter().map(rejected).collect(),
+        rejected: report.rejected.into_iter().map(rejected).collect(),
         ignored_columns: report.ignored_columns,
         rounded: report.rounded,
     }

@@ -10,7 +10,7 @@ use vn100_capture::{CsvReport, End, Event, RejectedRows, Source, read_samples};
 use vn100_pipeline::{Command, EndReason, Session, SessionEvent, SessionResult, Stage};
 use vn100_protocol::{
     DeviceError, VNYMR,
-    stream::{Batch, Chunk, LinkEvent, LinkEventKind, ReadOptions, StreamInput},
+    stream::{Batch, Chunk, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, StreamInput},
 };
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -152,12 +152,12 @@ async fn a_source_that_vanishes_without_an_end_is_an_error() {
 #[tokio::test]
 async fn what_became_of_csv_lines_is_among_the_facts() {
     let (events, session) = session(Settings::default());
-    let odd = RejectedRows { reason: "fields".into(), count: 2, first_line: 7, first_text: "1,2".into() };
+    let rejected = RejectedRows { reason: RejectedRow::Fields, count: 2, first_line: 7, first_text: "1,2".into() };
     let csv = CsvReport {
         lines: 10,
         rows: 7,
         skipped_lines: 1,
-        odd: vec![odd],
+        rejected: vec![rejected],
         ignored_columns: vec!["note".into()],
         rounded: vec!["gyro_x".into()],
     };

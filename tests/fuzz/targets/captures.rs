@@ -133,7 +133,7 @@ fn assert_counted(told: &Told, length: Option<usize>) {
     }
     assert_eq!(told.csv.is_some(), told.format == Some(Format::Csv));
     if let Some(csv) = &told.csv {
-        assert_eq!(csv.lines, csv.rows + csv.skipped_lines + csv.odd.iter().map(|odd| odd.count).sum::<u64>());
+        assert_eq!(csv.lines, csv.rows + csv.skipped_lines + csv.rejected.iter().map(|rows| rows.count).sum::<u64>());
     }
 }
 

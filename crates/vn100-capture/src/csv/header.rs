@@ -6,7 +6,7 @@ use super::{
     column_map::{ColumnMap, ColumnName, STAMP},
     fields::Fields,
     number::Number,
-    tally::shown,
+    shown,
 };
 
 /// Names a column of stamps goes by.
@@ -161,7 +161,7 @@ impl Header {
 
 impl Places {
     /// What the names of columns are looked through for, in words.
-    pub(super) const LOOKED_FOR: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
+    pub(super) const SEARCHED: &'static str = "gyro_x gyro_y gyro_z accel_x accel_y accel_z (gyr_ and acc_ too; with them mag_ or magn_ \
          x y z, yaw pitch roll, temperature, pressure and a stamp t, time, timestamp, bag_t, rosbagTimestamp or %time), or such a stamp \
          beside raw, raw_data, data, field.data or sentence with $VN… sentences";
 

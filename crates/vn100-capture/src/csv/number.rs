@@ -59,7 +59,7 @@ impl Number {
     /// Reads the number at the head of `input`; also returns its length.
     #[inline]
     pub(super) fn parse_prefix(input: &[u8]) -> Option<(Self, usize)> {
-        // `-` lies two above `+`. One test for both: signs are random, and a branch that tells them apart is mispredicted half of the time
+        // `-` lies two above `+`. One test for both: signs are random, and a branch between them is mispredicted half of the time
         let &first = input.first()?;
         let sign = usize::from(first.wrapping_sub(b'+') & !2 == 0);
         let (whole, point) = append_digits(0, input, sign);
@@ -139,8 +139,8 @@ impl Number {
         } else if last_digit == LastDigit::Exact {
             Err(Misfit::Decimals)
         } else {
-            let odd = quotient % 2 == 1;
-            let up = remainder > half || remainder == half && (self.more || odd);
+            let is_odd_count = quotient % 2 == 1;
+            let up = remainder > half || remainder == half && (self.more || is_odd_count);
             Ok(quotient + u64::from(up))
         }
     }
@@ -289,7 +289,7 @@ mod tests {
         }
 
         #[test]
-        fn any_count_comes_back(count in -i64::MAX..=i64::MAX, decimals in 1_usize..=18) {
+        fn any_count_is_restored(count in -i64::MAX..=i64::MAX, decimals in 1_usize..=18) {
             let magnitude = format!("{:0width$}", count.unsigned_abs(), width = decimals + 1);
             let (whole, fraction) = magnitude.split_at(magnitude.len() - decimals);
             let sign = if count < 0 { "-" } else { "" };

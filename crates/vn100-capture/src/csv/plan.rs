@@ -2,7 +2,7 @@
 
 use vn100_protocol::Layout;
 
-use super::{last_field::LastField, stamp::StampUnit, survey::Resolution};
+use super::{resolution::Resolution, stamp::StampUnit, unended_row::LastField};
 
 /// How a CSV file is to be read.
 #[derive(Debug, Clone)]
@@ -12,7 +12,7 @@ pub(crate) struct Plan {
     /// The columns that are not used, by their names in the file.
     pub(crate) ignored_columns: Vec<String>,
     /// The channels whose last digits are rounded away.
-    pub(crate) rounded: Vec<Rounded>,
+    pub(crate) rounded: Vec<String>,
     /// LF, also behind a CR; or CR, as on old Macs.
     pub(super) line_end: u8,
     pub(super) separator: u8,
@@ -36,15 +36,6 @@ pub(crate) enum Kind {
     Values(Layout),
     /// Sentences as the sensor sent them.
     Sentences,
-}
-
-/// A channel that is printed with more digits than are kept.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Rounded {
-    pub(crate) channel: &'static str,
-    /// The most decimals seen in the first rows.
-    pub(crate) printed_decimals: u32,
-    pub(crate) kept_decimals: u8,
 }
 
 /// What a column is for.

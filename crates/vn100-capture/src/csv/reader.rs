@@ -9,11 +9,12 @@ use super::{
     lines::{Line, Lines, State},
     number::{Misfit, Number},
     plan::{Column, Kind, Plan, Scale},
+    shown,
     stamp::StampUnit,
-    tally::{CsvTally, LineBytes},
 };
+use crate::event::{CsvReport, RejectedRows};
 
-/// Rows handed over at once, good or odd.
+/// Rows handed over at once, accepted or rejected.
 const MOST_ROWS: usize = 512;
 
 /// Reads a CSV file as its plan says.
@@ -35,8 +36,8 @@ pub(crate) struct Rows {
     /// The stamp of each row, in nanoseconds since that of the first row of the file; negative
     /// where a clock was set back. Empty when the rows have no stamps.
     pub(crate) stamps_ns: Vec<i64>,
-    /// The rows that were not let in, each with the number of good rows before it.
-    pub(crate) odd: Vec<(usize, RejectedRow)>,
+    /// The rejected rows, each with the number of good rows before it.
+    pub(crate) rejected: Vec<(usize, RejectedRow)>,
     /// For each good row, the bytes of the file from its beginning to the end of the row.
     pub(crate) bytes: Vec<LineBytes>,
     /// The number of good rows.
@@ -48,7 +49,17 @@ impl<R: Read> CsvReader<R> {
     pub(crate) fn new(plan: Plan, reader: R) -> Self {
         Self {
             lines: Lines::new(reader, plan.line_end),
-            parser: Parser { plan, first_stamp_ns: None, quote_open: false, tally: CsvTally::default() },
+            parser: Parser {
+                report: CsvReport {
+                    ignored_columns: plan.ignored_columns.clone(),
+                    rounded: plan.rounded.clone(),
+                    ..CsvReport::default()
+                },
+                plan,
+                first_stamp_ns: None,
+                quote_open: false,
+                bytes: LineBytes::default(),
+            },
         }
     }
 
@@ -60,13 +71,13 @@ impl<R: Read> CsvReader<R> {
     pub(crate) fn next_rows(&mut self, rows: &mut Rows) -> io::Result<bool> {
         rows.clear();
         loop {
-            while rows.count + rows.odd.len() < MOST_ROWS {
+            while rows.count + rows.rejected.len() < MOST_ROWS {
                 let Some(line) = self.lines.next_buffered() else {
                     break;
                 };
                 self.parser.line(&line, rows);
             }
-            if rows.count + rows.odd.len() > 0 {
+            if rows.count + rows.rejected.len() > 0 {
                 return Ok(true);
             }
             if !self.lines.fill()? {
@@ -76,16 +87,21 @@ impl<R: Read> CsvReader<R> {
     }
 
     /// What became of the lines so far.
-    pub(crate) fn tally(&self) -> &CsvTally {
-        &self.parser.tally
+    pub(crate) fn report(&self) -> &CsvReport {
+        &self.parser.report
+    }
+
+    /// The bytes of the lines so far.
+    pub(crate) fn bytes(&self) -> LineBytes {
+        self.parser.bytes
     }
 }
 
 impl Rows {
-    /// The sentences, each with CR LF.
-    pub(crate) fn sentences(&self) -> impl Iterator<Item = &[u8]> {
-        let begins = std::iter::once(0).chain(self.sentence_ends.iter().copied());
-        begins.zip(&self.sentence_ends).map(|(begin, &end)| &self.sentences[begin..end])
+    /// The sentence of a row, with CR LF.
+    pub(crate) fn sentence(&self, row: usize) -> &[u8] {
+        let begin = row.checked_sub(1).map_or(0, |before| self.sentence_ends[before]);
+        &self.sentences[begin..self.sentence_ends[row]]
     }
 
     fn clear(&mut self) {
@@ -93,10 +109,18 @@ impl Rows {
         self.sentences.clear();
         self.sentence_ends.clear();
         self.stamps_ns.clear();
-        self.odd.clear();
+        self.rejected.clear();
         self.bytes.clear();
         self.count = 0;
     }
+}
+
+/// Bytes of the lines, line ends included.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct LineBytes {
+    pub(crate) rows: u64,
+    pub(crate) rejected: u64,
+    pub(crate) skipped: u64,
 }
 
 struct Parser {
@@ -104,16 +128,17 @@ struct Parser {
     first_stamp_ns: Option<i64>,
     /// The last row ended inside quotes: the next line may be what is left of it.
     quote_open: bool,
-    tally: CsvTally,
+    report: CsvReport,
+    bytes: LineBytes,
 }
 
 impl Parser {
     #[inline]
     fn line(&mut self, line: &Line<'_>, rows: &mut Rows) {
-        self.tally.lines += 1;
+        self.report.lines += 1;
         if line.state != State::Overlong && self.is_skipped(line) {
-            self.tally.skipped_lines += 1;
-            self.tally.bytes.skipped += line.bytes;
+            self.report.skipped_lines += 1;
+            self.bytes.skipped += line.bytes;
             return;
         }
         let row = match line.state {
@@ -123,17 +148,28 @@ impl Parser {
         };
         match row {
             Ok(()) => {
-                self.tally.rows += 1;
-                self.tally.bytes.rows += line.bytes;
+                self.report.rows += 1;
+                self.bytes.rows += line.bytes;
                 rows.count += 1;
-                rows.bytes.push(self.tally.bytes);
+                rows.bytes.push(self.bytes);
             }
             Err(kind) => {
-                self.tally.bytes.odd += line.bytes;
-                rows.odd.push((rows.count, kind));
-                self.tally.count_odd(kind, line.number, line.text);
+                self.bytes.rejected += line.bytes;
+                rows.rejected.push((rows.count, kind));
+                self.count_rejected(kind, line);
             }
         }
+    }
+
+    #[cold]
+    fn count_rejected(&mut self, reason: RejectedRow, line: &Line<'_>) {
+        let rejected = &mut self.report.rejected;
+        let at = rejected.binary_search_by_key(&reason, |rows| rows.reason).unwrap_or_else(|at| {
+            let first = RejectedRows { reason, count: 0, first_line: line.number, first_text: shown(line.text) };
+            rejected.insert(at, first);
+            at
+        });
+        rejected[at].count += 1;
     }
 
     #[inline]
@@ -145,7 +181,7 @@ impl Parser {
         std::mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
     }
 
-    /// Whether a row without a line end is whole, as far as can be told.
+    /// Whether a row without a line end is whole, as far as that can be known.
     #[cold]
     fn ends_whole(&self, row: &[u8]) -> bool {
         let Some(last_field) = self.plan.last_field else {
@@ -217,7 +253,7 @@ impl Parser {
         let last = self.plan.columns.len() - 1;
         let mut rest = Some(line);
         for (place, &column) in self.plan.columns.iter().enumerate() {
-            // behind an open quote the row goes on in the next line
+            // behind an open quote the row continues in the next line
             let Some(begun) = rest.filter(|_| !self.quote_open) else {
                 break;
             };

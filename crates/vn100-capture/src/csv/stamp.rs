@@ -53,7 +53,7 @@ impl StampUnit {
 
 /// What the stamps of the first rows show.
 #[derive(Debug, Default)]
-pub(super) struct StampSurvey {
+pub(super) struct StampScan {
     stamps: Vec<f64>,
     /// One of them has decimals.
     decimals: bool,
@@ -68,7 +68,7 @@ pub(super) struct UnsureUnit {
     pub(super) units: Vec<&'static str>,
 }
 
-impl StampSurvey {
+impl StampScan {
     pub(super) fn add(&mut self, stamp: &Number) {
         self.stamps.push(stamp.value());
         self.decimals |= stamp.decimals() > 0;
@@ -102,7 +102,7 @@ impl StampSurvey {
         }
     }
 
-    /// Whether they go on from row to row, in a unit that is sure.
+    /// Whether they ascend from row to row, in a unit that is sure.
     pub(super) fn are_times(&self) -> bool {
         self.step().is_some_and(|step| step > 0.0) && self.unit().is_ok()
     }
@@ -116,7 +116,7 @@ impl StampSurvey {
     }
 }
 
-/// What the units of an unsure step tell, in words.
+/// The possible units of a step, in words.
 pub(super) fn may_be(units: &[&str]) -> String {
     if units.is_empty() { "is 1 ms to 1 s in no unit".into() } else { format!("may be {}", units.join(" or ")) }
 }
@@ -130,14 +130,14 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn survey<T: ToString>(stamps: impl IntoIterator<Item = T>) -> StampSurvey {
-        let mut survey = StampSurvey::default();
-        stamps.into_iter().for_each(|stamp| survey.add(&Number::parse(stamp.to_string().as_bytes()).unwrap()));
-        survey
+    fn scan<T: ToString>(stamps: impl IntoIterator<Item = T>) -> StampScan {
+        let mut scan = StampScan::default();
+        stamps.into_iter().for_each(|stamp| scan.add(&Number::parse(stamp.to_string().as_bytes()).unwrap()));
+        scan
     }
 
     fn nanoseconds(text: &str) -> Option<i64> {
-        survey([text]).unit().unwrap().nanoseconds(&Number::parse(text.as_bytes()).unwrap())
+        scan([text]).unit().unwrap().nanoseconds(&Number::parse(text.as_bytes()).unwrap())
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
                 for start_s in [0, 1, 1800, 2_600_000] {
                     let start = (f64::from(start_s) / unit.seconds()).round() as i64;
                     let stamps = (0..100).map(|row| start + step * row);
-                    assert_eq!(survey(stamps).unit(), Ok(unit), "{step} after {start_s} s");
+                    assert_eq!(scan(stamps).unit(), Ok(unit), "{step} after {start_s} s");
                 }
             }
         }
@@ -177,11 +177,11 @@ mod tests {
 
     #[test]
     fn decimals_are_seconds_unless_the_step_is_too_long() {
-        assert_eq!(survey((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::Seconds));
-        assert_eq!(survey((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::Seconds));
-        let milliseconds = survey((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
+        assert_eq!(scan((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::Seconds));
+        assert_eq!(scan((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::Seconds));
+        let milliseconds = scan((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
         assert_eq!(milliseconds.unit(), Ok(StampUnit::Milliseconds));
-        let printed_as_float = survey((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
+        let printed_as_float = scan((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
         assert_eq!(printed_as_float.unit(), Ok(StampUnit::Nanoseconds));
     }
 
@@ -196,7 +196,7 @@ mod tests {
             (0, &[]),
             (-25, &[]),
         ] {
-            let unit = survey((0..50).map(|row| step * row)).unit();
+            let unit = scan((0..50).map(|row| step * row)).unit();
             match units {
                 [_] => assert!(unit.is_ok()),
                 units => assert_eq!(unit, Err(UnsureUnit { step: step as f64, units: units.to_vec() })),
@@ -208,12 +208,12 @@ mod tests {
     fn rows_that_come_together_and_a_clock_set_once_do_not_mislead() {
         // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
         let bunched = (0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3));
-        assert_eq!(survey(bunched).unit(), Ok(StampUnit::Microseconds));
+        assert_eq!(scan(bunched).unit(), Ok(StampUnit::Microseconds));
         let set = (0..300_i64).map(|row| 25 * row + if row < 150 { 0 } else { 3_600_000 });
-        assert_eq!(survey(set).unit(), Ok(StampUnit::Milliseconds));
+        assert_eq!(scan(set).unit(), Ok(StampUnit::Milliseconds));
         // a first stamp of zero among those of an epoch
         let late = (0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row });
-        assert_eq!(survey(late).unit(), Ok(StampUnit::Milliseconds));
+        assert_eq!(scan(late).unit(), Ok(StampUnit::Milliseconds));
     }
 
     #[test]

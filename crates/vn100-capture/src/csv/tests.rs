@@ -1,4 +1,4 @@
-//! Whole files through [`recognise`] and [`CsvReader`].
+//! Whole files through [`detect`] and [`CsvReader`].
 
 use std::io::Read;
 
@@ -7,6 +7,7 @@ use vn100_protocol::{Decoder, Item, Options, VNYMR};
 use vn100_protocol::stream::RejectedRow;
 
 use super::*;
+use crate::event::{CsvReport, RejectedRows};
 
 mod mapped;
 mod properties;
@@ -30,13 +31,21 @@ struct Whole {
     sentences: Vec<Vec<u8>>,
     stamps_ns: Vec<i64>,
     /// With the number of good rows before each.
-    odd: Vec<(usize, RejectedRow)>,
-    tally: CsvTally,
+    rejected: Vec<(usize, RejectedRow)>,
+    report: CsvReport,
+    bytes: LineBytes,
+}
+
+impl Whole {
+    /// The rejected rows of all reasons.
+    fn rejected_rows(&self) -> u64 {
+        self.report.rejected.iter().map(|rows| rows.count).sum()
+    }
 }
 
 fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<Plan>, CsvError> {
     let map = map.map(|map| map.parse().unwrap());
-    recognise(text.as_ref(), map.as_ref())
+    detect(text.as_ref(), map.as_ref())
 }
 
 fn layout(plan: &Plan) -> &vn100_protocol::Layout {
@@ -52,18 +61,18 @@ fn read(plan: Plan, reader: impl Read) -> Whole {
     let mut rows = Rows::default();
     let mut count = 0;
     while reader.next_rows(&mut rows).unwrap() {
-        assert!(rows.count + rows.odd.len() <= 512);
+        assert!(rows.count + rows.rejected.len() <= 512);
         whole.counts.extend(&rows.counts);
-        whole.sentences.extend(rows.sentences().map(<[u8]>::to_vec));
+        whole.sentences.extend((0..rows.sentence_ends.len()).map(|row| rows.sentence(row).to_vec()));
         whole.stamps_ns.extend(&rows.stamps_ns);
-        whole.odd.extend(rows.odd.iter().map(|&(before, kind)| (count + before, kind)));
+        whole.rejected.extend(rows.rejected.iter().map(|&(before, kind)| (count + before, kind)));
         count += rows.count;
     }
     assert!(!reader.next_rows(&mut rows).unwrap());
-    whole.tally = reader.tally().clone();
-    assert_eq!(whole.tally.rows, count as u64);
-    assert_eq!(whole.tally.rejected_rows(), whole.odd.len() as u64);
-    assert_eq!(whole.tally.lines, whole.tally.rows + whole.tally.rejected_rows() + whole.tally.skipped_lines);
+    (whole.report, whole.bytes) = (reader.report().clone(), reader.bytes());
+    assert_eq!(whole.report.rows, count as u64);
+    assert_eq!(whole.rejected_rows(), whole.rejected.len() as u64);
+    assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines);
     whole
 }
 
@@ -98,7 +107,7 @@ fn the_parsed_captures_equal_their_sentences() {
             continue;
         }
         let bytes = std::fs::read(&path).unwrap();
-        let plan = recognise(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
+        let plan = detect(&bytes[..bytes.len().min(HEAD_BYTES)], None).unwrap().unwrap();
         assert_eq!(*layout(&plan), VNYMR, "{}", path.display());
         let whole = read(plan, &*bytes);
         let sentences = std::fs::read(path.with_extension("vnymr")).unwrap();
@@ -106,8 +115,8 @@ fn the_parsed_captures_equal_their_sentences() {
         println!(
             "{:50} {:6} rows {:3} odd, last stamp {} ns",
             path.file_name().unwrap().display(),
-            whole.tally.rows,
-            whole.tally.rejected_rows(),
+            whole.report.rows,
+            whole.rejected_rows(),
             whole.stamps_ns.last().unwrap()
         );
         assert!(whole.counts == expected, "{}", path.display());

@@ -1,4 +1,4 @@
-//! What befell the link, as the JSON objects of `/vn100/link`.
+//! Link events as the JSON objects of `/vn100/link`.
 
 use serde_json::{Value, json};
 use vn100_protocol::DeviceError;

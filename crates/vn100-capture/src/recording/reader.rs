@@ -40,8 +40,8 @@ pub struct Recorded {
     pub program: Option<String>,
     /// What the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
-    /// It was gone on with after it had ended: what `metadata` says of its length is of the first
-    /// part alone.
+    /// It was resumed after it had ended: what `metadata` says of its length is of the first part
+    /// alone.
     pub resumed: bool,
     /// How it ended; set when it was read to there.
     pub end: Arc<OnceLock<RecordingEnd>>,
@@ -164,7 +164,7 @@ impl<R: Read> RecordingReader<R> {
         &self.recorded
     }
 
-    /// The next input; `None` at the end, of which [`RecordingReader::recorded`] then tells.
+    /// The next input; `None` at the end, which [`RecordingReader::recorded`] then describes.
     ///
     /// # Errors
     /// When the file cannot be read, or is damaged. Nothing follows; what came before stands.
@@ -282,7 +282,7 @@ enum Carries {
     Link,
 }
 
-/// What the records read so far have told.
+/// What is known from the records read so far.
 #[derive(Debug, Default)]
 struct Contents {
     carries: BTreeMap<u16, Carries>,

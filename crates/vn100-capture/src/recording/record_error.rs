@@ -21,7 +21,7 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
-    /// To go on with a recording replaces its file, and a symbolic link would be replaced instead.
+    /// To resume a recording replaces its file, and a symbolic link would be replaced instead.
     #[error("{} is a symbolic link: name the recording itself to resume it", path.display())]
     SymbolicLink {
         /// The link.
@@ -33,7 +33,7 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
-    /// What is there is no recording that could go on.
+    /// What is there is no recording that can be resumed.
     #[error("{} cannot be resumed: {problem}", path.display())]
     NotResumable {
         /// The file.

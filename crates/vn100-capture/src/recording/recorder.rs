@@ -14,8 +14,8 @@ use tokio::sync::{mpsc, watch};
 use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room is for the
-/// sender to drop and to tell.
+/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room the sender
+/// drops and reports.
 const WAITING_INPUTS: usize = 1024;
 
 /// A killed program loses no more of the stream than this.
@@ -29,7 +29,7 @@ pub struct RecordingState {
     /// Bytes of the stream that this recorder has handed to the file.
     pub bytes: u64,
     /// Why it stopped, if it did: a full disk, or a file that was removed meanwhile. The file holds
-    /// what came before, and the measurement goes on.
+    /// what came before, and the measurement continues.
     pub error: Option<Arc<io::Error>>,
     /// Whether it is over, by [`Recorder::finish`] or by an error.
     pub ended: bool,
@@ -37,8 +37,8 @@ pub struct RecordingState {
 
 /// Writes what a link delivers to a file, on a thread of its own.
 ///
-/// The file is flushed whenever a second of stream has passed, and with everything that befalls the
-/// link. A recorder that is dropped ends its file without a reason, on its own time.
+/// The file is flushed whenever a second of stream has passed, and with each
+/// link event. A recorder that is dropped ends its file without a reason, on its own time.
 #[derive(Debug)]
 pub struct Recorder {
     inputs: mpsc::Sender<StreamInput>,
@@ -65,7 +65,7 @@ impl Recorder {
         Self::start(path, writer, |file| file.sync_all()).map_err(failed)
     }
 
-    /// Goes on with a recording, whole or cut: its readable part, then
+    /// Resumes a recording, whole or cut: its readable part, then
     /// [`Down`](vn100_protocol::stream::LinkEventKind::Down), then what comes now.
     ///
     /// The readable part is copied to a file beside it, which takes its place only when it is
@@ -97,22 +97,20 @@ impl Recorder {
             let error = record(writer, inputs, &states, &reason_of_end).and_then(sync).err().map(Arc::new);
             states.send_modify(|state| (state.error, state.ended) = (error, true));
         };
-        // ends at an error, or when nobody holds a sender any more
+        // ends at an error, or when all senders are dropped
         thread::Builder::new().name("recorder".into()).spawn(work)?;
         Ok(Self { inputs: sender, state, reason, known_serial: None })
     }
 
-    /// Where to send what shall be recorded, as in
-    /// `LinkOptions::recording`. When it is full the disk does not
-    /// keep up; when it is closed the recording has stopped.
+    /// Where to send what shall be recorded, as in `LinkOptions::recording`. When it is full the
+    /// disk does not keep up; when it is closed the recording has stopped.
     #[must_use]
     pub fn inputs(&self) -> mpsc::Sender<StreamInput> {
         self.inputs.clone()
     }
 
-    /// The serial number of the sensor that a recording that is gone on with was of, for
-    /// `LinkOptions::known_serial`; `None` where it is not in
-    /// there, or the recording is new.
+    /// The serial number of the sensor in a resumed recording, for `LinkOptions::known_serial`;
+    /// `None` where it is not in there, or the recording is new.
     #[must_use]
     pub fn known_serial(&self) -> Option<&str> {
         self.known_serial.as_deref()
@@ -125,7 +123,7 @@ impl Recorder {
     }
 
     /// Ends the recording for this reason, in words, once all clones of [`Recorder::inputs`] are
-    /// gone: writes what waits and hands the file to the disk. Gives the last state, which tells of
+    /// gone: writes what waits and hands the file to the disk. Gives the last state, which holds
     /// any error.
     pub async fn finish(self, reason: &str) -> RecordingState {
         let Self { inputs, mut state, reason: given, .. } = self;
@@ -157,7 +155,7 @@ fn record<W: Write>(
                 bytes += more.len() as u64;
                 at_ns.abs_diff(*oldest_unflushed_ns.get_or_insert(at_ns)) >= FLUSH_EVERY_NS
             }
-            // nothing tells how much time has passed
+            // how much time has passed is not known
             StreamInput::Chunk(Chunk { bytes: more, at_ns: None }) => {
                 bytes += more.len() as u64;
                 true

@@ -1,4 +1,4 @@
-//! Goes on with a recording: copies what of it can be read, and puts the copy in its place.
+//! Resumes a recording: copies what of it can be read, and puts the copy in its place.
 
 use std::{
     collections::BTreeMap,
@@ -62,8 +62,8 @@ pub(super) fn resume(
     Ok((writer, serial))
 }
 
-/// Copies all that can be read, and tells that there was a break. Gives the serial number that the
-/// sensor told last.
+/// Copies all that can be read, and marks the break. Gives the serial number that the sensor
+/// reported last.
 fn copy_inputs(
     recording: &mut RecordingReader<impl Read>,
     writer: &mut RecordingWriter<NamedFile>,
@@ -73,8 +73,8 @@ fn copy_inputs(
     let mut copy = |entry: Entry<'_>| match entry {
         Entry::Bytes { at_ns, bytes } => {
             parser.push(&bytes, None);
-            let told = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
-            for value in told.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
+            let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
+            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
                 serial = Some(value.fields);
             }
             writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))

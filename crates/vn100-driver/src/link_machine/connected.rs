@@ -26,7 +26,7 @@ const LONGEST_STALL: Duration = Duration::from_millis(2500);
 pub(super) struct Connected {
     up: Up,
     health: StreamHealth,
-    /// When the output of the sensor was last heard.
+    /// When the output of the sensor was last received.
     last_output: Duration,
     silence: Option<Silence>,
     /// Whether the sensor has reported a restart, and has sent no output since.

@@ -285,8 +285,8 @@ impl Requests {
         self.take_completions();
     }
 
-    /// The link is lost, or tries another baud rate: all open commands end. Only the user hears of
-    /// it.
+    /// The link is lost, or tries another baud rate: all open commands end. Only the user is
+    /// informed.
     pub(super) fn handle_link_down(&mut self) {
         self.to_read.clear();
         self.is_paused_by_user = false;
@@ -460,7 +460,7 @@ mod tests {
         assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { id: 1, result: Ok(_) })));
         assert!(matches!(requests.poll_event(), Some(RequestEvent::PhaseAnswered(Ok(_)))));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(MODEL));
-        // a lost link ends what is open, and only the user hears of it
+        // a lost link ends what is open, and only the user is informed
         requests.submit_for_phase(SensorCommand::ReadRegister(Register::SERIAL_NUMBER));
         requests.handle_link_down();
         assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { id: 2, result: Err(_) })));
@@ -540,7 +540,7 @@ mod tests {
         assert!(!requests.must_restore_pause());
         assert!(requests.detect_resumed_output());
         assert!(requests.must_restore_pause() && !requests.detect_resumed_output());
-        // a restart switches the output on, and whoever asks for the output keeps it
+        // a restart switches the output on, and a user who commands the output keeps it
         let mut restarted = requests;
         restarted.handle_reply(&Reply::Error(DeviceError::HardFault), s(4));
         assert!(!restarted.must_restore_pause());

@@ -107,8 +107,8 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    fn lines(lines: u64) -> FrameCounts {
-        FrameCounts { good: lines, output: lines }
+    fn lines(count: u64) -> FrameCounts {
+        FrameCounts { good: count, output: count }
     }
 
     #[test]

@@ -305,7 +305,7 @@ fn a_silent_sensor_is_waited_for_at_the_first_baud_rate_as_long_as_it_boots() {
 }
 
 #[test]
-fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_heard() {
+fn a_first_scan_without_a_sensor_is_repeated_once_and_ends_with_what_was_received() {
     let cases = [
         (
             true,
@@ -465,8 +465,8 @@ fn a_serial_number_is_learned_and_one_that_changes_is_read_again() {
     bench.assert_ledger();
 }
 
-/// A sensor with settings to keep that has been lost, and is heard again.
-fn heard_again() -> Bench {
+/// A sensor with settings to keep that has been lost, and sends again.
+fn reconnected() -> Bench {
     let mut bench = Bench::connected(LinkOptions { baud: Some(230_400), ..slowed() });
     bench.receive(FRAME);
     assert_eq!(bench.sent, ["$VNRRG,07*74"], "nothing is written to a sensor that is as it was left");
@@ -482,7 +482,7 @@ fn heard_again() -> Bench {
 #[test]
 fn settings_are_written_again_after_a_reconnect() {
     for refused in [false, true] {
-        let mut bench = heard_again();
+        let mut bench = reconnected();
         let mut answer = |command: &str, reply: &str| {
             assert_eq!(bench.take_sent(), [command]);
             bench.receive(&(sentence(reply) + FRAME));
@@ -547,7 +547,7 @@ fn the_baud_rate_is_raised_again_where_the_settings_need_it() {
 
 #[test]
 fn a_stop_while_settings_are_written_leaves_the_output_on() {
-    let mut bench = heard_again();
+    let mut bench = reconnected();
     bench.receive(&sentence("VNRRG,01,VN-100"));
     assert_eq!(bench.sent.last().unwrap(), PAUSE);
     bench.stop();
@@ -776,7 +776,7 @@ fn phases() -> Vec<Bench> {
     verifying.receive(&serial("7"));
     verifying.wait(ms(3000));
     verifying.receive(FRAME);
-    let mut restoring = heard_again();
+    let mut restoring = reconnected();
     restoring.receive(&sentence("VNRRG,01,VN-100"));
     restoring.stop();
     restoring.receive(FRAME);

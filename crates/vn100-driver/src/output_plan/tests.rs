@@ -57,12 +57,12 @@ fn the_line_is_never_asked_for_more_than_it_carries() {
 }
 
 #[test]
-fn a_port_told_behind_a_value_is_no_change() {
-    let told = [(Register::BAUD_RATE, "115200,1"), (Register::ASYNC_TYPE, "14,1"), (Register::ASYNC_RATE, "40,1")];
-    let told = with(current(115_200, 14, 40), &told);
+fn a_port_behind_a_value_is_no_change() {
+    let replies = [(Register::BAUD_RATE, "115200,1"), (Register::ASYNC_TYPE, "14,1"), (Register::ASYNC_RATE, "40,1")];
+    let current = with(current(115_200, 14, 40), &replies);
     let settings = OutputSettings { message: Some("VNYMR".into()), baud: Some(115_200), ..rate(40) };
-    assert_eq!(planned(&told, &settings), [""; 0]);
-    let (changes, ..) = plan(&told, &rate(20)).unwrap();
+    assert_eq!(planned(&current, &settings), [""; 0]);
+    let (changes, ..) = plan(&current, &rate(20)).unwrap();
     let [Change { before, after, .. }] = &changes[..] else { panic!("{changes:?}") };
     assert_eq!((before.as_str(), after.as_str()), ("40", "20"));
 }

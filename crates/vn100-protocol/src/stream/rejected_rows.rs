@@ -3,7 +3,7 @@
 use core::fmt;
 
 /// Why a row of a CSV file was rejected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RejectedRow {
     /// It has more or fewer fields than the header, or no sentence in the field for it.
     Fields,

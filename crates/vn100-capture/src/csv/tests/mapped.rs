@@ -28,7 +28,7 @@ fn a_file_without_names_is_read_from_its_first_line() {
     for (above, skipped) in [("", 0), ("\u{feff}", 0), ("# t, w\n", 1), ("# w, x, y of may\n", 1), ("t,w\n", 1)] {
         let whole = read_text(format!("{above}{rows}"), map);
         assert_eq!(whole.counts, [50, 25], "{above:?}");
-        assert_eq!((whole.tally.skipped_lines, whole.tally.rows), (skipped, 2));
+        assert_eq!((whole.report.skipped_lines, whole.report.rows), (skipped, 2));
     }
 }
 
@@ -45,7 +45,7 @@ fn stamps_are_found_beside_mapped_columns_where_they_are_sure() {
         ("t,w\n0.000,1\n0.025,2\n0.050,3\n", Some("gyro_x=w:deg/s,temperature=t:degC")),
     ] {
         let read = read_text(text, map);
-        assert!(read.stamps_ns.is_empty() && read.tally.rows == 3, "{text}");
+        assert!(read.stamps_ns.is_empty() && read.report.rows == 3, "{text}");
     }
 }
 
@@ -66,19 +66,18 @@ fn an_attitude_makes_a_recording_compensated() {
 #[test]
 fn what_does_not_fit_takes_fewer_decimals_and_says_so() {
     let mut text = "w\n".to_owned();
-    for row in 0..survey::ROWS {
+    for row in 0..resolution::SCANNED_ROWS {
         text.push_str(&format!("{}\n", (row as f64).sin() * 100.0));
     }
     text.push_str("0.00012345678901234\n21474\n300000\n");
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     let [rounded] = &plan.rounded[..] else { panic!("{:?}", plan.rounded) };
     // 64 * 100 with five decimals fits 32 bits
-    assert_eq!((rounded.channel, rounded.kept_decimals), ("gyro_x", 5));
-    assert!(rounded.printed_decimals > 12);
+    assert_eq!((&**rounded, plan.scales[0].resolution.decimals), ("gyro_x", 5));
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.counts[1], 8_414_710);
-    assert_eq!(whole.counts[survey::ROWS..], [12, 2_147_400_000]);
-    assert_eq!(whole.odd, [(survey::ROWS + 2, RejectedRow::Range)]);
+    assert_eq!(whole.counts[resolution::SCANNED_ROWS..], [12, 2_147_400_000]);
+    assert_eq!(whole.rejected, [(resolution::SCANNED_ROWS + 2, RejectedRow::Range)]);
 }
 
 #[test]

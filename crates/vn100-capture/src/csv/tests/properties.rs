@@ -19,7 +19,7 @@ impl Read for Pieces<'_> {
     }
 }
 
-/// A file with good rows, odd ones, and bytes replaced, inserted and cut anywhere.
+/// A file with valid rows, rejected ones, and bytes replaced, inserted and cut anywhere.
 fn damaged_file() -> impl Strategy<Value = Vec<u8>> {
     let line = prop_oneof![
         6 => Just(format!("1761939167.192566,{VALUES}\n")),
@@ -62,11 +62,11 @@ proptest! {
     fn every_line_is_counted_once_however_the_file_is_cut(bytes in damaged_file(), sizes in proptest::collection::vec(1_usize..200, 1..8)) {
         let map = "gyro_x=2:deg/s,temperature=3:K,t=1:s".parse().unwrap();
         for map in [None, Some(&map)] {
-            let Ok(Some(plan)) = recognise(&bytes, map) else { continue };
+            let Ok(Some(plan)) = detect(&bytes, map) else { continue };
             let at_once = read(plan.clone(), &bytes[..]);
-            prop_assert_eq!(at_once.tally.lines, lines(&bytes, &plan));
-            let counted = at_once.tally.bytes;
-            prop_assert_eq!(counted.rows + counted.odd + counted.skipped, bytes.len() as u64);
+            prop_assert_eq!(at_once.report.lines, lines(&bytes, &plan));
+            let counted = at_once.bytes;
+            prop_assert_eq!(counted.rows + counted.rejected + counted.skipped, bytes.len() as u64);
             let pieces = Pieces { bytes: &bytes, sizes: sizes.clone().into_iter().cycle() };
             prop_assert_eq!(read(plan, pieces), at_once);
         }
@@ -77,16 +77,16 @@ proptest! {
         let map = "gyro_x=1:deg/s".parse().unwrap();
         for bytes in [&bytes[..], text.as_bytes()] {
             for map in [None, Some(&map)] {
-                if let Ok(Some(plan)) = recognise(bytes, map) {
+                if let Ok(Some(plan)) = detect(bytes, map) {
                     let expected = lines(bytes, &plan);
-                    prop_assert_eq!(read(plan, bytes).tally.lines, expected);
+                    prop_assert_eq!(read(plan, bytes).report.lines, expected);
                 }
             }
         }
     }
 
     #[test]
-    fn printed_counts_come_back(counts in proptest::collection::vec(-2_000_000_i32..2_000_000, 2..60), decimals in 1_usize..7, exponents: bool) {
+    fn printed_counts_are_restored(counts in proptest::collection::vec(-2_000_000_i32..2_000_000, 2..60), decimals in 1_usize..7, exponents: bool) {
         let mut text = "gyro_x\n".to_owned();
         for count in &counts {
             let field = if exponents {

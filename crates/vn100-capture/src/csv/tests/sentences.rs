@@ -33,7 +33,7 @@ fn sentences_are_found_quoted_or_not() {
             let (counts, whole) = decoded(&format!("{header}{line_end}{row}{line_end}{row}{line_end}"));
             assert_eq!(counts, [COUNTS, COUNTS].concat(), "{header}");
             assert_eq!(whole.stamps_ns, [0, 0]);
-            assert_eq!((whole.tally.lines, whole.tally.rows, whole.tally.skipped_lines), (3, 2, 1));
+            assert_eq!((whole.report.lines, whole.report.rows, whole.report.skipped_lines), (3, 2, 1));
         }
     }
 }
@@ -44,7 +44,7 @@ fn line_breaks_inside_quotes_are_no_rows() {
         let text = format!("t,raw,n\n1.0,\"{SENTENCE}{broken}\",7\n2.0,\"{SENTENCE}{broken}\",8\n");
         let (counts, whole) = decoded(&text);
         assert_eq!(counts, [COUNTS, COUNTS].concat(), "{broken:?}");
-        assert_eq!((whole.tally.rows, whole.tally.rejected_rows()), (2, 0));
+        assert_eq!((whole.report.rows, whole.rejected_rows()), (2, 0));
     }
 }
 
@@ -53,7 +53,7 @@ fn a_lost_quote_costs_its_own_row_at_most() {
     let text = format!("t,raw,n\n1.0,\"{SENTENCE},7\n2.0,\"{SENTENCE}\",8\n");
     let (counts, whole) = decoded(&text);
     assert!(counts.ends_with(&COUNTS));
-    assert_eq!((whole.tally.rows, whole.tally.rejected_rows()), (2, 0));
+    assert_eq!((whole.report.rows, whole.rejected_rows()), (2, 0));
 }
 
 #[test]
@@ -61,24 +61,24 @@ fn damage_is_left_to_the_checksum() {
     let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,{}\n3.0,{SENTENCE}\n", SENTENCE.replace("085", "095"));
     let (counts, whole) = decoded(&text);
     assert_eq!(counts, [COUNTS, COUNTS].concat());
-    assert_eq!(whole.tally.rows, 3);
+    assert_eq!(whole.report.rows, 3);
     assert_eq!(whole.stamps_ns, [0, 1_000_000_000, 2_000_000_000]);
 }
 
 #[test]
-fn rows_without_a_sentence_or_a_stamp_are_odd() {
+fn rows_without_a_sentence_or_a_stamp_are_rejected() {
     let text = format!("t,raw\n1.0,{SENTENCE}\n2.0,\n3.0\nnow,{SENTENCE}\n,{SENTENCE}\n");
     let (_, whole) = decoded(&text);
-    let kinds: Vec<_> = whole.odd.iter().map(|&(_, kind)| kind).collect();
+    let kinds: Vec<_> = whole.rejected.iter().map(|&(_, kind)| kind).collect();
     assert_eq!(kinds, [RejectedRow::Fields, RejectedRow::Fields, RejectedRow::Stamp, RejectedRow::Stamp]);
 }
 
 #[test]
-fn rows_with_too_many_fields_are_odd() {
+fn rows_with_too_many_fields_are_rejected() {
     let text = format!("n,raw,t\n1,\"{SENTENCE}\",1.5\n2,\"{SENTENCE}\",1.5,6\n3,{SENTENCE},2.5\n");
     let (counts, whole) = decoded(&text);
     assert_eq!(counts, COUNTS);
-    assert_eq!(whole.odd, [(1, RejectedRow::Fields), (1, RejectedRow::Fields)]);
+    assert_eq!(whole.rejected, [(1, RejectedRow::Fields), (1, RejectedRow::Fields)]);
 }
 
 #[test]
@@ -93,8 +93,7 @@ fn a_column_of_other_data_is_no_column_of_sentences() {
 fn a_cut_stamp_is_no_stamp() {
     let row = |stamp: &str| format!("\"{SENTENCE}\",{stamp}");
     let text = format!("raw,t\n{}\n{}\n{}", row("1.500"), row("1.525"), row("1.550"));
-    let rows =
-        |text: &str| (read_text(text, None).tally.rows, read_text(text, None).tally.odd(RejectedRow::Truncated).count);
+    let rows = |text: &str| (read_text(text, None).report.rows, read_text(text, None).rejected_rows());
     assert_eq!(rows(&text), (3, 0));
     assert_eq!(rows(&text[..text.len() - 1]), (2, 1));
     // a sentence at the end is for the decoder to judge

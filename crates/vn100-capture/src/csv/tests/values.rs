@@ -16,13 +16,13 @@ fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
         let whole = read_text(format!("{HEADER}\n0.5,{values}\n0.525,{values}\n"), None);
         assert_eq!(whole.counts, [COUNTS, COUNTS].concat());
         assert_eq!(whole.stamps_ns, [0, 25_000_000]);
-        assert_eq!(whole.tally.skipped_lines, 1);
+        assert_eq!(whole.report.skipped_lines, 1);
     }
     // floats printed in full get more decimals than the sensor has, and are the same numbers
     let text = format!("# {HEADER}\n1.761939167192566e+09,{saved}\n");
     let plan = plan(&text, None).unwrap().unwrap();
     assert_eq!(plan.rounded.len(), 12);
-    assert_eq!(plan.rounded[9], Rounded { channel: "gyro_x", printed_decimals: 23, kept_decimals: 7 });
+    assert_eq!((&*plan.rounded[9], plan.scales[9].resolution.decimals), ("gyro_x", 7));
     let channels = layout(&plan).channels.clone();
     let whole = read(plan, text.as_bytes());
     for (slot, channel) in channels.iter().enumerate() {
@@ -61,7 +61,7 @@ fn line_ends_marks_and_separators_are_the_files_own() {
     ] {
         let whole = read_text(&variant, None);
         assert_eq!((&whole.counts, &whole.stamps_ns), (&expected.counts, &expected.stamps_ns), "{variant:?}");
-        assert_eq!(whole.tally.rejected_rows(), 0);
+        assert_eq!(whole.rejected_rows(), 0);
     }
 }
 
@@ -98,9 +98,9 @@ fn more_decimals_than_the_sensor_prints_are_kept() {
 }
 
 #[test]
-fn each_odd_row_is_counted_with_its_reason() {
+fn each_rejected_row_is_counted_with_its_reason() {
     let mut text = "t,gyro_x,accel_x\n".to_owned();
-    for row in 0..survey::ROWS {
+    for row in 0..resolution::SCANNED_ROWS {
         text.push_str(&format!("{row}.0,0.000001,9.81\n"));
     }
     for row in [
@@ -119,7 +119,7 @@ fn each_odd_row_is_counted_with_its_reason() {
         text.push('\n');
     }
     let whole = read_text(&text, None);
-    let kinds: Vec<_> = whole.odd.iter().map(|&(before, kind)| (before, kind.to_string())).collect();
+    let kinds: Vec<_> = whole.rejected.iter().map(|&(before, kind)| (before, kind.to_string())).collect();
     let kinds: Vec<_> = kinds.iter().map(|(before, kind)| (*before, &**kind)).collect();
     assert_eq!(
         kinds,
@@ -135,15 +135,16 @@ fn each_odd_row_is_counted_with_its_reason() {
         ]
     );
     assert_eq!(
-        whole.tally.odd(RejectedRow::Fields),
-        &OddRows { count: 3, first: Some(Evidence { line: 1002, text: "1000,0.000001".into() }) }
+        whole.report.rejected[0],
+        RejectedRows { reason: RejectedRow::Fields, count: 3, first_line: 1002, first_text: "1000,0.000001".into() }
     );
-    assert_eq!(whole.tally.odd(RejectedRow::Number).first.as_ref().unwrap().line, 1005);
+    let second = &whole.report.rejected[1];
+    assert_eq!((second.reason, second.first_line), (RejectedRow::Number, 1005));
     assert_eq!(whole.stamps_ns[1000..], [1_005_000_000_000, 1_009_000_000_000]);
 }
 
 #[test]
-fn a_line_without_end_is_one_odd_row() {
+fn a_line_without_end_is_one_rejected_row() {
     let mut bytes = b"t,gyro_x\n0.0,0.5\n".to_vec();
     for length in [lines::LONGEST_LINE, 5 * lines::LONGEST_LINE + 7] {
         bytes.extend(std::iter::repeat_n(b'7', length));
@@ -151,11 +152,11 @@ fn a_line_without_end_is_one_odd_row() {
     }
     let whole = read_text(&bytes, None);
     assert_eq!(whole.counts, [500_000, 250_000, 250_000]);
-    assert_eq!(whole.odd, [(1, RejectedRow::Length), (2, RejectedRow::Length)]);
-    assert_eq!(whole.tally.lines, 6);
+    assert_eq!(whole.rejected, [(1, RejectedRow::Length), (2, RejectedRow::Length)]);
+    assert_eq!(whole.report.lines, 6);
     let row_bytes = "0.0,0.5\n".len() + 2 * "1,0.25\n".len();
-    let expected = LineBytes { rows: row_bytes as u64, odd: (6 * lines::LONGEST_LINE + 9) as u64, skipped: 9 };
-    assert_eq!(whole.tally.bytes, expected);
+    let expected = LineBytes { rows: row_bytes as u64, rejected: (6 * lines::LONGEST_LINE + 9) as u64, skipped: 9 };
+    assert_eq!(whole.bytes, expected);
 }
 
 #[test]
@@ -208,7 +209,7 @@ fn what_is_no_csv_of_a_sensor_is_left_alone() {
 }
 
 #[test]
-fn what_lacks_the_columns_is_told_so() {
+fn missing_columns_are_an_error() {
     let error = plan("date,humidity,temperature\n1,40.5,20.1\n", None).unwrap_err();
     assert_eq!(error.hint(), Some(MapHint::Columns("gyro_x=wx:deg/s,t=time:s")));
     let error = error.to_string();
@@ -269,34 +270,38 @@ fn a_separator_too_many_at_the_end_is_no_field() {
         let plan = plan(&text, None).unwrap().unwrap();
         assert_eq!(plan.ignored_columns.len(), ignored, "{header:?} {end:?}");
         let whole = read(plan, text.as_bytes());
-        assert_eq!((&*whole.counts, whole.odd.len()), (&[9810, 500_000, 9820, 250_000][..], 0), "{header:?} {end:?}");
+        assert_eq!(
+            (&*whole.counts, whole.rejected.len()),
+            (&[9810, 500_000, 9820, 250_000][..], 0),
+            "{header:?} {end:?}"
+        );
     }
     let error = plan("date,humidity,\n1,40.5,\n", None).unwrap_err().to_string();
     assert!(error.ends_with("; found date, humidity"), "{error}");
 }
 
 #[test]
-fn a_separator_too_many_in_one_row_alone_is_odd() {
+fn a_separator_too_many_in_one_row_alone_is_rejected() {
     let whole = read_text("gyro_x,gyro_y\n1,2\n1,2,\n1,2\n", None);
-    assert_eq!(whole.odd, [(1, RejectedRow::Fields)]);
+    assert_eq!(whole.rejected, [(1, RejectedRow::Fields)]);
     let whole = read_text("gyro_x,gyro_y,\n1,2,\n1,2\n1,2,\n", None);
-    assert_eq!(whole.odd, [(1, RejectedRow::Fields)]);
+    assert_eq!(whole.rejected, [(1, RejectedRow::Fields)]);
 }
 
 #[test]
 fn a_row_cut_in_its_last_number_is_no_sample() {
     let text = format!("{HEADER}\n1.0,{VALUES}\n1.025,{VALUES}\n1.050,{VALUES}");
-    assert_eq!(read_text(&text, None).tally.rows, 3);
-    assert_eq!(read_text(format!("{text}\r"), None).tally.rows, 3);
+    assert_eq!(read_text(&text, None).report.rows, 3);
+    assert_eq!(read_text(format!("{text}\r"), None).report.rows, 3);
     let last_row = text.rfind('\n').unwrap() + 1;
     for end in last_row + 1..text.len() {
         let whole = read_text(&text[..end], None);
-        assert_eq!((whole.tally.rows, &*whole.odd), (2, &[(2, RejectedRow::Truncated)][..]), "{}", &text[..end]);
+        assert_eq!((whole.report.rows, &*whole.rejected), (2, &[(2, RejectedRow::Truncated)][..]), "{}", &text[..end]);
     }
 }
 
 #[test]
 fn a_comment_needs_no_line_end() {
     let whole = read_text("gyro_x\n0.5\n# done", None);
-    assert_eq!((whole.tally.rows, whole.tally.rejected_rows(), whole.tally.skipped_lines), (1, 0, 2));
+    assert_eq!((whole.report.rows, whole.rejected_rows(), whole.report.skipped_lines), (1, 0, 2));
 }

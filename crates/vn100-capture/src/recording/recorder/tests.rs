@@ -34,7 +34,7 @@ impl Write for Disk {
     }
 }
 
-/// A disk that writes only when it is told to, once for each token.
+/// A disk that writes only with a token, once for each.
 struct SlowDisk(Receiver<()>, Disk);
 
 impl Write for SlowDisk {
@@ -118,7 +118,7 @@ fn length(input: &StreamInput) -> usize {
 }
 
 #[tokio::test]
-async fn what_a_slow_disk_does_not_take_is_told_in_the_file() {
+async fn what_a_slow_disk_does_not_take_is_reported_in_the_file() {
     let (gate, tokens) = std::sync::mpsc::channel();
     let disk = Disk { room: usize::MAX, ..Disk::default() };
     // its head is written
@@ -139,16 +139,16 @@ async fn what_a_slow_disk_does_not_take_is_told_in_the_file() {
     tokio::task::spawn_blocking(move || sender.send_waiting_blocking()).await.unwrap();
     let state = recorder.finish("done").await;
     assert!(state.error.is_none());
-    let mut told_lost = 0;
+    let mut reported_lost = 0;
     let kept: usize = replay(&disk)
         .iter()
         .map(|input| {
             if let StreamInput::Link(LinkEvent { kind: LinkEventKind::Overrun { bytes }, .. }) = input {
-                told_lost += bytes;
+                reported_lost += bytes;
             }
             length(input)
         })
         .sum();
-    assert_eq!((told_lost, kept), (lost, sent - usize::try_from(lost).unwrap()));
+    assert_eq!((reported_lost, kept), (lost, sent - usize::try_from(lost).unwrap()));
     assert_eq!(state.bytes, kept as u64);
 }

@@ -30,7 +30,7 @@ impl LastField {
     }
 
     /// Whether `field` has the decimals or the width that all others have. Where they have neither
-    /// in common nobody can tell.
+    /// in common that is not known.
     pub(super) fn is_whole(&self, field: &[u8]) -> bool {
         let Form { decimals, width } = Form::of(field);
         self.form.is_some_and(|form| {

@@ -3,7 +3,7 @@
 use super::number::{LastDigit, Number};
 
 /// Rows looked at, as far as the head of the file holds them.
-pub(super) const ROWS: usize = 1000;
+pub(super) const SCANNED_ROWS: usize = 1000;
 
 /// A channel that is not exact leaves room for values this many times larger than its first ones.
 const HEADROOM: f64 = 64.0;
@@ -16,7 +16,7 @@ const UNSEEN_DECIMALS: (u32, u32) = (6, 9);
 
 /// What the first rows of a column print.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Survey {
+pub(super) struct ColumnScan {
     /// Numbers other than zero.
     nonzero: u32,
     largest: f64,
@@ -47,7 +47,7 @@ pub(super) struct Prior {
     pub(super) limit: Option<f64>,
 }
 
-impl Survey {
+impl ColumnScan {
     pub(super) fn add(&mut self, number: &Number) {
         let magnitude = number.magnitude();
         // zeros are printed shorter by some scripts, and say nothing
@@ -55,11 +55,6 @@ impl Survey {
         self.largest = self.largest.max(magnitude);
         self.printed.add(number.decimals(), magnitude);
         self.significant.add(number.significant_decimals(), magnitude);
-    }
-
-    /// The most decimals that any number has, as printed.
-    pub(super) fn printed_decimals(&self) -> u32 {
-        self.printed.decimals
     }
 
     /// The decimals as they stand, when they are a last digit: at least half of the numbers have
@@ -114,11 +109,11 @@ mod tests {
     const RATE: Prior = Prior { decimals: 6, limit: Some(40.0) };
 
     fn resolution(fields: &[&str], prior: Prior) -> (u8, LastDigit) {
-        let mut survey = Survey::default();
+        let mut scan = ColumnScan::default();
         for field in fields {
-            survey.add(&Number::parse(field.as_bytes()).unwrap());
+            scan.add(&Number::parse(field.as_bytes()).unwrap());
         }
-        let resolution = survey.resolution(prior);
+        let resolution = scan.resolution(prior);
         (resolution.decimals, resolution.last_digit)
     }
 

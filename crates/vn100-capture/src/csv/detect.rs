@@ -1,7 +1,8 @@
 //! Finds the line that names the columns of a CSV file, and how the file is to be read then.
 
 use super::{
-    BYTE_ORDER_MARK, CsvError, candidate::Candidate, column_map::ColumnMap, fields::is_comment_or_blank, plan::Plan,
+    BYTE_ORDER_MARK, CsvError, column_map::ColumnMap, fields::is_comment_or_blank, header_candidate::HeaderCandidate,
+    plan::Plan,
 };
 
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.
@@ -17,7 +18,7 @@ const COMMENTS_ABOVE: usize = 100;
 ///
 /// # Errors
 /// [`CsvError`] when this is a CSV file but lacks the columns, or the stamps.
-pub(crate) fn recognise(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
+pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
     let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
@@ -33,7 +34,7 @@ pub(crate) fn recognise(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<P
         let Some(names) = lines[index].trim_ascii_start().strip_prefix(b"#") else {
             continue;
         };
-        let candidate = Candidate::new(names, &lines, line_end, index);
+        let candidate = HeaderCandidate::new(names, &lines, line_end, index);
         if !candidate.fits(lines[first]) {
             continue;
         }
@@ -44,7 +45,7 @@ pub(crate) fn recognise(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<P
             Ok(None) | Err(_) => {}
         }
     }
-    let plan = Candidate::new(lines[first], &lines, line_end, first).plan(map)?;
+    let plan = HeaderCandidate::new(lines[first], &lines, line_end, first).plan(map)?;
     match problem {
         Some(problem) if plan.is_none() => Err(problem),
         _ => Ok(plan),

@@ -9,20 +9,20 @@ use super::{
     column_map::{ColumnMap, ColumnName, MappedChannel},
     fields::{Fields, is_comment_or_blank},
     header::{Header, Places},
-    last_field::LastField,
     number::{LastDigit, Number},
-    plan::{Column, Kind, Plan, Rounded, Scale},
-    stamp::{StampSurvey, StampUnit},
-    survey::{self, Prior, Survey},
-    tally::shown,
+    plan::{Column, Kind, Plan, Scale},
+    resolution::{self, ColumnScan, Prior},
+    shown,
+    stamp::{StampScan, StampUnit},
+    unended_row::LastField,
 };
 
-/// Rows that tell how many fields a row has; fewer than are surveyed, for every comment above them
+/// Rows that show how many fields a row has; fewer than are scanned, for every comment above them
 /// may be a header.
 const FITTED_ROWS: usize = 50;
 
 /// A line that may be the header.
-pub(super) struct Candidate<'a> {
+pub(super) struct HeaderCandidate<'a> {
     header: Header,
     /// The head of the file.
     lines: &'a [&'a [u8]],
@@ -39,12 +39,12 @@ struct Reading {
     priors: Vec<Prior>,
     /// As in [`Unit`](super::channel::Unit), one per channel.
     zeros_hundredths: Vec<i64>,
-    /// `None` when the stamps themselves must tell.
+    /// `None` where it follows from the stamps.
     stamp_unit: Option<StampUnit>,
     lines_above: usize,
 }
 
-impl<'a> Candidate<'a> {
+impl<'a> HeaderCandidate<'a> {
     /// The line at `index`, which names the columns in the text `names`.
     pub(super) fn new(names: &[u8], lines: &'a [&'a [u8]], line_end: u8, index: usize) -> Self {
         let mut candidate = Self { header: Header::read(names), lines, line_end, index };
@@ -97,7 +97,7 @@ impl<'a> Candidate<'a> {
             if sentences { Kind::Sentences } else { Kind::Values(self.named_layout(channels().cloned().collect())) };
         let priors = channels()
             .map(|channel| Prior { decimals: channel.decimals, limit: Some(channel.value(channel.limit_counts)) });
-        self.survey(Reading {
+        self.complete(Reading {
             kind,
             priors: priors.collect(),
             zeros_hundredths: vec![0; places.channels.len()],
@@ -131,7 +131,7 @@ impl<'a> Candidate<'a> {
             decimals: if mapped.unit.zero_hundredths == 0 { 0 } else { 2 },
             limit: None,
         });
-        self.survey(Reading {
+        self.complete(Reading {
             kind: Kind::Values(layout),
             priors: priors.collect(),
             zeros_hundredths: mapped.iter().map(|mapped| mapped.unit.zero_hundredths).collect(),
@@ -185,9 +185,9 @@ impl<'a> Candidate<'a> {
     }
 
     /// Completes a plan with what the first rows show.
-    fn survey(&self, reading: Reading) -> Result<Plan, CsvError> {
+    fn complete(&self, reading: Reading) -> Result<Plan, CsvError> {
         let Reading { places, mut kind, .. } = reading;
-        let (surveys, stamps) = self.first_rows(&places, reading.lines_above)?;
+        let (scans, stamps) = self.first_rows(&places, reading.lines_above)?;
         let mut columns = vec![Column::Ignored; self.header.width()];
         if let Some(place) = places.stamp {
             let unit = reading.stamp_unit.map_or_else(|| stamps.unit(), Ok);
@@ -206,13 +206,9 @@ impl<'a> Candidate<'a> {
         for (slot, &(place, index)) in places.channels.iter().enumerate() {
             columns[place] = Column::Channel(slot);
             let prior = reading.priors[slot];
-            let resolution = surveys[slot].resolution(prior);
+            let resolution = scans[slot].resolution(prior);
             if resolution.last_digit == LastDigit::Rounded {
-                rounded.push(Rounded {
-                    channel: &known(index).name,
-                    printed_decimals: surveys[slot].printed_decimals(),
-                    kept_decimals: resolution.decimals,
-                });
+                rounded.push(known(index).name.to_string());
             }
             scales.push(Scale::new(resolution, prior.limit, reading.zeros_hundredths[slot]));
         }
@@ -250,9 +246,9 @@ impl<'a> Candidate<'a> {
     }
 
     /// What the first rows print in the column of each channel, and in that of the stamps.
-    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<(Vec<Survey>, StampSurvey), CsvError> {
-        let mut surveys = vec![Survey::default(); places.channels.len()];
-        let mut stamps = StampSurvey::default();
+    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<(Vec<ColumnScan>, StampScan), CsvError> {
+        let mut scans = vec![ColumnScan::default(); places.channels.len()];
+        let mut stamps = StampScan::default();
         let mut unreadable_stamp = None;
         for row in rows(self.lines, lines_above) {
             let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
@@ -260,9 +256,9 @@ impl<'a> Candidate<'a> {
             if fields.len() != self.header.width() && places.sentence.is_none() {
                 continue;
             }
-            for (survey, &(place, _)) in surveys.iter_mut().zip(&places.channels) {
+            for (scan, &(place, _)) in scans.iter_mut().zip(&places.channels) {
                 if let Some(number) = Number::parse(fields[place]) {
-                    survey.add(&number);
+                    scan.add(&number);
                 }
             }
             if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
@@ -276,7 +272,7 @@ impl<'a> Candidate<'a> {
             (Some(place), Some(field)) if stamps.is_empty() => {
                 Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(field) })
             }
-            _ => Ok((surveys, stamps)),
+            _ => Ok((scans, stamps)),
         }
     }
 }
@@ -289,5 +285,5 @@ fn is_of_any_sensor(channel: &Channel) -> bool {
 /// The first rows below `lines_above`.
 fn rows<'a>(lines: &'a [&'a [u8]], lines_above: usize) -> impl Iterator<Item = &'a [u8]> {
     let below = lines[lines_above..].iter().copied();
-    below.filter(|line| !is_comment_or_blank(line)).take(survey::ROWS)
+    below.filter(|line| !is_comment_or_blank(line)).take(resolution::SCANNED_ROWS)
 }
