@@ -68,5 +68,5 @@ fn main() -> ExitCode {
 
 /// Whether no sensor was found.
 fn has_no_sensor(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(LiveError::NotHeard(_)))
+    matches!(error.downcast_ref(), Some(LiveError::NoSensor(_)))
 }

@@ -39,7 +39,7 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A serial port, by name. Opened for this program alone, as 8N1 without flow control.
 ///
-/// When it is opened again it is searched for by its stable name, by its own name, and by the serial
+/// When it is opened again it is found by its stable name, by its own name, and by the serial
 /// number of its USB adapter. What one clone has learned of the adapter the others know.
 #[derive(Clone)]
 pub struct SerialPorts {
@@ -218,7 +218,7 @@ impl Reader {
     /// Reads until it is stopped or the port is gone. The port is closed before the channel is, by
     /// which the receiver knows that it is closed.
     ///
-    /// An adapter gives a line in up to a dozen pieces, and to wake the task that uses them costs far
+    /// An adapter gives a line in up to a dozen pieces, and to wake the reading task costs far
     /// more than their use. So pieces are kept until a line ends, which is when the first of them
     /// can be used. The time is that of the last read, where the line ended.
     fn run(mut self, mut port: impl Read) {

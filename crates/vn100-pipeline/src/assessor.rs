@@ -9,7 +9,7 @@ use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
 /// grown by a twentieth: making one costs as much as many seconds of measuring. Clones share it.
 ///
 /// Who looks makes it, on its own thread: the measurement never waits for it, and costs nothing
-/// more where nobody looks.
+/// more without a viewer.
 #[derive(Debug, Clone)]
 pub struct Assessor {
     confidence: f64,
@@ -105,13 +105,13 @@ mod tests {
 
     #[test]
     fn a_goal_that_is_met_decides_and_none_never_does() {
-        let (mut wanted, mut unasked, mut state) = (analysis(Some("gyro N ±60%")), analysis(None), 1);
+        let (mut wanted, mut goalless, mut state) = (analysis(Some("gyro N ±60%")), analysis(None), 1);
         let (mut goals, assessor) = (GoalCheck::default(), Assessor::new(0.95));
         let mut decided_at = None;
         for second in 1..=400 {
             add_second(&mut wanted, &mut state);
-            add_second(&mut unasked, &mut state);
-            assert!(!GoalCheck::default().is_decided(&unasked, &assessor));
+            add_second(&mut goalless, &mut state);
+            assert!(!GoalCheck::default().is_decided(&goalless, &assessor));
             if goals.is_decided(&wanted, &assessor) {
                 decided_at = Some(second);
                 break;

@@ -53,10 +53,10 @@ impl<C: Connect + Clone + Sync> OpenLink for C {
 /// Why a live source cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
-    /// It cannot be opened, or no sensor is heard on it.
+    /// It cannot be opened, or no sensor answers on it.
     #[error("{0}")]
-    NotHeard(io::Error),
-    /// It was stopped before a sensor was heard.
+    NoSensor(io::Error),
+    /// It was stopped before a sensor was connected.
     #[error("interrupted")]
     Stopped,
     /// A stream without a way back.
@@ -77,7 +77,7 @@ pub enum LiveError {
 pub(crate) struct MeasureLink {
     pub(crate) read: ReadOptions,
     pub(crate) temperature: bool,
-    /// Set again on a sensor that comes back.
+    /// Reapplied after a reconnect.
     pub(crate) keep: Vec<Change>,
     /// The sensor that is measured on, where that is known.
     pub(crate) known_serial: Option<String>,
@@ -102,12 +102,12 @@ impl LiveSource {
         Self { input, baud: None, listen_only: false, hint_text: None, diagnostics: false, observer: None }
     }
 
-    /// Opens it for commands: waits until the sensor is heard or until `stop`, does `work`, and
+    /// Opens it for commands: waits until the sensor is connected or until `stop`, does `work`, and
     /// closes it again. Once begun, `work` looks after `stop` itself: it may have something to set
     /// back. Where there is a serial number, another sensor counts as not there.
     ///
     /// # Errors
-    /// [`LiveError`] when no sensor is heard; else the error of the work.
+    /// [`LiveError`] when no sensor is connected; else the error of the work.
     pub async fn with_link<T, E, F>(
         &self,
         known_serial: Option<&str>,
@@ -135,12 +135,12 @@ impl LiveSource {
             error
         });
         let mut state = link.state();
-        let heard =
+        let connected =
             state.wait_for(|state| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. }));
         let is_up = stop
-            .run_until_cancelled(heard)
+            .run_until_cancelled(connected)
             .await
-            .is_some_and(|heard| heard.is_ok_and(|state| !matches!(*state, LinkState::Closed { .. })));
+            .is_some_and(|connected| connected.is_ok_and(|state| !matches!(*state, LinkState::Closed { .. })));
         let answer = match is_up {
             true => Some(work(link).await),
             false => None,
@@ -149,7 +149,7 @@ impl LiveSource {
         let error = ended.await.map_err(LiveError::from)?;
         match (answer, error) {
             (Some(answer), _) => answer,
-            (None, Some(error)) => Err(LiveError::NotHeard(error).into()),
+            (None, Some(error)) => Err(LiveError::NoSensor(error).into()),
             (None, None) => Err(LiveError::Stopped.into()),
         }
     }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Every channel is bounded. The loop takes events as fast as it can, or as fast as a paced replay
-//! says; it waits for nobody but who takes the states of every second, and these are only for
+//! says; it waits for none but the receiver of the states of every second, and these are only for
 //! captures, which can wait. Who looks at the state sees the latest one and misses those between.
 
 use std::{
@@ -54,7 +54,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Reports an event. Where nobody has taken the last 64 of them it is dropped: events change no
+    /// Reports an event. Where the last 64 of them are not taken it is dropped: events change no
     /// result.
     pub(crate) fn report(&self, event: SessionEvent) {
         let _ = self.events.try_send(event);
@@ -224,7 +224,7 @@ struct Measuring {
     /// Something came since the latest snapshot.
     has_changed: bool,
     /// Why the stream is given up although it still brings lines.
-    ceased: Option<EndReason>,
+    stream_ended: Option<EndReason>,
     end: Option<(EndReason, Option<CsvReport>)>,
 }
 
@@ -242,7 +242,7 @@ impl Measuring {
             stored_bytes_read: None,
             seconds: 0,
             has_changed: false,
-            ceased: None,
+            stream_ended: None,
             end: None,
         }
     }
@@ -405,9 +405,9 @@ impl Measuring {
         if let Some(event) = watchdog.rate_event(&state.snapshot) {
             channels.report(SessionEvent::Rate(event));
         }
-        let ceased = watchdog.ceased(&state.snapshot, is_up, Instant::now());
-        if let Some(ceased) = ceased.filter(|_| !channels.stop.is_cancelled()) {
-            self.ceased = Some(ceased.reason(&state.snapshot));
+        let ended = watchdog.stream_end(&state.snapshot, is_up, Instant::now());
+        if let Some(ended) = ended.filter(|_| !channels.stop.is_cancelled()) {
+            self.stream_ended = Some(ended.reason(&state.snapshot));
             channels.stop.cancel();
         }
     }
@@ -427,9 +427,9 @@ impl Measuring {
         self.show(Arc::clone(&snapshot), channels);
         let (reason, csv) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();
-        let reason = match (reason, self.ceased, snapshot.rate_change) {
+        let reason = match (reason, self.stream_ended, snapshot.rate_change) {
             (EndReason::SourceFailed(error), ..) => EndReason::SourceFailed(error),
-            (_, Some(ceased), _) => ceased,
+            (_, Some(ended), _) => ended,
             (EndReason::SourceEnded | EndReason::DurationReached, None, Some(change)) if is_short => {
                 EndReason::OtherRate(change)
             }
@@ -475,7 +475,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn events_of_a_session_that_nobody_takes_are_dropped() {
+    async fn events_of_a_session_that_are_not_taken_are_dropped() {
         let state = SourceState::new(SourceFacts::default(), &Settings::default());
         let (channels, mut face) = open(state, None, CancellationToken::new(), false);
         (0..1000).for_each(|_| channels.report(SessionEvent::OutputPausedAgain));

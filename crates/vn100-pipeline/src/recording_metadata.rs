@@ -1,6 +1,6 @@
 //! What a recording keeps beside the bytes: the conditions of the measurement, as the user wrote
-//! them down, and when it was to end. A replay ends there too, and so equals the measurement: a line
-//! more may have come by the time that was over.
+//! them down, and when it was to end. A replay ends there too, and so equals the measurement: a
+//! line more may have come by the time that was over.
 
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_measurement_comes_back_from_its_recording_and_is_no_condition() {
+    fn the_end_of_a_measurement_is_read_from_its_recording_and_is_no_condition() {
         let metadata = metadata(&BTreeMap::new(), &ended());
         let recorded = Recorded { metadata, ..Recorded::default() };
         assert_eq!(with_recorded_end(Settings::default(), &recorded), ended());

@@ -13,7 +13,7 @@ use crate::{
 /// Why a sensor is not set as asked, or not set back.
 #[derive(Debug, thiserror::Error)]
 pub enum SetupError {
-    /// It is not heard.
+    /// It is not connected.
     #[error(transparent)]
     Live(#[from] LiveError),
     /// It cannot be set so, or back.
@@ -79,7 +79,7 @@ impl SensorSetup {
         }
     }
 
-    /// What is to be set again on a sensor that comes back.
+    /// What is to be reapplied after a reconnect.
     pub(crate) fn changes(&self) -> &[Change] {
         &self.changes
     }

@@ -1,5 +1,5 @@
-//! Notices a live sensor that is heard and sends no measurement any more, or not the message that
-//! is measured, or that at another rate. Pure: the time is an argument.
+//! Detects a live sensor that is connected and sends no measurement any more, or not the message
+//! that is measured, or that at another rate. Pure: the time is an argument.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use vn100_analysis::{RateChange, Snapshot};
 
 use crate::end_reason::EndReason;
 
-/// A sensor that is heard and sends no measurement in this time, or none at its rate, will send
+/// A sensor that is connected and sends no measurement in this time, or none at its rate, will send
 /// none: it was set to something else. A burst of bytes that were held back on the way is shorter.
 pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
@@ -31,7 +31,7 @@ struct OtherRate {
 /// The rate of a live stream has changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RateEvent {
-    /// The sensor sends at another rate than that of the record; those samples are left out.
+    /// The sensor sends at another rate than that of the record; those samples are excluded.
     Changed(RateChange),
     /// It sends at the rate of the record again, in hertz.
     Restored(f64),
@@ -39,14 +39,14 @@ pub enum RateEvent {
 
 /// Why a stream that still brings lines is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Ceased {
+pub(crate) enum StreamEnd {
     /// Other messages come, and none that is measured.
     OtherMessages,
     /// All samples come at another rate than that of the record.
     OtherRate,
 }
 
-impl Ceased {
+impl StreamEnd {
     /// With what the latest snapshot says of it.
     pub(crate) fn reason(self, snapshot: &Snapshot) -> EndReason {
         match (self, &snapshot.layout, snapshot.rate_change) {
@@ -81,12 +81,12 @@ impl StreamWatchdog {
 
     /// Whether no measurement has come for [`NO_MEASUREMENT_AFTER`] although the sensor sends, or
     /// none at the rate of the record. The time in which the link is not up does not count.
-    pub(crate) fn ceased(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<Ceased> {
+    pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<StreamEnd> {
         let (other_messages, other_rate) =
             (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));
         match (other_messages, other_rate) {
-            (true, _) => Some(Ceased::OtherMessages),
-            (false, true) => Some(Ceased::OtherRate),
+            (true, _) => Some(StreamEnd::OtherMessages),
+            (false, true) => Some(StreamEnd::OtherRate),
             (false, false) => None,
         }
     }
@@ -139,14 +139,14 @@ mod tests {
         }
 
         /// A second with so many samples and other messages.
-        fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<Ceased> {
+        fn second(&mut self, samples: u64, others: u64, is_up: bool) -> Option<StreamEnd> {
             self.snapshot.link.tally.samples += samples;
             self.snapshot.link.tally.other += others;
             self.now += SECOND;
-            self.watchdog.ceased(&self.snapshot, is_up, self.now)
+            self.watchdog.stream_end(&self.snapshot, is_up, self.now)
         }
 
-        fn second_at(&mut self, change: Option<RateChange>, is_up: bool) -> (Option<RateEvent>, Option<Ceased>) {
+        fn second_at(&mut self, change: Option<RateChange>, is_up: bool) -> (Option<RateEvent>, Option<StreamEnd>) {
             self.snapshot.rate_change = change;
             let event = self.watchdog.rate_event(&self.snapshot);
             (event, self.second(1, 0, is_up))
@@ -171,7 +171,7 @@ mod tests {
         for _ in 0..5 {
             assert_eq!(stream.second_at(Some(change), true), (None, None));
         }
-        assert_eq!(stream.second_at(Some(change), true), (None, Some(Ceased::OtherRate)));
+        assert_eq!(stream.second_at(Some(change), true), (None, Some(StreamEnd::OtherRate)));
     }
 
     #[test]
@@ -186,7 +186,7 @@ mod tests {
         for _ in 0..4 {
             assert_eq!(stream.second_at(Some(second), true), (None, None));
         }
-        assert_eq!(stream.second_at(Some(second), true), (None, Some(Ceased::OtherRate)));
+        assert_eq!(stream.second_at(Some(second), true), (None, Some(StreamEnd::OtherRate)));
     }
 
     #[test]
@@ -204,7 +204,7 @@ mod tests {
         for _ in 0..5 {
             assert_eq!(stream.second(0, 40, true), None);
         }
-        assert_eq!(stream.second(0, 40, true), Some(Ceased::OtherMessages));
+        assert_eq!(stream.second(0, 40, true), Some(StreamEnd::OtherMessages));
     }
 
     #[test]
@@ -219,23 +219,23 @@ mod tests {
                 stream.snapshot.link.tally.replies += replies;
                 assert_eq!(stream.second(0, 0, true), None);
             }
-            let ceased = stream.second(0, 0, true);
-            assert_eq!(ceased, ends.then_some(Ceased::OtherMessages), "{packets} {replies} {is_measured}");
+            let end = stream.second(0, 0, true);
+            assert_eq!(end, ends.then_some(StreamEnd::OtherMessages), "{packets} {replies} {is_measured}");
         }
     }
 
     #[test]
     fn the_reason_says_what_comes_instead() {
         let mut snapshot = Analysis::new(Settings::default()).snapshot();
-        assert!(matches!(Ceased::OtherMessages.reason(&snapshot), EndReason::NoMeasurement));
+        assert!(matches!(StreamEnd::OtherMessages.reason(&snapshot), EndReason::NoMeasurement));
         snapshot.layout = Some(VNYMR.clone().into());
-        let reason = Ceased::OtherMessages.reason(&snapshot);
+        let reason = StreamEnd::OtherMessages.reason(&snapshot);
         let EndReason::OtherMessages { message, other: None, rate_hz: None } = reason else { panic!("{reason:?}") };
         assert_eq!(message, "VNYMR");
         let change = RateChange { after_samples: 400, from_hz: 200.0, to_hz: 40.0 };
         snapshot.rate_change = Some(change);
-        let reason = Ceased::OtherMessages.reason(&snapshot);
+        let reason = StreamEnd::OtherMessages.reason(&snapshot);
         assert!(matches!(reason, EndReason::OtherMessages { rate_hz: Some(200.0), .. }), "{reason:?}");
-        assert!(matches!(Ceased::OtherRate.reason(&snapshot), EndReason::OtherRate(found) if found == change));
+        assert!(matches!(StreamEnd::OtherRate.reason(&snapshot), EndReason::OtherRate(found) if found == change));
     }
 }

@@ -259,7 +259,7 @@ async fn a_sensor_that_is_gone_stays_changed_and_the_result_says_so() {
     else {
         panic!("{events:?}")
     };
-    assert!(matches!(error, SetupError::Live(LiveError::NotHeard(_))), "{error:?}");
+    assert!(matches!(error, SetupError::Live(LiveError::NoSensor(_))), "{error:?}");
     assert_eq!(changes.len(), 1);
 }
 
@@ -443,7 +443,7 @@ async fn a_source_is_opened_for_a_few_commands() {
     assert_eq!(model.await.unwrap(), "VN-100S-CR");
     sensor.world().plugged = false;
     let unheard = source.with_link(None, &stop, async |_| Ok::<_, LiveError>(())).await;
-    assert!(matches!(unheard, Err(LiveError::NotHeard(_))), "{unheard:?}");
+    assert!(matches!(unheard, Err(LiveError::NoSensor(_))), "{unheard:?}");
     stop.cancel();
     let stopped = source.with_link(None, &stop, async |_| Ok::<_, LiveError>(())).await;
     assert!(matches!(stopped, Err(LiveError::Stopped)), "{stopped:?}");

@@ -10,9 +10,9 @@ use super::{
 
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
-/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_` with
-/// `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or `t` for
-/// the stamp of the row.
+/// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_`
+/// with `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or
+/// `t` for the stamp of the row.
 /// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
 /// the column or its number, from 1. `UNIT` is
 ///

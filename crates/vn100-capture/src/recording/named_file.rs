@@ -5,8 +5,8 @@ use std::{
     io::{self, Write},
 };
 
-/// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is written then is gone with the program. Elsewhere than on Unix a file that is
-/// open cannot be removed.
+/// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is
+/// written then is gone with the program. Elsewhere than on Unix an open file cannot be removed.
 #[derive(Debug)]
 pub(super) struct NamedFile(pub(super) File);
 
