@@ -4,7 +4,7 @@
 use std::io::{Cursor, Read, Write};
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, End, Event, Format, OpenError};
+use vn100_capture::{Capture, End, Event, Format, MapHint, OpenError};
 use vn100_protocol::stream::{Batch, MarkKind, ReadOptions, RejectedRow};
 
 /// A line of the sensor's manual.
@@ -97,8 +97,9 @@ fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one()
 #[test]
 fn sentences_beside_stamps_of_an_unsure_unit_are_not_read_without_them() {
     let rows = (0..50).map(|row| format!("{row},{SENTENCE}\n"));
-    let error = open("t,raw\n".to_owned() + &rows.collect::<String>()).err().unwrap().to_string();
-    assert!(error.contains("--columns t=t:ms"), "{error}");
+    let error = open("t,raw\n".to_owned() + &rows.collect::<String>()).err().unwrap();
+    let OpenError::Csv { problem, .. } = error else { panic!("{error}") };
+    assert_eq!(problem.hint(), Some(MapHint::StampUnit("t=t:ms".into())));
 }
 
 #[test]
