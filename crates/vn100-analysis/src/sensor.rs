@@ -1,4 +1,4 @@
-//! The sensors that noise is told of, and the letters of its parameters.
+//! The sensors that have noise parameters, and the letters of these.
 
 use imu_noise::{Sensor, Term};
 use vn100_protocol::Quantity;

@@ -86,18 +86,18 @@ impl Advice {
             MissingFrom::Counter => "the counters tell what is missing for it",
             MissingFrom::RejectedRows => "each between good ones counts as one missing sample",
         };
-        let odd = link.rejected_rows.unwrap_or_default();
-        if odd.total() > 0 {
+        let rejected = link.rejected_rows.unwrap_or_default();
+        if rejected.total() > 0 {
             self.warn(
                 WarningKind::RejectedLines,
                 format!(
                     "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
-                    of_all_lines(odd.total(), tally),
-                    reasons(&odd)
+                    of_all_lines(rejected.total(), tally),
+                    reasons(&rejected)
                 ),
             );
         }
-        let damaged = tally.rejected.total() - tally.rejected.unchecked - odd.total();
+        let damaged = tally.rejected.total() - tally.rejected.unchecked - rejected.total();
         if damaged > 0 {
             let advice = match link.rejected_rows {
                 Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
@@ -368,8 +368,8 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
 }
 
 /// `number 2, stamp 1`.
-fn reasons(odd: &RejectedRowCounts) -> String {
-    let counted: Vec<_> = odd.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+fn reasons(rejected: &RejectedRowCounts) -> String {
+    let counted: Vec<_> = rejected.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
     counted.join(", ")
 }
 

@@ -14,11 +14,11 @@ pub(super) fn no_valid_lines(snapshot: &Snapshot) -> Option<Text> {
     if link.samples() > 0 {
         return None;
     }
-    if let Some(odd) = link.rejected_rows.filter(|odd| odd.total() > 0) {
+    if let Some(rejected) = link.rejected_rows.filter(|rejected| rejected.total() > 0) {
         let text = Text::from(format!(
             "{} of a CSV file and no good row among them ({}): do its columns hold what their names say? ",
             lines(tally.rejected.total()),
-            reasons(&odd)
+            reasons(&rejected)
         ));
         return Some(text.remedy(Remedy::MapColumns).then(" names others, and their units"));
     }
