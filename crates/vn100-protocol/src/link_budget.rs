@@ -39,7 +39,7 @@ pub struct LineForm {
     pub check: Check,
 }
 
-/// No suffix, XOR-8: as sold.
+/// No suffix, XOR-8: the factory default.
 impl Default for LineForm {
     fn default() -> Self {
         Self { count: false, status: false, check: Check::Xor8 }

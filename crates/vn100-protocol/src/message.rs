@@ -63,7 +63,7 @@ pub struct RangeError {
     pub count: i64,
 }
 
-/// Why a good sentence is not a good measurement.
+/// Why a valid sentence is not a valid measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum MessageError {
     /// It does not have the form of the message.

@@ -66,7 +66,7 @@ pub fn write_capture(
 mod tests {
     use super::*;
 
-    /// Lines of real sensors: still, moving, beyond 100 m/s², with negative zero.
+    /// Sentences of real sensors: still, moving, beyond 100 m/s², with negative zero.
     const REAL: [&str; 8] = [
         "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n",
         "$VNYMR,-085.476,+074.973,+063.745,-00.5552,+00.4334,+00.9062,+08.992,-02.114,-01.105,+00.002040,-00.000298,-00.000980*6C\r\n",
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn real_lines_come_back() {
+    fn real_sentences_are_printed_alike() {
         for real in REAL {
             let fields = real[7..real.len() - 5].split(',').map(|field| field.parse::<f32>().unwrap());
             let row: Vec<f32> = fields.collect();

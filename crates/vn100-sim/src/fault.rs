@@ -16,7 +16,7 @@
 //! | `flip@…[:bitN]` | the same, but inverts a bit, N from 0 to 7, or any |
 //! | `splice@TIME` | loses the end of one line and the beginning of the next |
 //! | `stall@TIME+TIME` | holds all bytes back, and lets them go at once |
-//! | `unplug@TIME` `unplug@TIME+TIME[:other]` | the port vanishes, with the power of the sensor, and comes back, `other` under another name |
+//! | `unplug@TIME` `unplug@TIME+TIME[:other]` | the port vanishes, with the power of the sensor, and returns, `other` under another name |
 //! | `reboot@TIME` | the sensor reports a hard fault and starts anew |
 //! | `baud@TIME:RATE` | the sensor's line runs at another rate |
 //! | `stale` | the first bytes after the port is opened are old |

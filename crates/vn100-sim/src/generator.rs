@@ -93,7 +93,7 @@ mod tests {
     use crate::noise::NoiseTruth;
 
     #[test]
-    fn a_rate_the_sensor_lacks_is_told_the_rates_it_has() {
+    fn an_unsupported_rate_names_the_supported_ones() {
         let error = |rate| Generator::new(&Profile::lab3(), rate, 1).unwrap_err().to_string();
         assert_eq!(
             error(30),

@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_is_told_the_known_ones() {
+    fn an_unknown_name_lists_the_known_ones() {
         let error = Profile::named("lab4").unwrap_err();
         assert_eq!(error.to_string(), "no noise profile is called \"lab4\": use one of datasheet, lab3");
     }

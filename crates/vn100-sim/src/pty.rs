@@ -12,13 +12,13 @@
 //! ```
 //!
 //! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only,
-//! where the machine tells when a host opens and closes the port.
+//! where the machine reports when a host opens and closes the port.
 //!
-//! A host that reads at another rate than the sensor sends reads junk, and one that does not read
-//! loses bytes once its terminal is full and 64 KiB wait behind it: the sensor never waits. When
-//! the host has closed the port, or was killed, a new pseudo-terminal takes its place, so that no
-//! old bytes and no exclusive access are left behind; only a link ([`PtyOptions::link`]) stays the
-//! same.
+//! A host that reads at another rate than the sensor sends reads garbled bytes, and one that does
+//! not read loses bytes once its terminal is full and 64 KiB wait behind it: the sensor never
+//! waits. When the host has closed the port, or was killed, a new pseudo-terminal takes its place,
+//! so that no old bytes and no exclusive access are left behind; only a link ([`PtyOptions::link`])
+//! stays the same.
 
 #[cfg(target_os = "linux")]
 mod link;
@@ -42,10 +42,10 @@ pub use server::{PtySensor, serve};
 #[derive(Debug, Clone, Default)]
 pub struct PtyOptions {
     /// A symbolic link that leads to the pseudo-terminal of the moment. It is made anew where one
-    /// exists, and removed at the end. A sensor that comes back under another name has it with `-1`
+    /// exists, and removed at the end. A sensor that returns under another name has it with `-1`
     /// behind.
     pub link: Option<PathBuf>,
-    /// The latency timer of a USB adapter; `None`: bytes are handed on as they come.
+    /// The latency timer of a USB adapter; `None`: bytes are forwarded as they come.
     pub usb_latency: Option<Duration>,
     /// The faults of the link.
     pub faults: FaultPlan,

@@ -1,5 +1,5 @@
-//! The receiving end of a serial line: samples the line at its own rate, and reads junk where the
-//! sender's differs.
+//! The receiving end of a serial line: samples the line at its own rate, and reads garbled bytes
+//! where the sender's differs.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -124,10 +124,10 @@ mod tests {
     fn a_fast_sender_is_read_as_fewer_bytes_and_no_line_survives() {
         let line = b"$VNRRG,01,VN-100S-CR*35\r\n".repeat(20);
         for baud in [9600, 57_600, 230_400, 921_600] {
-            let junk = read(&line, 115_200, baud);
-            assert!(!junk.is_empty());
-            assert!(!junk.windows(6).any(|bytes| bytes == b"$VNRRG"), "{baud}");
-            assert_eq!(junk.len() < line.len(), baud < 115_200, "{baud}");
+            let garbled = read(&line, 115_200, baud);
+            assert!(!garbled.is_empty());
+            assert!(!garbled.windows(6).any(|bytes| bytes == b"$VNRRG"), "{baud}");
+            assert_eq!(garbled.len() < line.len(), baud < 115_200, "{baud}");
         }
     }
 

@@ -214,12 +214,12 @@ impl SensorModel {
             let calibrated = processing.gyro.apply(gyro(filter.compensated[2]));
             [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
         };
-        let in_frame = |value| single(rotated(&processing.frame, value));
+        let to_vehicle = |value| single(rotated(&processing.frame, value));
         SensorValues {
             ypr_deg: triad(0, false).map(wrapped_deg),
-            mag_gauss: in_frame(processing.mag.apply(triad(3, filter.compensated[0]))),
-            accel_m_s2: in_frame(processing.accel.apply(triad(6, filter.compensated[1]))),
-            gyro_rad_s: in_frame(corrected),
+            mag_gauss: to_vehicle(processing.mag.apply(triad(3, filter.compensated[0]))),
+            accel_m_s2: to_vehicle(processing.accel.apply(triad(6, filter.compensated[1]))),
+            gyro_rad_s: to_vehicle(corrected),
             uncompensated_mag_gauss: single(triad(3, filter.uncompensated[0])),
             uncompensated_accel_m_s2: single(triad(6, filter.uncompensated[1])),
             uncompensated_gyro_rad_s: single(gyro(filter.uncompensated[2])),

@@ -93,12 +93,13 @@ impl Wire {
         self.receiver.set_baud(baud.get());
     }
 
-    /// The host writes. The sensor has the bytes at once, or junk where it listens at another rate.
+    /// The host writes. The sensor has the bytes at once, or garbled ones where it listens at
+    /// another rate.
     pub fn write(&mut self, bytes: &[u8], now: Duration) {
         if !self.plugged {
             return;
         }
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         let baud = self.host_baud.get();
         let mut listener = Receiver::new(self.device.baud());
         let mut at = Duration::from_secs(1);
@@ -106,8 +107,8 @@ impl Wire {
             at += Duration::from_nanos(10_000_000_000 / u64::from(baud));
             listener.push(SentByte { at, byte: *byte, baud });
         }
-        listener.poll(at + Duration::from_secs(1), |_, byte| heard.push(byte));
-        self.device.receive(&heard, now);
+        listener.poll(at + Duration::from_secs(1), |_, byte| received.push(byte));
+        self.device.receive(&received, now);
     }
 
     /// What reaches the host by `now`; nothing while it is away.

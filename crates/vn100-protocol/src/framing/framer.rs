@@ -2,9 +2,9 @@
 //!
 //! A sentence is `$`, a body of printable ASCII without `$` and `*`, `*` and two or four upper-case
 //! hexadecimal digits. The first byte that is no such digit ends it, CR or not: the checksum
-//! decides, and a good line whose end is damaged is not lost.
+//! decides, and a valid sentence whose end is damaged is not lost.
 //!
-//! The search after a false start goes on one byte behind it. For a false `$` this is the same as
+//! The search after a false start continues one byte behind it. For a false `$` this is the same as
 //! going on behind all that was taken for its sentence, since neither `$` nor 0xFA can be in there;
 //! a false 0xFA costs that byte alone.
 
@@ -18,7 +18,7 @@ use crate::{
     framing::tally::Tally,
 };
 
-/// What is taken for a good line.
+/// What is taken for a valid sentence.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Options {
     /// Take sentences without any check digits. Nothing but the form of its numbers then protects a
@@ -56,19 +56,19 @@ pub struct Step<'a> {
 /// A piece of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame<'a> {
-    /// A good sentence.
+    /// A valid sentence.
     Sentence(Sentence<'a>),
     /// A binary packet.
     Packet(Packet<'a>),
-    /// A false start of a sentence.
+    /// A rejected sentence.
     Rejected(RejectedSentence<'a>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineEndOf {
     Nothing,
-    Good,
-    Bad,
+    Valid,
+    Rejected,
 }
 
 /// What the bytes behind a `$` are.
@@ -93,7 +93,7 @@ impl Framer {
     /// consumed.
     ///
     /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as
-    /// it stands, and all is consumed when `item` comes back `None`.
+    /// it stands, and all is consumed when `item` is `None`.
     #[inline]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
         let mut at = self.take_line_end(input);
@@ -126,20 +126,20 @@ impl Framer {
         Step { consumed: input.len(), item: None }
     }
 
-    /// Counts a good sentence of `length` bytes that the fast path has found.
+    /// Counts a valid sentence of `length` bytes that the fast path has found.
     #[inline]
     pub(crate) fn accept(&mut self, length: usize) {
         self.advance(length);
         self.tally.valid_sentence_bytes += length as u64;
-        self.line_end_of = LineEndOf::Good;
+        self.line_end_of = LineEndOf::Valid;
     }
 
-    /// Turns the sentence found last into a bad line.
+    /// Rejects the sentence found last.
     pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: RejectReason) -> RejectedSentence<'a> {
         self.tally.valid_sentence_bytes -= sentence.raw.len() as u64;
         self.tally.rejected_sentence_bytes += sentence.raw.len() as u64;
         self.tally.rejected.count(kind);
-        self.line_end_of = LineEndOf::Bad;
+        self.line_end_of = LineEndOf::Rejected;
         RejectedSentence { kind, raw: sentence.raw, offset: sentence.offset }
     }
 
@@ -148,8 +148,8 @@ impl Framer {
     pub(crate) fn take_line_end(&mut self, input: &[u8]) -> usize {
         let bytes = match self.line_end_of {
             LineEndOf::Nothing => return 0,
-            LineEndOf::Good => &mut self.tally.valid_sentence_bytes,
-            LineEndOf::Bad => &mut self.tally.rejected_sentence_bytes,
+            LineEndOf::Valid => &mut self.tally.valid_sentence_bytes,
+            LineEndOf::Rejected => &mut self.tally.rejected_sentence_bytes,
         };
         let length = input.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         *bytes += length as u64;
@@ -175,7 +175,7 @@ impl Framer {
                 self.advance(length);
                 self.tally.rejected_sentence_bytes += length as u64;
                 self.tally.rejected.count(kind);
-                self.line_end_of = LineEndOf::Bad;
+                self.line_end_of = LineEndOf::Rejected;
                 Frame::Rejected(RejectedSentence { kind, raw, offset })
             }
         };

@@ -7,7 +7,7 @@ use crate::{
     message::{GrammarError, RangeError},
 };
 
-/// A start of a sentence that did not lead to a good one.
+/// A start of a sentence that is not a valid one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RejectedSentence<'a> {
     /// What is wrong with it.
@@ -18,7 +18,7 @@ pub struct RejectedSentence<'a> {
     pub offset: u64,
 }
 
-/// What is wrong with a line.
+/// Why a sentence is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RejectReason {

@@ -1,4 +1,4 @@
-//! What a stream has carried, byte by byte and line by line.
+//! What a stream has carried, byte by byte and sentence by sentence.
 
 use crate::framing::rejected_sentence::RejectReason;
 
@@ -6,9 +6,9 @@ use crate::framing::rejected_sentence::RejectReason;
 /// at any moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Bytes of good lines, with the CR and LF behind them.
+    /// Bytes of valid sentences, with the CR and LF behind them.
     pub valid_sentence_bytes: u64,
-    /// Bytes of bad lines, with the CR and LF behind them.
+    /// Bytes of rejected sentences, with the CR and LF behind them.
     pub rejected_sentence_bytes: u64,
     /// Bytes of binary packets.
     pub packet_bytes: u64,
@@ -20,17 +20,17 @@ pub struct Tally {
     pub samples: u64,
     /// Answers to commands.
     pub replies: u64,
-    /// Other good sentences.
+    /// Other valid sentences.
     pub other: u64,
-    /// Of the good lines, those that carry no checksum and were taken on request.
+    /// Of the valid sentences, those that carry no checksum and were taken on request.
     pub unchecked_sentences: u64,
     /// Binary packets.
     pub packets: u64,
-    /// Bad lines.
+    /// Rejected sentences.
     pub rejected: RejectedCounts,
 }
 
-/// Bad lines by kind.
+/// Rejected sentences by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RejectedCounts {
     /// [`RejectReason::Checksum`].
@@ -58,7 +58,7 @@ impl Tally {
             + self.buffered_bytes
     }
 
-    /// Samples, replies and other good sentences.
+    /// Samples, replies and other valid sentences.
     #[must_use]
     pub fn valid_sentences(&self) -> u64 {
         self.samples + self.replies + self.other
@@ -66,7 +66,7 @@ impl Tally {
 }
 
 impl RejectedCounts {
-    /// Bad lines of any kind.
+    /// Rejected sentences of any reason.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.checksum + self.unchecked + self.grammar + self.range + self.truncated + self.too_long

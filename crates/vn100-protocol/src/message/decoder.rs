@@ -52,7 +52,7 @@ pub enum Item<'a> {
     Sample(Sample),
     /// An answer to a command.
     Reply(Sentence<'a>),
-    /// Any other good sentence, of a VN-100 or not.
+    /// Any other valid sentence, of a VN-100 or not.
     Other(Sentence<'a>),
     /// A binary packet.
     Packet(Packet<'a>),
@@ -90,7 +90,8 @@ impl Decoder {
 
     /// Ends the stream: bytes kept back are decoded as they stand.
     ///
-    /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally) go on.
+    /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally)
+    /// continue.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
         let mut rest = &self.carry[..self.carried];
         loop {

@@ -1,5 +1,5 @@
-//! The numbers of a good line, quickly: their decimals known beforehand, all digits of one joined
-//! at once.
+//! The numbers of a valid sentence, quickly: their decimals known beforehand, all digits of one
+//! joined at once.
 //!
 //! [`None`] means that something is wrong or unusual, not what: the exact reader of `sample.rs`
 //! reads the sentence again and diagnoses it. What is read here is read there alike.

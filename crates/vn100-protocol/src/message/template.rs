@@ -30,7 +30,7 @@ const FIELDS: [usize; 12] = [7, 16, 25, 34, 43, 52, 61, 69, 77, 85, 96, 107];
 const SPAN: [u8; LENGTH] = span(9, 2);
 
 /// The bits in which that distance must be 0: between `+` and `-` there is the comma.
-const ODD_SIGN: [u8; LENGTH] = span(0, 1);
+const SIGN_BIT: [u8; LENGTH] = span(0, 1);
 
 /// Reads `line` if it is a usual one, in range, with a right checksum and CR or LF behind it.
 #[inline]
@@ -89,7 +89,7 @@ fn checked_xor(line: &[u8; LENGTH + 1]) -> Option<u8> {
         for lane in 0..16 {
             let at = start + lane;
             let above = line[at].wrapping_sub(LINE[at]);
-            wrong[lane] |= above.saturating_sub(SPAN[at]) | above & ODD_SIGN[at];
+            wrong[lane] |= above.saturating_sub(SPAN[at]) | above & SIGN_BIT[at];
             xor[lane] ^= line[at];
         }
     }

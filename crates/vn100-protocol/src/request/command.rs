@@ -83,7 +83,7 @@ impl SensorCommand {
     /// Whether `reply` is what the sensor says when it has carried this out: the same command and,
     /// where it has one, the same register.
     ///
-    /// The fields that come back from a write are not compared; an error of the sensor does not
+    /// The fields in the reply to a write are not compared; an error of the sensor does not
     /// name what it answers, and is no such reply.
     #[must_use]
     pub fn is_answered_by(&self, reply: &Reply) -> bool {
@@ -112,8 +112,8 @@ impl SensorCommand {
         }
     }
 
-    /// How long the sensor hears no other command after its answer: 1.25 s while it restarts, half
-    /// a second while it saves.
+    /// How long the sensor receives no other command after its answer: 1.25 s while it restarts,
+    /// half a second while it saves.
     #[must_use]
     pub fn busy_time(&self) -> Duration {
         match self {

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::{register::fields::RegisterFields, request::device_error::DeviceError};
 
-/// Why a request has no good answer. `line` is the command as sent, without CR and LF.
+/// Why a request failed. `line` is the command as sent, without CR and LF.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum RequestFailure {
@@ -49,7 +49,7 @@ pub enum RequestFailure {
         line: String,
         /// The fields sent.
         asked: RegisterFields,
-        /// The fields that came back.
+        /// The fields of the reply.
         got: RegisterFields,
     },
 }

@@ -33,9 +33,9 @@ use crate::{
 /// # Which reply answers which request
 ///
 /// A reply answers by its command and its register. `VNERR` names neither: it answers the request
-/// on the wire, unless it is one of those that come unasked. On a line that echoes, as a
-/// half-duplex one does, a command that is no question comes back as its own answer would read:
-/// once a question has come back and was answered, the first copy of any other command is the echo
+/// on the wire, unless it is always unsolicited. On a line that echoes, as a
+/// half-duplex one does, the echo of a command other than a read looks like its reply:
+/// once a read was echoed and answered, the first copy of any other command is the echo
 /// and the next one the answer. So that a late answer to a request that was sent twice is not taken
 /// for that of the next one, the next waits until it has come or could have.
 #[derive(Debug)]
@@ -44,9 +44,9 @@ pub struct RequestQueue {
     queue: VecDeque<(RequestId, SensorCommand)>,
     current: Option<Current>,
     late: Option<Late>,
-    /// Whether a question came back before its answer.
+    /// Whether a read was echoed before its reply.
     line_echoes: bool,
-    /// The sensor hears nothing before this time.
+    /// The sensor receives nothing before this time.
     busy_until: Duration,
     completions: VecDeque<(RequestId, Result<Response, RequestFailure>)>,
     notices: VecDeque<DeviceError>,
@@ -92,8 +92,8 @@ struct Current {
     unanswered: u32,
     /// Lines sent whose echo has not come.
     unechoed: u32,
-    /// Whether it is a question whose echo has come.
-    came_back: bool,
+    /// Whether it is a read whose echo has come.
+    is_echoed: bool,
     first_sent: Duration,
     last_sent: Duration,
     /// When to give the present attempt up; `None` when the next is to be sent.
@@ -284,7 +284,7 @@ impl RequestQueue {
         match &mut self.current {
             Some(current) if current.command == SensorCommand::ReadRegister(register) && current.unechoed > 0 => {
                 current.unechoed -= 1;
-                current.came_back = true;
+                current.is_echoed = true;
                 Handled::Echo
             }
             _ => Handled::NotMine,
@@ -335,7 +335,7 @@ impl RequestQueue {
         };
         if result.is_ok() {
             // without an answer, it may be how a sensor prints an empty register
-            self.line_echoes |= current.came_back;
+            self.line_echoes |= current.is_echoed;
             self.busy_until = now.saturating_add(current.command.busy_time());
         }
         let answer_time = match &result {
@@ -365,7 +365,7 @@ impl Current {
             attempts: 0,
             unanswered: 0,
             unechoed: 0,
-            came_back: false,
+            is_echoed: false,
             first_sent: Duration::ZERO,
             last_sent: Duration::ZERO,
             deadline: None,

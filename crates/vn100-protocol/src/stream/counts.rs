@@ -6,23 +6,23 @@ use core::fmt;
 use super::{RejectedRowCounts, UnsolicitedErrors};
 use crate::Tally;
 
-/// What a stream has carried so far, byte by byte and line by line.
+/// What a stream has carried so far, byte by byte and frame by frame.
 ///
-/// In a CSV file a row is a line, good or bad, with all its columns and its line end; header,
-/// comments and blank lines are skipped.
+/// In a CSV file a row is a sentence, valid or rejected, with all its columns and its line end;
+/// header, comments and blank lines are skipped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StreamCounts {
     /// The parser's own count; its byte classes add up to the bytes read.
     pub tally: Tally,
-    /// Lines of a measurement other than the one this stream began with; part of the good lines,
-    /// not of the samples.
+    /// Lines of a measurement other than the one this stream began with; part of the valid
+    /// sentences, not of the samples.
     pub foreign_samples: u64,
     /// Bytes that were discarded during a baud scan or while the sensor was identified; not in the
     /// tally.
     pub baud_scan_bytes: u64,
     /// Bytes known to be lost between the port and this program.
     pub overrun_bytes: u64,
-    /// Questions of the host that the line brought back; part of the tally's replies, and no
+    /// Reads of the host that the line echoed; part of the tally's replies, and no
     /// answers.
     pub echoes: u64,
     /// Unsolicited device errors: `VNERR` messages that answer no command of this program.
@@ -31,9 +31,9 @@ pub struct StreamCounts {
     pub outputs_resumed: u64,
     /// How often the link came up; 0 for a capture that has no link.
     pub connects: u64,
-    /// The first good sentence that is neither a sample of this stream nor a reply.
+    /// The first valid sentence that is neither a sample of this stream nor a reply.
     pub other_message: Option<MessageName>,
-    /// Rejected rows of a CSV file; they are part of the bad lines. `None` where the
+    /// Rejected rows of a CSV file; they are among the rejected sentences. `None` where the
     /// source is none.
     pub rejected_rows: Option<RejectedRowCounts>,
 }
@@ -51,7 +51,7 @@ impl StreamCounts {
         self.tally.bytes() + self.baud_scan_bytes
     }
 
-    /// Bytes in which no line was, or none was looked for.
+    /// Bytes in which no frame was, or none was searched.
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.tally.skipped_bytes + self.baud_scan_bytes
@@ -63,7 +63,7 @@ impl StreamCounts {
         self.tally.replies - self.echoes
     }
 
-    /// Good sentences that are neither samples of this stream nor replies.
+    /// Valid sentences that are neither samples of this stream nor replies.
     #[must_use]
     pub fn other_messages(&self) -> u64 {
         self.tally.other + self.foreign_samples

@@ -1,4 +1,4 @@
-//! What passes on a stream beside its samples, to troubleshoot a link.
+//! What passes on a stream beside its samples, for the diagnosis of a link.
 
 use alloc::{
     boxed::Box,

@@ -47,7 +47,7 @@ pub enum LinkEventKind {
     Up {
         /// The port by its name, such as `/dev/ttyUSB0`.
         port: String,
-        /// Speed of the line in baud; `None` where the link has none, as over TCP.
+        /// The baud rate; `None` where the link has none, as over TCP.
         baud: Option<u32>,
     },
     /// The link is lost; a frame that is incomplete is cut off.

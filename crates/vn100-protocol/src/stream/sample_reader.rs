@@ -41,8 +41,8 @@ struct Stream {
     printed: Option<PrintFormat>,
     /// The counts but for the tally, which is the decoder's.
     link: StreamCounts,
-    /// Good lines of each message but that of the samples, by its code; those without a code of
-    /// their own by [`AsyncType::OFF`].
+    /// Valid sentences of each message but that of the samples, by its code; those without a code
+    /// of their own by [`AsyncType::OFF`].
     other_lines: BTreeMap<u8, u64>,
     open: Batch,
     sealed: Vec<Batch>,
@@ -95,7 +95,7 @@ impl SampleReader {
         self.decoder.tally()
     }
 
-    /// Good lines of each message so far, by its code.
+    /// Valid sentences of each message so far, by its code.
     pub fn lines(&self) -> impl Iterator<Item = (u8, u64)> {
         let samples = self.tally().samples - self.stream.link.foreign_samples;
         let layout = self.stream.layout.as_deref();
@@ -116,7 +116,7 @@ impl SampleReader {
         }
     }
 
-    /// Takes what befell the link. A line that was under way when it went down is cut off.
+    /// Takes an event of the link. A frame that is incomplete when it goes down is cut off.
     fn take_link_event(&mut self, event: &LinkEvent) {
         let link = &mut self.stream.link;
         match &event.kind {
@@ -243,9 +243,9 @@ impl Stream {
         *self.other_lines.entry(code(header)).or_default() += 1;
     }
 
-    /// Whether a bad line may have been one of this stream's measurements: by its name, as far as
-    /// that is there, or by its length. A damaged reply, or a `$` in some text, takes no sample's
-    /// place.
+    /// Whether a rejected sentence may have been one of this stream's measurements: by its name, as
+    /// far as that is there, or by its length. A damaged reply, or a `$` in some text, takes no
+    /// sample's place.
     fn may_be_sample(&self, raw: &[u8]) -> bool {
         const LONG: usize = 60;
         let message = self.layout.as_ref().map_or("VN", |layout| &layout.message).as_bytes();

@@ -95,7 +95,7 @@ impl Device {
                 self.answer("VNWRG,33,0,0,0");
                 return Ok(());
             }
-            // the count goes on at another pace
+            // the count continues at another pace
             32 => self.sync_out = SyncOut::starting_at(count, self.ticks),
             _ => {}
         }

@@ -190,7 +190,7 @@ impl Device {
         self.send(self.now_ns, packet);
     }
 
-    /// Tells of an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
+    /// Reports an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
     /// which the lines stop.
     pub(super) fn report(&mut self, code: ErrorCode) {
         let mode = self.registers.whole(30, 6);

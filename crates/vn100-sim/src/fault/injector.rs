@@ -101,7 +101,7 @@ impl Injector {
         stale
     }
 
-    /// What becomes of a byte: when it goes on and as what; `None` when it is lost.
+    /// What becomes of a byte: when it is forwarded and as what; `None` when it is lost.
     pub(crate) fn pass(&mut self, at: Duration, byte: u8) -> Option<(Duration, u8)> {
         let mut byte = byte;
         let mut lost = false;

@@ -20,7 +20,7 @@ fn a_plan_reads_back_as_it_was_written() {
 }
 
 #[test]
-fn what_is_no_plan_is_told_why() {
+fn a_malformed_plan_names_the_reason() {
     for (text, reason) in [
         ("melt@3s", "`melt@3s` is no fault: use drop, flip,"),
         ("stale@3s", "`stale@3s` is no fault"),

@@ -28,8 +28,8 @@ impl Link {
         Ok(Self { path: path.to_owned() })
     }
 
-    /// Leads elsewhere from here on. Whoever opens the path meanwhile finds the one or the other
-    /// target.
+    /// Leads elsewhere from here on. A program that opens the path meanwhile finds the one or the
+    /// other target.
     pub(super) fn turn(&self, target: &Path) -> Result<(), PtyError> {
         lead(&self.path, target)
     }

@@ -22,8 +22,8 @@ impl Outbox {
         bytes.len() - taken
     }
 
-    /// Hands on what the terminal has room for: how many.
-    pub(super) fn hand_on(&mut self, port: &PseudoTerminal) -> io::Result<usize> {
+    /// Forwards what the terminal has room for: how many.
+    pub(super) fn forward(&mut self, port: &PseudoTerminal) -> io::Result<usize> {
         let sent = port.write(self.waiting.make_contiguous())?;
         self.waiting.drain(..sent);
         Ok(sent)
@@ -65,7 +65,7 @@ mod tests {
         let burst: Vec<u8> = (0..ROOM + 100).map(|index| (index % 251) as u8).collect();
         let mut outbox = Outbox::default();
         assert_eq!(outbox.push(&burst), 100);
-        let at_once = outbox.hand_on(&port)?;
+        let at_once = outbox.forward(&port)?;
         assert!(at_once > 0 && !outbox.is_empty(), "{at_once} bytes at once: a terminal of that size tests nothing");
         let (mut read, mut piece) = (Vec::<u8>::new(), [0; 1000]);
         while read.len() < ROOM {
@@ -78,7 +78,7 @@ mod tests {
                 }
                 Err(error) => return Err(error),
             }
-            outbox.hand_on(&port)?;
+            outbox.forward(&port)?;
         }
         assert!(read == burst[..ROOM] && outbox.is_empty());
         assert_eq!((outbox.push(b"late"), outbox.clear(), outbox.is_empty()), (0, 4, true));

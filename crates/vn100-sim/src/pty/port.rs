@@ -33,10 +33,10 @@ pub(super) enum HostChange {
 pub(super) struct PseudoTerminal {
     master: OwnedFd,
     /// Our own hold on the side of the host. Without it the port reads as hung up until the first
-    /// host comes, and no one could tell how much a host has not read yet.
+    /// host comes, and how much a host has not read yet would be unknown.
     slave: Option<OwnedFd>,
-    /// Tells of openings and closings; `None` when our hold is gone, from when on a hang-up tells
-    /// of the end.
+    /// Reports openings and closings; `None` when our hold is gone, from when on a hang-up reports
+    /// the end.
     watch: Option<OwnedFd>,
     path: PathBuf,
     host_is_there: bool,

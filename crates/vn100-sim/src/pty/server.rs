@@ -216,7 +216,7 @@ impl Server {
     fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
         let Some(port) = &self.port else { return Ok(()) };
         let dropped = self.outbox.push(bytes);
-        let sent = self.outbox.hand_on(port).map_err(PtyError::Open)?;
+        let sent = self.outbox.forward(port).map_err(PtyError::Open)?;
         let mut state = self.shared.state();
         state.stats.bytes_sent += sent as u64;
         state.stats.bytes_dropped += dropped as u64;
@@ -249,7 +249,7 @@ impl Server {
         let Some(mut old) = self.port.take() else { return Ok(()) };
         let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         self.lead_to(fresh.path())?;
-        // a host that comes back at once has the old one
+        // a host that returns at once has the old one
         if old.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
             self.lead_to(old.path())?;
             self.port = Some(old);
