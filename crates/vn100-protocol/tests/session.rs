@@ -47,8 +47,8 @@ fn one_request_is_on_the_wire_at_a_time_in_their_order() {
 fn an_urgent_request_is_sent_next_and_one_that_is_cancelled_not_again() {
     let mut bench = Bench::new();
     let [rate, model] = [READ_RATE, READ_MODEL].map(|command| bench.submit(command));
-    let pause = bench.session.submit_next(SensorCommand::Async(false)).unwrap();
     assert_eq!(bench.sent(), ["$VNRRG,07*74"]);
+    let pause = bench.session.submit_next(SensorCommand::Async(false)).unwrap();
     bench.session.cancel(rate);
     assert_eq!(bench.sent(), ["$VNASY,0*4F"], "at once");
     bench.session.cancel(model);
