@@ -4,11 +4,10 @@ mod async_type;
 mod baud_rate;
 mod binary_output;
 mod calibration;
+mod controls;
 mod field_reader;
 pub(crate) mod fields;
-mod processing;
-mod protocol_control;
-mod sync_control;
+mod imu_filter;
 
 use alloc::string::{String, ToString};
 use core::fmt;
@@ -20,11 +19,13 @@ pub use self::{
     baud_rate::BaudRate,
     binary_output::{BinaryOutput, BinaryOutputNumber},
     calibration::{Calibration, ReferenceFrameRotation, StartupGyroBias},
-    processing::{ImuFilter, PerSensor, VpeControl},
-    protocol_control::ProtocolControl,
-    sync_control::SyncControl,
+    controls::{ProtocolControl, SyncControl, VpeControl},
+    imu_filter::{ImuFilter, PerSensor},
 };
-use crate::{framing::checksum::Check, register::fields::RegisterFields};
+use crate::{
+    framing::checksum::Check,
+    register::{field_reader::FieldReader, fields::RegisterFields},
+};
 
 /// The number of a register; displays with two digits at least, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -46,18 +47,29 @@ pub trait RegisterValue: Sized {
     /// The registers that hold such a value.
     const REGISTERS: &'static [Register];
 
+    /// Takes the fields of the value.
+    #[doc(hidden)]
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError>;
+
     /// Reads the value of one of these registers, as a read answers it or a write echoes it.
     ///
     /// # Errors
     /// [`ValueError`] for another register, fields too few or too many, or one of them that is not
     /// what it should be.
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError>;
+    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
+        let mut fields = FieldReader::of::<Self>(contents)?;
+        let value = Self::read(&mut fields)?;
+        fields.end()?;
+        Ok(value)
+    }
 }
 
 /// A value that can be written; displays as its fields with commas between them.
 pub trait WritableValue: RegisterValue + fmt::Display {
     /// The register it belongs to.
-    fn register(&self) -> Register;
+    fn register(&self) -> Register {
+        Self::REGISTERS[0]
+    }
 
     /// The fields to write.
     fn fields(&self) -> RegisterFields {

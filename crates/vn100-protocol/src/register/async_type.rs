@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{
-    Register, RegisterContents, RegisterValue, ValueError, WritableValue,
+    Register, RegisterValue, ValueError, WritableValue,
     field_reader::{FieldReader, integer},
 };
 use crate::message::layout::OUTPUT_RATES_HZ;
@@ -18,66 +18,49 @@ pub struct AsyncType(pub u8);
 struct Message {
     code: AsyncType,
     header: &'static str,
-    description: &'static str,
     usual_length: Option<u32>,
+    description: &'static str,
 }
 
-/// The lengths are those of the recorded print widths; that of the IMU message takes the wider of
-/// the two pressures reported.
-const MESSAGES: [Message; 14] = [
-    message(AsyncType::YPR, "VNYPR", "attitude", Some(38)),
-    message(AsyncType::QTN, "VNQTN", "attitude as a quaternion", Some(51)),
-    message(AsyncType::QMR, "VNQMR", "quaternion, magnetic field, acceleration, angular rate", Some(135)),
-    message(AsyncType::DCM, "VNDCM", "attitude as a rotation matrix", None),
-    message(AsyncType::MAG, "VNMAG", "magnetic field", Some(38)),
-    message(AsyncType::ACC, "VNACC", "acceleration", Some(35)),
-    message(AsyncType::GYR, "VNGYR", "angular rate", Some(44)),
-    message(AsyncType::MAR, "VNMAR", "magnetic field, acceleration, angular rate", Some(95)),
-    message(AsyncType::YMR, "VNYMR", "attitude, magnetic field, acceleration, angular rate", Some(122)),
-    message(AsyncType::YBA, "VNYBA", "attitude, linear acceleration along the body's axes, angular rate", Some(95)),
-    message(AsyncType::YIA, "VNYIA", "attitude, linear acceleration along north, east, down, angular rate", Some(95)),
-    message(
-        AsyncType::IMU,
-        "VNIMU",
-        "uncompensated magnetic field, acceleration, angular rate, temperature, pressure",
-        Some(112),
-    ),
-    message(AsyncType::DTV, "VNDTV", "change of angle and of velocity, with its time", Some(75)),
-    message(AsyncType::HVE, "VNHVE", "vertical motion", None),
-];
+/// Code, header, usual length and content of each message.
+macro_rules! messages {
+    ($($constant:ident = $code:literal, $header:literal, $usual_length:expr, $description:literal;)*) => {
+        impl AsyncType {
+            $(#[doc = concat!("`$", $header, "`: ", $description, ".")]
+            pub const $constant: Self = Self($code);)*
+        }
+
+        const MESSAGES: [Message; [$($code),*].len()] = [$(Message {
+            code: AsyncType::$constant,
+            header: $header,
+            usual_length: $usual_length,
+            description: $description,
+        }),*];
+    };
+}
+
+// The lengths are those of the recorded print widths; that of the IMU message takes the wider of the
+// two pressures reported.
+messages! {
+    YPR = 1, "VNYPR", Some(38), "attitude";
+    QTN = 2, "VNQTN", Some(51), "attitude as a quaternion";
+    QMR = 8, "VNQMR", Some(135), "quaternion, magnetic field, acceleration, angular rate";
+    DCM = 9, "VNDCM", None, "attitude as a rotation matrix"; // firmware 2, undocumented
+    MAG = 10, "VNMAG", Some(38), "magnetic field";
+    ACC = 11, "VNACC", Some(35), "acceleration";
+    GYR = 12, "VNGYR", Some(44), "angular rate";
+    MAR = 13, "VNMAR", Some(95), "magnetic field, acceleration, angular rate";
+    YMR = 14, "VNYMR", Some(122), "attitude, magnetic field, acceleration, angular rate"; // the factory default
+    YBA = 16, "VNYBA", Some(95), "attitude, linear acceleration along the body's axes, angular rate";
+    YIA = 17, "VNYIA", Some(95), "attitude, linear acceleration along north, east, down, angular rate";
+    IMU = 19, "VNIMU", Some(112), "uncompensated magnetic field, acceleration, angular rate, temperature, pressure";
+    DTV = 30, "VNDTV", Some(75), "change of angle and of velocity, with its time";
+    HVE = 34, "VNHVE", None, "vertical motion"; // firmware 3
+}
 
 impl AsyncType {
     /// Nothing is sent.
     pub const OFF: Self = Self(0);
-    /// `$VNYPR`: yaw, pitch, roll.
-    pub const YPR: Self = Self(1);
-    /// `$VNQTN`: the attitude as a quaternion, scalar last.
-    pub const QTN: Self = Self(2);
-    /// `$VNQMR`: quaternion, magnetic field, acceleration, angular rate.
-    pub const QMR: Self = Self(8);
-    /// `$VNDCM`: the attitude as a rotation matrix; firmware 2, undocumented.
-    pub const DCM: Self = Self(9);
-    /// `$VNMAG`: magnetic field.
-    pub const MAG: Self = Self(10);
-    /// `$VNACC`: acceleration.
-    pub const ACC: Self = Self(11);
-    /// `$VNGYR`: angular rate.
-    pub const GYR: Self = Self(12);
-    /// `$VNMAR`: magnetic field, acceleration, angular rate.
-    pub const MAR: Self = Self(13);
-    /// `$VNYMR`: attitude, magnetic field, acceleration, angular rate; what a sensor is sold with.
-    pub const YMR: Self = Self(14);
-    /// `$VNYBA`: attitude, linear acceleration along the axes of the body, angular rate.
-    pub const YBA: Self = Self(16);
-    /// `$VNYIA`: attitude, linear acceleration along north, east, down, angular rate.
-    pub const YIA: Self = Self(17);
-    /// `$VNIMU`: uncompensated magnetic field, acceleration and angular rate, temperature,
-    /// pressure.
-    pub const IMU: Self = Self(19);
-    /// `$VNDTV`: change of angle and of velocity, with the time it took.
-    pub const DTV: Self = Self(30);
-    /// `$VNHVE`: vertical motion; firmware 3.
-    pub const HVE: Self = Self(34);
 
     /// The message with this header, such as `VNYPR`; `None` for one that has no constant here.
     #[must_use]
@@ -111,32 +94,17 @@ impl AsyncType {
     }
 }
 
-const fn message(
-    code: AsyncType,
-    header: &'static str,
-    description: &'static str,
-    usual_length: Option<u32>,
-) -> Message {
-    Message { code, header, description, usual_length }
-}
-
 impl RegisterValue for AsyncType {
     const REGISTERS: &'static [Register] = &[Register::ASYNC_TYPE];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
         let code = fields.integer("async type")?;
         fields.optional_port()?;
-        fields.end()?;
         Ok(Self(code))
     }
 }
 
-impl WritableValue for AsyncType {
-    fn register(&self) -> Register {
-        Register::ASYNC_TYPE
-    }
-}
+impl WritableValue for AsyncType {}
 
 impl fmt::Display for AsyncType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -166,22 +134,16 @@ impl AsyncRate {
 impl RegisterValue for AsyncRate {
     const REGISTERS: &'static [Register] = &[Register::ASYNC_RATE];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
         let rate = fields.value("async rate", "0, 1, 2, 4, 5, 10, 20, 25, 40, 50, 100 or 200", |text| {
             integer(text).and_then(Self::new)
         })?;
         fields.optional_port()?;
-        fields.end()?;
         Ok(rate)
     }
 }
 
-impl WritableValue for AsyncRate {
-    fn register(&self) -> Register {
-        Register::ASYNC_RATE
-    }
-}
+impl WritableValue for AsyncRate {}
 
 impl fmt::Display for AsyncRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

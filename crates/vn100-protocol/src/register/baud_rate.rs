@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{
-    Register, RegisterContents, RegisterValue, ValueError, WritableValue,
+    Register, RegisterValue, ValueError, WritableValue,
     field_reader::{FieldReader, integer},
 };
 
@@ -52,22 +52,16 @@ impl BaudRate {
 impl RegisterValue for BaudRate {
     const REGISTERS: &'static [Register] = &[Register::BAUD_RATE];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
         let rate = fields.value("baud rate", "one of the nine rates from 9600 to 921600", |text| {
             integer(text).and_then(Self::new)
         })?;
         fields.optional_port()?;
-        fields.end()?;
         Ok(rate)
     }
 }
 
-impl WritableValue for BaudRate {
-    fn register(&self) -> Register {
-        Register::BAUD_RATE
-    }
-}
+impl WritableValue for BaudRate {}
 
 impl fmt::Display for BaudRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::{Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader};
+use super::{Register, RegisterValue, ValueError, WritableValue, field_reader::FieldReader};
 use crate::framing::packet;
 
 /// One of the three registers of binary outputs.
@@ -59,9 +59,8 @@ impl RegisterValue for BinaryOutput {
     const REGISTERS: &'static [Register] =
         &[Register::BINARY_OUTPUT_1, Register::BINARY_OUTPUT_2, Register::BINARY_OUTPUT_3];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let number = match contents.register {
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        let number = match fields.register {
             Register::BINARY_OUTPUT_1 => BinaryOutputNumber::First,
             Register::BINARY_OUTPUT_2 => BinaryOutputNumber::Second,
             _ => BinaryOutputNumber::Third,

@@ -1,6 +1,6 @@
 //! Registers 23, 25, 26, 43 and 84: how this sensor was calibrated and mounted.
 
-use super::{Register, RegisterContents, RegisterValue, ValueError, field_reader::FieldReader};
+use super::{Register, RegisterValue, ValueError, field_reader::FieldReader};
 
 /// Registers 23, 25 and 84: the user's calibration of one sensor, y = C (x - b).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,11 +15,8 @@ impl RegisterValue for Calibration {
     const REGISTERS: &'static [Register] =
         &[Register::MAG_CALIBRATION, Register::ACCEL_CALIBRATION, Register::GYRO_CALIBRATION];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let calibration = Self { matrix: matrix(&mut fields)?, offset: fields.floats("offset")? };
-        fields.end()?;
-        Ok(calibration)
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { matrix: matrix(fields)?, offset: fields.floats("offset")? })
     }
 }
 
@@ -33,11 +30,8 @@ pub struct ReferenceFrameRotation {
 impl RegisterValue for ReferenceFrameRotation {
     const REGISTERS: &'static [Register] = &[Register::ROTATION];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let rotation = Self { matrix: matrix(&mut fields)? };
-        fields.end()?;
-        Ok(rotation)
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { matrix: matrix(fields)? })
     }
 }
 
@@ -51,11 +45,8 @@ pub struct StartupGyroBias {
 impl RegisterValue for StartupGyroBias {
     const REGISTERS: &'static [Register] = &[Register::STARTUP_GYRO_BIAS];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let bias = Self { bias_rad_s: fields.floats("bias")? };
-        fields.end()?;
-        Ok(bias)
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { bias_rad_s: fields.floats("bias")? })
     }
 }
 

@@ -6,8 +6,9 @@ use core::str::{FromStr, Split};
 use super::{Register, RegisterContents, RegisterValue, ValueError};
 
 /// The fields not yet taken.
-pub(super) struct FieldReader<'a> {
-    register: Register,
+#[derive(Debug)]
+pub struct FieldReader<'a> {
+    pub(super) register: Register,
     fields: Split<'a, char>,
 }
 
@@ -20,7 +21,7 @@ impl<'a> FieldReader<'a> {
         Ok(Self { register: contents.register, fields: contents.fields.iter() })
     }
 
-    pub(super) fn text(&mut self, name: &'static str) -> Result<&'a str, ValueError> {
+    fn text(&mut self, name: &'static str) -> Result<&'a str, ValueError> {
         self.fields.next().ok_or(ValueError::Missing { register: self.register, name })
     }
 
@@ -42,7 +43,7 @@ impl<'a> FieldReader<'a> {
     }
 
     /// A number as a finite 32-bit float, which is what the sensor keeps.
-    pub(super) fn float(&mut self, name: &'static str) -> Result<f32, ValueError> {
+    fn float(&mut self, name: &'static str) -> Result<f32, ValueError> {
         self.value(name, "a finite number", |text| text.parse().ok().filter(|value: &f32| value.is_finite()))
     }
 

@@ -1,84 +1,71 @@
-//! What the sensor complains of: the codes of `$VNERR`.
+//! The errors that the sensor reports: the codes of `$VNERR`.
 
 use core::fmt;
 
-/// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits; UM001, and
-/// 0A to 0C as firmware 3 sends them).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum DeviceError {
-    /// 01
-    HardFault,
-    /// 02
-    ReceiveBufferOverflow,
-    /// 03
-    InvalidChecksum,
-    /// 04
-    InvalidCommand,
-    /// 05
-    TooFewParameters,
-    /// 06
-    TooManyParameters,
-    /// 07
-    InvalidParameter,
-    /// 08
-    InvalidRegister,
-    /// 09
-    Unauthorized,
-    /// 0A
-    WatchdogReset,
-    /// 0B
-    OutputBufferOverflow,
-    /// 0C
-    InsufficientBaudRate,
-    /// FF
-    ErrorBufferOverflow,
-    /// A code that no edition of the manual has.
-    Unknown(u8),
+/// Name, code and meaning of each error.
+macro_rules! device_errors {
+    ($($name:ident = $code:literal, $meaning:literal;)*) => {
+        /// An error that the sensor reports, by its code in `$VNERR,cc` (two hexadecimal digits;
+        /// UM001, and 0A to 0C as firmware 3 sends them).
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum DeviceError {
+            $(#[doc = concat!(stringify!($code), ": ", $meaning, ".")]
+            $name,)*
+            /// A code that no edition of the manual has.
+            Unknown(u8),
+        }
+
+        impl DeviceError {
+            /// Those that the manual has, by code.
+            pub(crate) const KNOWN: [Self; [$($code),*].len()] = [$(Self::$name),*];
+
+            /// The error with this code.
+            #[must_use]
+            pub fn from_code(code: u8) -> Self {
+                match code {
+                    $($code => Self::$name,)*
+                    code => Self::Unknown(code),
+                }
+            }
+
+            /// The code of the error.
+            #[must_use]
+            pub fn code(self) -> u8 {
+                match self {
+                    $(Self::$name => $code,)*
+                    Self::Unknown(code) => code,
+                }
+            }
+
+            /// What it means, in a few words.
+            #[must_use]
+            pub fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$name => $meaning,)*
+                    Self::Unknown(_) => "an error that no edition of the manual names",
+                }
+            }
+        }
+    };
+}
+
+device_errors! {
+    HardFault = 0x01, "the sensor had a fault and restarts";
+    ReceiveBufferOverflow = 0x02, "the receive buffer of the sensor ran over";
+    InvalidChecksum = 0x03, "the command arrived with a wrong checksum";
+    InvalidCommand = 0x04, "the sensor does not know the command";
+    TooFewParameters = 0x05, "the command has too few fields";
+    TooManyParameters = 0x06, "the command has too many fields";
+    InvalidParameter = 0x07, "a value of the command is not allowed";
+    InvalidRegister = 0x08, "the sensor does not have the register";
+    Unauthorized = 0x09, "the sensor does not permit it";
+    WatchdogReset = 0x0A, "the sensor was restarted by its watchdog";
+    OutputBufferOverflow = 0x0B, "the output is more than the line carries";
+    InsufficientBaudRate = 0x0C, "the baud rate is too low for the output asked for";
+    ErrorBufferOverflow = 0xFF, "the sensor had more errors than it could report";
 }
 
 impl DeviceError {
-    /// The error with this code.
-    #[must_use]
-    pub fn from_code(code: u8) -> Self {
-        match code {
-            0x01 => Self::HardFault,
-            0x02 => Self::ReceiveBufferOverflow,
-            0x03 => Self::InvalidChecksum,
-            0x04 => Self::InvalidCommand,
-            0x05 => Self::TooFewParameters,
-            0x06 => Self::TooManyParameters,
-            0x07 => Self::InvalidParameter,
-            0x08 => Self::InvalidRegister,
-            0x09 => Self::Unauthorized,
-            0x0A => Self::WatchdogReset,
-            0x0B => Self::OutputBufferOverflow,
-            0x0C => Self::InsufficientBaudRate,
-            0xFF => Self::ErrorBufferOverflow,
-            code => Self::Unknown(code),
-        }
-    }
-
-    /// The code of the error.
-    #[must_use]
-    pub fn code(self) -> u8 {
-        match self {
-            Self::HardFault => 0x01,
-            Self::ReceiveBufferOverflow => 0x02,
-            Self::InvalidChecksum => 0x03,
-            Self::InvalidCommand => 0x04,
-            Self::TooFewParameters => 0x05,
-            Self::TooManyParameters => 0x06,
-            Self::InvalidParameter => 0x07,
-            Self::InvalidRegister => 0x08,
-            Self::Unauthorized => 0x09,
-            Self::WatchdogReset => 0x0A,
-            Self::OutputBufferOverflow => 0x0B,
-            Self::InsufficientBaudRate => 0x0C,
-            Self::ErrorBufferOverflow => 0xFF,
-            Self::Unknown(code) => code,
-        }
-    }
-
     /// Whether the sensor reports this error by itself; all others answer a command, as far as is
     /// known.
     #[must_use]
@@ -91,27 +78,6 @@ impl DeviceError {
     #[must_use]
     pub fn is_transmission_fault(self) -> bool {
         matches!(self, Self::ReceiveBufferOverflow | Self::InvalidChecksum)
-    }
-
-    /// What it means, in a few words.
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::HardFault => "the sensor had a fault and restarts",
-            Self::ReceiveBufferOverflow => "the receive buffer of the sensor ran over",
-            Self::InvalidChecksum => "the command arrived with a wrong checksum",
-            Self::InvalidCommand => "the sensor does not know the command",
-            Self::TooFewParameters => "the command has too few fields",
-            Self::TooManyParameters => "the command has too many fields",
-            Self::InvalidParameter => "a value of the command is not allowed",
-            Self::InvalidRegister => "the sensor does not have the register",
-            Self::Unauthorized => "the sensor does not permit it",
-            Self::WatchdogReset => "the sensor was restarted by its watchdog",
-            Self::OutputBufferOverflow => "the output is more than the line carries",
-            Self::InsufficientBaudRate => "the baud rate is too low for the output asked for",
-            Self::ErrorBufferOverflow => "the sensor had more errors than it could report",
-            Self::Unknown(_) => "an error that no edition of the manual names",
-        }
     }
 
     /// What to do about it.
@@ -159,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_code_comes_back() {
+    fn every_code_is_kept() {
         for code in 0..=u8::MAX {
             assert_eq!(DeviceError::from_code(code).code(), code);
         }

@@ -2,36 +2,32 @@
 
 use crate::DeviceError;
 
-/// Codes that the manual has; all others share a count behind these.
-const KNOWN: [u8; 13] = [0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B, 0x0C, 0xFF];
+/// Errors that the manual has; all others share a count behind these.
+const KNOWN: [DeviceError; 13] = DeviceError::KNOWN;
 
 /// Counts of errors by their code.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct UnsolicitedErrors {
     counts: [u64; KNOWN.len() + 1],
-    /// The first code that the manual does not have.
-    first_unknown: Option<u8>,
+    /// The first error that the manual does not have.
+    first_unknown: Option<DeviceError>,
 }
 
 impl UnsolicitedErrors {
     /// Counts an error.
     pub fn count(&mut self, error: DeviceError) {
-        let code = error.code();
-        let place = KNOWN.iter().position(|&known| known == code).unwrap_or(KNOWN.len());
+        let place = KNOWN.iter().position(|&known| known == error).unwrap_or(KNOWN.len());
         self.counts[place] += 1;
         if place == KNOWN.len() {
-            self.first_unknown.get_or_insert(code);
+            self.first_unknown.get_or_insert(error);
         }
     }
 
     /// Those that came, with how often, by code. Codes that the manual does not have count as
     /// the first of them.
     pub fn iter(&self) -> impl Iterator<Item = (DeviceError, u64)> {
-        let codes = KNOWN.into_iter().map(Some).chain([self.first_unknown]);
-        codes.zip(self.counts).filter(|(_, count)| *count > 0).filter_map(|(code, count)| {
-            let error = DeviceError::from_code(code?);
-            Some((error, count))
-        })
+        let errors = KNOWN.into_iter().map(Some).chain([self.first_unknown]);
+        errors.zip(self.counts).filter(|(_, count)| *count > 0).filter_map(|(error, count)| Some((error?, count)))
     }
 }
 
@@ -46,9 +42,9 @@ mod tests {
             errors.count(DeviceError::from_code(code));
         }
         errors.count(DeviceError::OutputBufferOverflow);
-        let told: Vec<_> = errors.iter().map(|(error, count)| (error.code(), count)).collect();
-        let mut expected: Vec<_> = KNOWN.iter().map(|&code| (code, 1 + u64::from(code == 0x0B))).collect();
+        let counted: Vec<_> = errors.iter().map(|(error, count)| (error.code(), count)).collect();
+        let mut expected: Vec<_> = KNOWN.map(DeviceError::code).map(|code| (code, 1 + u64::from(code == 0x0B))).into();
         expected.push((0, 256 - KNOWN.len() as u64));
-        assert_eq!(told, expected);
+        assert_eq!(counted, expected);
     }
 }

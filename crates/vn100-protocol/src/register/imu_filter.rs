@@ -1,39 +1,8 @@
-//! Registers 35 and 85: what happens to the samples before they are sent.
+//! Register 85: the moving average of the samples before they are sent.
 
 use core::fmt;
 
-use super::{
-    Register, RegisterContents, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list,
-};
-
-/// Register 35: the modes of the attitude filter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct VpeControl {
-    /// 1 on, 0 off; reserved in firmware 3.
-    pub enable: u8,
-    /// Where the heading comes from: 0 the magnetometer is trusted, 1 relative, 2 indoor.
-    pub heading_mode: u8,
-    /// Filtering: 0 none, 1 adaptive.
-    pub filtering_mode: u8,
-    /// Tuning: 0 fixed, 1 adaptive.
-    pub tuning_mode: u8,
-}
-
-impl RegisterValue for VpeControl {
-    const REGISTERS: &'static [Register] = &[Register::VPE_CONTROL];
-
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let control = Self {
-            enable: fields.integer("enable")?,
-            heading_mode: fields.integer("heading mode")?,
-            filtering_mode: fields.integer("filtering mode")?,
-            tuning_mode: fields.integer("tuning mode")?,
-        };
-        fields.end()?;
-        Ok(control)
-    }
-}
+use super::{Register, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list};
 
 /// One number for each sensor inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -59,7 +28,7 @@ pub struct ImuFilter {
     pub mode: PerSensor<u8>,
 }
 
-/// As sold: four samples of acceleration, angular rate and temperature.
+/// The factory default: four samples of acceleration, angular rate and temperature.
 impl Default for ImuFilter {
     fn default() -> Self {
         Self {
@@ -72,8 +41,7 @@ impl Default for ImuFilter {
 impl RegisterValue for ImuFilter {
     const REGISTERS: &'static [Register] = &[Register::IMU_FILTER];
 
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
         let window = PerSensor {
             mag: fields.integer("magnetometer window")?,
             accel: fields.integer("accelerometer window")?,
@@ -88,16 +56,11 @@ impl RegisterValue for ImuFilter {
             temperature: fields.integer("temperature mode")?,
             pressure: fields.integer("pressure mode")?,
         };
-        fields.end()?;
         Ok(Self { window, mode })
     }
 }
 
-impl WritableValue for ImuFilter {
-    fn register(&self) -> Register {
-        Register::IMU_FILTER
-    }
-}
+impl WritableValue for ImuFilter {}
 
 impl fmt::Display for ImuFilter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
