@@ -69,7 +69,7 @@ fn names(texts: &[(String, Style)]) -> String {
     counted.into_iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// What was lost so far: rejected sentences by kind, dropped samples and reconnects; none that is 0.
+/// What was lost so far: rejected sentences by kind, dropped samples, reconnects; none that is 0.
 fn lost(source: &Source) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
     let bad = link.tally.rejected.total();

@@ -51,8 +51,8 @@ pub(super) fn measured() -> Source {
     .clone()
 }
 
-/// The same time of a compensated stream, with rejected sentences and gaps; the disk of its recording
-/// is full.
+/// The same time of a compensated stream, with rejected sentences and gaps, and a
+/// failed recording.
 pub(super) fn damaged() -> Source {
     static MADE: OnceLock<Source> = OnceLock::new();
     MADE.get_or_init(|| {
