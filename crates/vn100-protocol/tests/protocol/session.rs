@@ -1,13 +1,11 @@
 //! The request machine, step by step, on a clock that is a number.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod support;
-
-use support::bench::{Bench, READ_MODEL, READ_RATE, ms, write_rate};
 use vn100_protocol::{
     BaudRate, DeviceError, Handled, QueueFull, Register, RegisterFields, RequestFailure, RequestQueue, Response,
     SensorCommand,
 };
+
+use crate::support::bench::{Bench, READ_MODEL, READ_RATE, ms, write_rate};
 
 #[test]
 fn a_read_is_answered_among_other_lines() {

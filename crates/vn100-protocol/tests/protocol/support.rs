@@ -1,7 +1,5 @@
 //! What the tests of this crate share: lines printed by the standard library, pieces of a stream,
 //! and ways to cut it.
-#![allow(dead_code, reason = "each test uses its part")]
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 pub(crate) mod bench;
 

@@ -1,18 +1,16 @@
 //! What holds of the request machine under any interleaving, and with a sensor whose link loses,
 //! damages and delays lines.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use proptest::{collection::vec, prelude::*, sample::select};
-use support::{frames, reply, sentence};
 use vn100_protocol::{
     Check, DeviceError, Frame, Options, Register, RegisterFields, RequestFailure, RequestId, RequestQueue, Response,
     SensorCommand,
 };
+
+use crate::support::{frames, reply, sentence};
 
 const PRESENT: Register = Register(7);
 const OTHER: Register = Register(21);

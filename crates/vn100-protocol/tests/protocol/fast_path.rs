@@ -1,10 +1,9 @@
 //! The decoder with its fast path against the framer and the message parser, which have none.
 
-mod support;
-
 use proptest::{collection::vec, prelude::*, sample::select};
-use support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
 use vn100_protocol::{Frame, Item, MessageError, Options, RejectReason, RejectedSentence, Sample, xor8};
+
+use crate::support::{YMR, counts, decode_in_pieces, describe, frames, sentence, ymr_body};
 
 /// What a stream of `VNYMR` lines is without the fast path.
 fn items_of_the_general_path(bytes: &[u8]) -> Vec<String> {
@@ -66,7 +65,7 @@ fn every_change_of_one_byte_is_judged_alike() {
 
 #[test]
 fn limits_are_the_same() {
-    for (index, &support::Form(.., limit)) in YMR.iter().enumerate() {
+    for (index, &crate::support::Form(.., limit)) in YMR.iter().enumerate() {
         for count in [limit - 1, limit, limit + 1, -limit + 1, -limit, -limit - 1] {
             let mut row = [0; 12];
             row[index] = count;

@@ -1,6 +1,5 @@
 //! What fits a line: the tables that follow from the recorded lengths, and what sensors have
 //! accepted and refused.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, LineForm, LinkLoad, ProtocolControl,

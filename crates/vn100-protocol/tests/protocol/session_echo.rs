@@ -1,10 +1,8 @@
 //! The request machine on a line that brings back what is sent, as a half-duplex one does.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod support;
-
-use support::bench::{Bench, READ_RATE, write_rate};
 use vn100_protocol::{Handled, Register, RequestFailure, RequestQueue, SensorCommand};
+
+use crate::support::bench::{Bench, READ_RATE, write_rate};
 
 #[test]
 fn on_a_line_that_echoes_the_first_copy_is_no_answer() {

@@ -1,11 +1,9 @@
 //! What holds of any stream, however it is cut and whatever is in it.
-#![allow(clippy::panic, reason = "a test fails by panicking")]
-
-mod support;
 
 use proptest::{collection::vec, prelude::*, sample::Index};
-use support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 use vn100_protocol::{CheckDigits, Decoder, Frame, Item, Options, RejectReason, crc16, xor8};
+
+use crate::support::{YMR, concat, counts, decode_in_pieces, frames, packet, piece, sentence, ymr_body};
 
 /// A naive reader of a whole text: every frame with its place and length, by trying each `$` on its
 /// own.
@@ -103,7 +101,7 @@ proptest! {
             at += consumed;
             prop_assert_eq!(decoder.tally().bytes(), at as u64);
             match item {
-                Some(item) => items.push(support::describe(item)),
+                Some(item) => items.push(crate::support::describe(item)),
                 None if end == bytes.len() => break,
                 None => {
                     prop_assert!(end - at <= 522, "{} bytes wait", end - at);

@@ -1,14 +1,12 @@
 //! Commands as the maker and users of sensors have sent them, and the replies.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use proptest::prelude::*;
-use support::{line, parse_reply, reply, sentence};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, DeviceError, ImuFilter, PerSensor,
     ProtocolControl, Register, RegisterFields, Reply, ReplyError, SensorCommand, SyncControl, WritableValue,
 };
+
+use crate::support::{line, parse_reply, reply, sentence};
 
 fn read(register: u8) -> SensorCommand {
     SensorCommand::ReadRegister(Register(register))

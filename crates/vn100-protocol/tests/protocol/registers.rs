@@ -1,17 +1,15 @@
 //! The contents of registers as sensors have sent them, and the way back.
-#![allow(clippy::unwrap_used, clippy::unreachable, reason = "a test fails by panicking")]
-
-mod support;
 
 use core::fmt::Debug;
 
 use proptest::prelude::*;
-use support::{contents, line, sentence};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, Check, ImuFilter, PerSensor,
     ProtocolControl, ReferenceFrameRotation, Register, RegisterValue, Sample, SensorCommand, StartupGyroBias,
     SyncControl, VNIMU, ValueError, VpeControl, WritableValue,
 };
+
+use crate::support::{contents, line, sentence};
 
 /// Reads `published`, and expects the write of the value to have the same fields.
 fn check<T: WritableValue + PartialEq + Debug>(published: &str, expected: T) {

@@ -1,0 +1,21 @@
+//! The protocol against what sensors, their manual and the standard library print, and against any
+//! bytes.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    clippy::unwrap_used,
+    reason = "a test fails by panicking"
+)]
+
+mod commands;
+mod examples;
+mod fast_path;
+mod link_budget;
+mod no_copy;
+mod registers;
+mod session;
+mod session_echo;
+mod session_properties;
+mod stream;
+mod support;
