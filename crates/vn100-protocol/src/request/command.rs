@@ -17,7 +17,7 @@ use crate::{
 /// use vn100_protocol::{AsyncType, Check, SensorCommand};
 ///
 /// let mut line = String::new();
-/// Command::write(&AsyncType::YMR).encode(Check::Xor8, &mut line)?;
+/// SensorCommand::write(&AsyncType::YMR).encode(Check::Xor8, &mut line)?;
 /// assert_eq!(line, "$VNWRG,06,14*59\r\n");
 /// # Ok::<_, std::fmt::Error>(())
 /// ```
