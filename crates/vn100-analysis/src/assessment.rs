@@ -87,10 +87,8 @@ impl Assessment {
         let motion = Motion::of(snapshot);
         let models = Models::new(snapshot.shape());
         let mut assessor = Assessor { snapshot, confidence, was_moved: motion.is_some(), models };
-        let layout_channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-        let channels: Vec<_> = (layout_channels.iter().zip(&snapshot.channels))
-            .map(|(channel, results)| assessor.channel(channel, results))
-            .collect();
+        let channels: Vec<_> =
+            snapshot.measured().map(|(channel, results)| assessor.channel(channel, results)).collect();
         let mut warnings = stream::warnings(snapshot, &channels);
         match &motion {
             Some(motion) => warnings.push(motion.warning()),

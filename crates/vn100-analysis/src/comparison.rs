@@ -2,19 +2,19 @@
 //! white noise, and the spread of their means.
 
 mod caveat;
-mod folding;
 mod means;
 mod octaves;
 mod ranking;
 
 use imu_noise::holm;
+use vn100_protocol::Quantity;
 
 pub use caveat::{Caveat, CaveatKind};
 pub use means::{ChannelMeans, MeanError, RecordMean};
 pub use octaves::OctaveTest;
 pub use ranking::{RankedRecord, Ranking, WhiteTest};
 
-use crate::{Assessment, Snapshot, Warning, WarningKind};
+use crate::{Assessment, Onboard, Snapshot, Warning, WarningKind};
 
 /// Warnings about events within a record, not about how it was made.
 const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind::VibrationLine, WarningKind::WarmUp];
@@ -106,4 +106,20 @@ fn chances(probabilities: &[f64]) -> Vec<Chance> {
 /// Every two of `count` records, the earlier one first.
 fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| [a, b]))
+}
+
+/// What the sensor does to the channels of `quantity`; `None` where unknown.
+fn onboard(quantity: Quantity, record: &Record<'_>) -> Option<Onboard> {
+    let layout = record.snapshot.layout.as_ref()?;
+    let channel = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
+    record.assessment.channels.get(channel)?.onboard
+}
+
+/// Whether averaging and decimation make the same of its white noise in both. Where that
+/// is unknown, they do at the same rate.
+fn fold_alike(quantity: Quantity, a: &Record<'_>, b: &Record<'_>) -> bool {
+    match (onboard(quantity, a), onboard(quantity, b)) {
+        (Some(a), Some(b)) => (a.white_factor() / b.white_factor() - 1.0).abs() < 0.01,
+        _ => (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3,
+    }
 }

@@ -75,7 +75,7 @@ pub struct Verdicts {
     pub datasheet: String,
     /// How far its figures can be trusted.
     pub note: Option<String>,
-    /// By channel; see [`Datasheet::judge`].
+    /// By channel of the layout; none for channels without figures.
     pub channels: Vec<Vec<FigureVerdict>>,
 }
 
@@ -96,8 +96,7 @@ fn floor_of_flicker() -> f64 {
 }
 
 impl Datasheet {
-    /// What the assessment of a snapshot says of every figure, channel by channel in the order of
-    /// the layout; none for channels without figures.
+    /// What the assessment of a snapshot says of every figure.
     ///
     /// White noise is compared with the figure times what averaging and decimation on board make of
     /// it. Where these are not known, or the sample rate is assumed, nothing passes and nothing
@@ -105,7 +104,7 @@ impl Datasheet {
     /// high. Nor do the others where a line was removed, which takes some of them along. Nothing is
     /// compared where the sensor was moved.
     #[must_use]
-    pub fn judge(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<Vec<FigureVerdict>> {
+    pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
             let (window, of_white) = self.window(noise.sensor, channel.onboard, snapshot);
@@ -126,13 +125,7 @@ impl Datasheet {
                 })
                 .collect()
         };
-        assessment.channels.iter().map(of_channel).collect()
-    }
-
-    /// The same under the name of the sheet.
-    #[must_use]
-    pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
-        let channels = self.judge(snapshot, assessment);
+        let channels = assessment.channels.iter().map(of_channel).collect();
         Verdicts { datasheet: self.name.clone(), note: self.note.clone(), channels }
     }
 
@@ -220,8 +213,8 @@ pub fn not_passed<'a>(
     snapshot: &Snapshot,
     verdicts: &'a [Vec<FigureVerdict>],
 ) -> Vec<(String, Option<&'a FigureVerdict>)> {
-    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    let concerned: Vec<_> = layout.iter().zip(verdicts).filter(|(channel, _)| figure.concerns(channel)).collect();
+    let concerned: Vec<_> =
+        snapshot.layout_channels().iter().zip(verdicts).filter(|(channel, _)| figure.concerns(channel)).collect();
     if concerned.is_empty() {
         return vec![(figure.to_string(), None)];
     }

@@ -84,6 +84,12 @@ impl Figure {
     }
 }
 
+/// A percentage above 0 as a share; the sign may follow.
+pub(crate) fn share_of_percent(text: &str) -> Option<f64> {
+    let percent = text.trim().trim_end_matches('%').trim_end().parse::<f64>().ok()?;
+    (percent > 0.0 && percent.is_finite()).then_some(percent / 100.0)
+}
+
 /// A share in percent, without the digits that binary fractions add.
 pub(crate) fn in_percent(share: f64) -> f64 {
     let percent = 100.0 * share;

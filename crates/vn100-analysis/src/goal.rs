@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{
     assessment::Assessment,
-    figure::{Figure, FigureError, in_percent},
+    figure::{Figure, FigureError, in_percent, share_of_percent},
     snapshot::Snapshot,
 };
 
@@ -52,8 +52,7 @@ impl Goal {
     /// figure is not estimated.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
-        let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-        (layout.iter().zip(&assessment.channels))
+        (snapshot.layout_channels().iter().zip(&assessment.channels))
             .filter(|(channel, _)| self.figure.concerns(channel))
             .map(|(channel, assessed)| {
                 let parameter = assessed.noise.as_ref().and_then(|noise| noise.parameter(self.figure.term));
@@ -104,10 +103,8 @@ impl FromStr for Goal {
         // not every keyboard has the sign
         let split = text.split_once('±').or_else(|| text.split_once("+-"));
         let (figure, percent) = split.ok_or_else(|| GoalError::Form(text.into()))?;
-        let number = percent.trim().trim_end_matches('%').trim_end().parse::<f64>().ok();
-        let percent = number.filter(|percent| *percent > 0.0 && percent.is_finite());
-        let percent = percent.ok_or_else(|| GoalError::Percent(text.into()))?;
-        Ok(Self { figure: figure.parse()?, relative_half_width: percent / 100.0 })
+        let relative_half_width = share_of_percent(percent).ok_or_else(|| GoalError::Percent(text.into()))?;
+        Ok(Self { figure: figure.parse()?, relative_half_width })
     }
 }
 

@@ -63,14 +63,22 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
+    /// The channels of the layout; none without one.
+    #[must_use]
+    pub fn layout_channels(&self) -> &[Channel] {
+        self.layout.as_ref().map_or(&[], |layout| &layout.channels)
+    }
+
+    /// The same with their results.
+    pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> {
+        self.layout_channels().iter().zip(&self.channels)
+    }
+
     /// The mean of the first three channels that measure `quantity`, in their unit; `None` where
     /// there are not so many, or no samples.
     #[must_use]
     pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
-        let layout = self.layout.as_ref()?;
-        let axes = layout.channels.iter().zip(&self.channels).filter(|(channel, _)| channel.quantity == quantity);
-        let means: Vec<f64> = axes
-            .take(3)
+        let means: Vec<f64> = (self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3))
             .filter_map(|(channel, results)| Some(channel.in_unit(results.moments.mean_counts()?)))
             .collect();
         means.try_into().ok()
@@ -180,7 +188,7 @@ impl Timing {
 }
 
 /// The evidence for missing samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MissingFrom {
     /// A counter in every line: exact.
     Counter,
@@ -188,6 +196,7 @@ pub enum MissingFrom {
     Arrival,
     /// A rejected row between valid ones counts as one missing sample; entirely missing lines are
     /// not detected.
+    #[default]
     RejectedRows,
 }
 

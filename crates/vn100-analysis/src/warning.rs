@@ -124,6 +124,10 @@ pub struct Warning {
 }
 
 impl Warning {
+    pub(crate) fn new(kind: WarningKind, channels: Vec<String>, text: impl Into<Text>) -> Self {
+        Self { kind, channels, text: text.into() }
+    }
+
     /// Kind and text, with what the user can do by the names of a face.
     #[must_use]
     pub fn in_words(&self, words: RemedyWords) -> String {

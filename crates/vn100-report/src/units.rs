@@ -136,7 +136,7 @@ impl Point {
 /// All channels of a snapshot, in its order, and those asked for between the lines behind them.
 #[must_use]
 pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<ChannelValues> {
-    let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
+    let channels = snapshot.layout_channels();
     let streamed = (channels.iter().zip(&snapshot.channels).zip(&assessment.channels))
         .map(|((channel, results), assessed)| values(channel, results, Some(assessed), snapshot));
     let polled =

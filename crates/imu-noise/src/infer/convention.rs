@@ -62,21 +62,53 @@ pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Conventio
     use Sensor::{Accelerometer, Gyroscope, Magnetometer};
     use Term::{BiasInstability, Quantization, RateRamp, RateRandomWalk, White};
     match (sensor, parameter) {
-        (Gyroscope, Quantization) => &GYRO_QUANTIZATION,
-        (Gyroscope, White) => &GYRO_WHITE,
-        (Gyroscope, BiasInstability) => &GYRO_BIAS,
-        (Gyroscope, RateRandomWalk) => &GYRO_WALK,
-        (Gyroscope, RateRamp) => &GYRO_RAMP,
-        (Accelerometer, Quantization) => &ACCEL_QUANTIZATION,
-        (Accelerometer, White) => &ACCEL_WHITE,
-        (Accelerometer, BiasInstability) => &ACCEL_BIAS,
-        (Accelerometer, RateRandomWalk) => &ACCEL_WALK,
-        (Accelerometer, RateRamp) => &ACCEL_RAMP,
-        (Magnetometer, Quantization) => &MAG_QUANTIZATION,
-        (Magnetometer, White) => &MAG_WHITE,
-        (Magnetometer, BiasInstability) => &MAG_BIAS,
-        (Magnetometer, RateRandomWalk) => &MAG_WALK,
-        (Magnetometer, RateRamp) => &MAG_RAMP,
+        (Gyroscope, Quantization) => const { &[unit("rad", 1.0), unit("arcsec", DEG * HOUR_S), unit("urad", 1e6)] },
+        (Gyroscope, White) => {
+            const {
+                &[
+                    density("rad/s/sqrt(Hz)", 1.0),
+                    one_sided("rad/s/sqrt(Hz)", 1.0),
+                    density("deg/s/sqrt(Hz)", DEG),
+                    one_sided("deg/s/sqrt(Hz)", DEG),
+                    unit("deg/sqrt(h)", DEG * SQRT_HOUR),
+                    density("deg/h/sqrt(Hz)", DEG * HOUR_S),
+                ]
+            }
+        }
+        (Gyroscope, BiasInstability) => {
+            const { &[unit("rad/s", 1.0), unit("deg/s", DEG), unit("deg/h", DEG * HOUR_S)] }
+        }
+        (Gyroscope, RateRandomWalk) => {
+            const { &[unit("rad/s/sqrt(s)", 1.0), unit("deg/s/sqrt(s)", DEG), unit("deg/h^1.5", DEG * HOUR_S * SQRT_HOUR)] }
+        }
+        (Gyroscope, RateRamp) => {
+            const { &[unit("rad/s^2", 1.0), unit("deg/s^2", DEG), unit("deg/h^2", DEG * HOUR_S * HOUR_S)] }
+        }
+        (Accelerometer, Quantization) => const { &[unit("m/s", 1.0)] },
+        (Accelerometer, White) => {
+            const {
+                &[
+                    density("m/s^2/sqrt(Hz)", 1.0),
+                    one_sided("m/s^2/sqrt(Hz)", 1.0),
+                    unit("m/s/sqrt(h)", SQRT_HOUR),
+                    density("mg/sqrt(Hz)", MG),
+                    density("ug/sqrt(Hz)", 1e3 * MG),
+                    one_sided("ug/sqrt(Hz)", 1e3 * MG),
+                ]
+            }
+        }
+        (Accelerometer, BiasInstability) => const { &[unit("m/s^2", 1.0), unit("mg", MG), unit("ug", 1e3 * MG)] },
+        (Accelerometer, RateRandomWalk) => {
+            const { &[unit("m/s^2/sqrt(s)", 1.0), unit("m/s/h^1.5", HOUR_S * SQRT_HOUR), unit("mg/sqrt(h)", MG * SQRT_HOUR)] }
+        }
+        (Accelerometer, RateRamp) => const { &[unit("m/s^3", 1.0), unit("mg/h", MG * HOUR_S)] },
+        (Magnetometer, Quantization) => const { &[unit("gauss s", 1.0)] },
+        (Magnetometer, White) => {
+            const { &[density("gauss/sqrt(Hz)", 1.0), one_sided("gauss/sqrt(Hz)", 1.0), density("nT/sqrt(Hz)", 1e5)] }
+        }
+        (Magnetometer, BiasInstability) => const { &[unit("gauss", 1.0), unit("nT", 1e5)] },
+        (Magnetometer, RateRandomWalk) => const { &[unit("gauss/sqrt(s)", 1.0)] },
+        (Magnetometer, RateRamp) => const { &[unit("gauss/s", 1.0)] },
     }
 }
 
@@ -96,40 +128,6 @@ const fn density(unit: &'static str, factor: f64) -> Convention {
 const fn one_sided(unit: &'static str, factor: f64) -> Convention {
     Convention { unit, factor: SQRT_2 * factor, sides: Some(Sides::One) }
 }
-
-static GYRO_QUANTIZATION: [Convention; 3] = [unit("rad", 1.0), unit("arcsec", DEG * HOUR_S), unit("urad", 1e6)];
-static GYRO_WHITE: [Convention; 6] = [
-    density("rad/s/sqrt(Hz)", 1.0),
-    one_sided("rad/s/sqrt(Hz)", 1.0),
-    density("deg/s/sqrt(Hz)", DEG),
-    one_sided("deg/s/sqrt(Hz)", DEG),
-    unit("deg/sqrt(h)", DEG * SQRT_HOUR),
-    density("deg/h/sqrt(Hz)", DEG * HOUR_S),
-];
-static GYRO_BIAS: [Convention; 3] = [unit("rad/s", 1.0), unit("deg/s", DEG), unit("deg/h", DEG * HOUR_S)];
-static GYRO_WALK: [Convention; 3] =
-    [unit("rad/s/sqrt(s)", 1.0), unit("deg/s/sqrt(s)", DEG), unit("deg/h^1.5", DEG * HOUR_S * SQRT_HOUR)];
-static GYRO_RAMP: [Convention; 3] =
-    [unit("rad/s^2", 1.0), unit("deg/s^2", DEG), unit("deg/h^2", DEG * HOUR_S * HOUR_S)];
-static ACCEL_QUANTIZATION: [Convention; 1] = [unit("m/s", 1.0)];
-static ACCEL_WHITE: [Convention; 6] = [
-    density("m/s^2/sqrt(Hz)", 1.0),
-    one_sided("m/s^2/sqrt(Hz)", 1.0),
-    unit("m/s/sqrt(h)", SQRT_HOUR),
-    density("mg/sqrt(Hz)", MG),
-    density("ug/sqrt(Hz)", 1e3 * MG),
-    one_sided("ug/sqrt(Hz)", 1e3 * MG),
-];
-static ACCEL_BIAS: [Convention; 3] = [unit("m/s^2", 1.0), unit("mg", MG), unit("ug", 1e3 * MG)];
-static ACCEL_WALK: [Convention; 3] =
-    [unit("m/s^2/sqrt(s)", 1.0), unit("m/s/h^1.5", HOUR_S * SQRT_HOUR), unit("mg/sqrt(h)", MG * SQRT_HOUR)];
-static ACCEL_RAMP: [Convention; 2] = [unit("m/s^3", 1.0), unit("mg/h", MG * HOUR_S)];
-static MAG_QUANTIZATION: [Convention; 1] = [unit("gauss s", 1.0)];
-static MAG_WHITE: [Convention; 3] =
-    [density("gauss/sqrt(Hz)", 1.0), one_sided("gauss/sqrt(Hz)", 1.0), density("nT/sqrt(Hz)", 1e5)];
-static MAG_BIAS: [Convention; 2] = [unit("gauss", 1.0), unit("nT", 1e5)];
-static MAG_WALK: [Convention; 1] = [unit("gauss/sqrt(s)", 1.0)];
-static MAG_RAMP: [Convention; 1] = [unit("gauss/s", 1.0)];
 
 #[cfg(test)]
 mod tests {

@@ -23,7 +23,7 @@ pub(crate) struct Accumulators {
     /// Only if the message has a quaternion.
     quaternion: Option<QuaternionSign>,
     /// Only if asked for.
-    recent: Option<Recent>,
+    pub(super) recent: Option<Recent>,
     /// Samples of one channel, for reuse.
     column: Vec<i32>,
     repeats: Repeats,
@@ -107,10 +107,6 @@ impl Accumulators {
         has_changed
     }
 
-    pub(crate) fn forget_recent(&mut self) {
-        self.recent = None;
-    }
-
     /// The channels, with octaves of this shape.
     pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
         self.states().map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), shape)).collect()
@@ -122,9 +118,9 @@ impl Accumulators {
     }
 
     pub(crate) fn findings(&self) -> Findings {
-        let restarted = self.states().filter(|(state, _)| state.has_restarted());
+        let restarted = self.states().filter(|(state, _)| state.restarted);
         Findings {
-            repeated_lines: self.repeats.repeated(),
+            repeated_lines: self.repeats.repeated,
             print_changes: self.print_changes,
             restarted: restarted.map(|(_, channel)| channel.name.to_string()).collect(),
         }
@@ -204,7 +200,7 @@ mod tests {
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (Some(8), None));
         accumulators.push(&[1; 4], 8, 20.0, true);
         assert_eq!((count(&accumulators, 40.0), count(&accumulators, 20.0)), (None, Some(2)));
-        accumulators.forget_recent();
+        accumulators.recent = None;
         assert_eq!(count(&accumulators, 20.0), None);
     }
 

@@ -87,7 +87,7 @@ impl Analysis {
         let Some(pending) = &mut self.pending else { return };
         let few = pending.rows_without_rate().filter(|_| self.record.rate.is_open());
         let before = self.record.rate.rate;
-        pending.finish();
+        pending.detector.finish();
         self.push_resolved();
         if let Some(rows) = few {
             self.record.rate.prefer_longer_evidence(rows, before);
@@ -168,7 +168,7 @@ impl Analysis {
         let now = || self.pending.as_ref().and_then(PendingRows::summary);
         let effect = self.record.push_reply(reply, now);
         match (effect, &mut self.pending) {
-            (RateEffect::Known(rate_hz), Some(pending)) => pending.set_known_rate(rate_hz),
+            (RateEffect::Known(rate_hz), Some(pending)) => pending.detector.set_known_rate(rate_hz),
             (RateEffect::Replace(_), _) => {
                 self.finish();
                 self.pending = None;

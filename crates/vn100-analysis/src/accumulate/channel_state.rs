@@ -14,7 +14,7 @@ pub(crate) struct ChannelState {
     /// Angles only.
     unwrap: Option<Unwrap>,
     /// The angle turned too far for its counts, and they started anew.
-    restarted: bool,
+    pub(super) restarted: bool,
 }
 
 impl ChannelState {
@@ -34,11 +34,6 @@ impl ChannelState {
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.accumulator.gap(missing);
         self.signal.gap(missing);
-    }
-
-    /// Whether the angle turned too far for its counts, and they started anew.
-    pub(crate) fn has_restarted(&self) -> bool {
-        self.restarted
     }
 
     /// Takes samples in time order; unwraps them in place.
@@ -120,7 +115,7 @@ mod tests {
         yaw.push(&mut [179_990, -179_990, -179_970]);
         let snapshot = yaw.snapshot(3, &shape(3));
         assert_eq!((snapshot.moments.max_counts(), snapshot.branch_counts), (Some(180_030), 360_000));
-        assert!(!yaw.has_restarted());
+        assert!(!yaw.restarted);
     }
 
     #[test]

@@ -34,8 +34,8 @@ impl DataRecord {
         Self {
             rate: RateAuthority::new(settings.rate_hz),
             span: MeasuredSpan::new(settings.skip, settings.duration),
-            gaps: Gaps::new(),
-            replies: SensorReplies::new(),
+            gaps: Gaps::default(),
+            replies: SensorReplies::default(),
             accumulators: Accumulators::new(),
             settings,
         }
@@ -161,7 +161,7 @@ impl DataRecord {
         self.span.start_over(self.settings.skip);
         self.gaps.forget_rejected();
         self.rate.start_over();
-        self.accumulators.forget_recent();
+        self.accumulators.recent = None;
         self.discard();
     }
 

@@ -6,7 +6,7 @@ use crate::snapshot::MissingFrom;
 
 /// Counts gaps. A rejected row between good ones is one missing sample, unless a gap detector sees
 /// dropped rows too: it would count that one twice.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Gaps {
     /// Samples missing, and the places where they are.
     pub(super) missing: u64,
@@ -22,17 +22,6 @@ pub(crate) struct Gaps {
 }
 
 impl Gaps {
-    pub(crate) const fn new() -> Self {
-        Self {
-            missing: 0,
-            gaps: 0,
-            by_rejected: 0,
-            pending_rejected: 0,
-            from: MissingFrom::RejectedRows,
-            detector_decides: false,
-        }
-    }
-
     pub(crate) fn push_rejected_row(&mut self) {
         self.pending_rejected += u64::from(!self.detector_decides);
     }
@@ -104,7 +93,7 @@ mod tests {
 
     #[test]
     fn rejected_rows_count_unless_a_detector_sees_them() {
-        let mut gaps = Gaps::new();
+        let mut gaps = Gaps::default();
         gaps.push_rejected_row();
         gaps.push_rejected_row();
         assert_eq!((gaps.take_rejected(), gaps.take_rejected()), (2, 0));
@@ -123,7 +112,7 @@ mod tests {
 
     #[test]
     fn most_of_the_missing_name_the_evidence() {
-        let mut gaps = Gaps::new();
+        let mut gaps = Gaps::default();
         assert_eq!(gaps.missing_from(), MissingFrom::RejectedRows);
         gaps.use_arrivals();
         assert_eq!(gaps.missing_from(), MissingFrom::Arrival);
@@ -145,12 +134,12 @@ mod tests {
 
     #[test]
     fn refused_stamps_leave_counters_or_rejected_rows() {
-        let mut gaps = Gaps::new();
+        let mut gaps = Gaps::default();
         gaps.use_counter();
         gaps.use_arrivals();
         gaps.refuse_arrivals(false);
         assert_eq!((gaps.from, gaps.detector_decides), (MissingFrom::Counter, true));
-        let mut gaps = Gaps::new();
+        let mut gaps = Gaps::default();
         gaps.use_arrivals();
         gaps.refuse_arrivals(true);
         assert_eq!(

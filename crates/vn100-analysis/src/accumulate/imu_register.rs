@@ -14,11 +14,13 @@ pub(crate) struct ImuRegister {
     channels: Vec<(Moments, Histogram)>,
 }
 
-impl ImuRegister {
-    pub(crate) fn new() -> Self {
+impl Default for ImuRegister {
+    fn default() -> Self {
         Self { channels: vec![(Moments::new(), Histogram::new()); VNIMU.channels.len()] }
     }
+}
 
+impl ImuRegister {
     /// Takes a reply, if it is of that register and well formed.
     pub(crate) fn push(&mut self, reply: &Reply) {
         let Some(sample) = measurement(reply) else {
@@ -72,7 +74,7 @@ mod tests {
 
     #[test]
     fn answers_become_channels_of_their_own() {
-        let mut imu = ImuRegister::new();
+        let mut imu = ImuRegister::default();
         assert!(imu.snapshot().is_empty());
         let reply = |register, fields: &str| Reply { before_row: 0, register, fields: fields.into() };
         let first =

@@ -3,6 +3,8 @@
 use imu_noise::Moments;
 use vn100_protocol::{Channel, Layout, Quantity};
 
+use crate::sensor::sensor_of;
+
 /// Decimals of a magnitude beyond those of its components.
 const MORE_DECIMALS: u8 = 2;
 
@@ -29,8 +31,7 @@ impl Magnitude {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };
             let quantity = x.quantity;
-            let is_vector =
-                matches!(quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate);
+            let is_vector = sensor_of(quantity).is_some();
             let alike = |other: &Channel| {
                 (other.quantity, other.decimals, other.scale) == (quantity, x.decimals, x.scale) && is_vector
             };

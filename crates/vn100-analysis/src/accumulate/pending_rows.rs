@@ -12,7 +12,7 @@ const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 /// The rows that are not resolved yet, and the marks between them.
 #[derive(Debug)]
 pub(crate) struct PendingRows {
-    detector: GapDetector,
+    pub(super) detector: GapDetector,
     /// Counts per row.
     width: usize,
     /// Rows, frame-major; the first `resolved` of them came out.
@@ -75,16 +75,6 @@ impl PendingRows {
             let count = counters.next_if(|counter| counter.row == row).map(|counter| counter.count);
             self.detector.push(self.last, count);
         }
-    }
-
-    /// The sensor reported its rate.
-    pub(crate) fn set_known_rate(&mut self, rate_hz: f64) {
-        self.detector.set_known_rate(rate_hz);
-    }
-
-    /// No row follows: decides on those still held.
-    pub(crate) fn finish(&mut self) {
-        self.detector.finish();
     }
 
     /// The next rows, marks or events that are certain.
@@ -194,7 +184,7 @@ mod tests {
         pending.push(&batch(30, &[750, 775, 800, 900, 925]));
         assert_eq!(resolved(&mut pending), (0..33).collect::<Vec<_>>(), "those behind the gap are in doubt");
         assert_eq!(pending.rows_without_rate(), None);
-        pending.finish();
+        pending.detector.finish();
         assert_eq!(resolved(&mut pending), [-13, 33, 34]);
     }
 
@@ -219,7 +209,7 @@ mod tests {
         let mut pairs = batch(0, &(0..400).map(|row| 25 * (row / 2 * 2)).collect::<Vec<_>>());
         pairs.arrivals.retain(|arrival| arrival.from_row % 2 == 0);
         bunched.push(&pairs);
-        bunched.finish();
+        bunched.detector.finish();
         assert_eq!(resolved(&mut bunched), (0..400).collect::<Vec<_>>());
         assert_eq!(bunched.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
     }
@@ -231,7 +221,7 @@ mod tests {
         counted.counters = [(0, 7), (1, 8), (2, 11), (3, 12)].map(|(row, count)| RowCounter { row, count }).into();
         pending.push(&counted);
         assert_eq!(resolved(&mut pending), [0]);
-        pending.finish();
+        pending.detector.finish();
         assert_eq!(resolved(&mut pending), [1, -12, 2, 3]);
         assert_eq!((pending.summary(), pending.rows_without_rate()), (None, None));
     }
@@ -246,7 +236,7 @@ mod tests {
         assert_eq!(pending.pending_duration(), Duration::from_millis(800));
         pending.push(&batch(3, &[9000]));
         assert_eq!(pending.pending_duration(), Duration::from_millis(1600));
-        pending.finish();
+        pending.detector.finish();
         assert!(!resolved(&mut pending).is_empty());
         assert_eq!(pending.pending_duration(), Duration::ZERO);
     }
@@ -255,7 +245,7 @@ mod tests {
     fn a_known_rate_reaches_the_detector() {
         let mut pending = pending(None);
         pending.push(&batch(0, &[0, 100, 200, 300]));
-        pending.set_known_rate(10.0);
+        pending.detector.set_known_rate(10.0);
         pending.push(&batch(4, &(4..=10).map(|row| 100 * row).collect::<Vec<_>>()));
         assert_eq!(resolved(&mut pending).len(), 11);
     }
@@ -264,7 +254,7 @@ mod tests {
     fn stamps_far_before_the_first_are_times() {
         let mut pending = pending(None);
         pending.push(&batch(0, &[0, -5_000, i64::MIN / 1_000_000, i64::MAX / 1_000_000]));
-        pending.finish();
+        pending.detector.finish();
         assert_eq!(resolved(&mut pending).iter().filter(|row| **row >= 0).count(), 4);
     }
 }

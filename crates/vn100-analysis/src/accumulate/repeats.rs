@@ -13,7 +13,8 @@ const REMEMBERED: usize = 1024;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     first: HashSet<Box<[i32]>, BuildHasherDefault<RowHasher>>,
-    repeated: u64,
+    /// Rows that came again.
+    pub(super) repeated: u64,
 }
 
 impl Repeats {
@@ -24,11 +25,6 @@ impl Repeats {
         } else if self.first.len() < REMEMBERED {
             self.first.insert(counts.into());
         }
-    }
-
-    /// Rows that came again.
-    pub(crate) const fn repeated(&self) -> u64 {
-        self.repeated
     }
 }
 
@@ -59,7 +55,7 @@ mod tests {
     fn repeated(rows: impl IntoIterator<Item = [i32; 12]>) -> u64 {
         let mut repeats = Repeats::default();
         rows.into_iter().for_each(|row| repeats.push(&row));
-        repeats.repeated()
+        repeats.repeated
     }
 
     fn row(i: i32) -> [i32; 12] {

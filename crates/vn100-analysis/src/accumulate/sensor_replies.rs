@@ -12,7 +12,7 @@ use crate::{
 
 /// The last value of each register, the measurements of register 54, and whether two sensors
 /// replied.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct SensorReplies {
     pub(super) registers: BTreeMap<u8, String>,
     /// The registers, and how many samples there were, when the link was lost last.
@@ -23,10 +23,6 @@ pub(crate) struct SensorReplies {
 }
 
 impl SensorReplies {
-    pub(crate) fn new() -> Self {
-        Self { registers: BTreeMap::new(), before_break: None, two_serials: None, imu: ImuRegister::new() }
-    }
-
     /// Takes a reply after so many samples. Replies among excluded samples, perhaps of another
     /// sensor, are not kept.
     pub(crate) fn push(&mut self, reply: &RegisterReply, samples: u64, is_excluded: bool) {
@@ -77,7 +73,7 @@ impl SensorReplies {
                  each of them alone"
             )
         };
-        Some(Warning { kind: WarningKind::AnotherSensor, channels: Vec::new(), text: text.into() })
+        Some(Warning::new(WarningKind::AnotherSensor, Vec::new(), text))
     }
 }
 
@@ -92,19 +88,19 @@ mod tests {
     #[test]
     fn register_7_holds_the_rate() {
         let rate = |fields: &str| {
-            let mut replies = SensorReplies::new();
+            let mut replies = SensorReplies::default();
             push(&mut replies, 7, fields, 0, false);
             push(&mut replies, 6, "25", 0, false);
             replies.rate_hz()
         };
         assert_eq!((rate("40"), rate("100,1"), rate("1")), (Some(40.0), Some(100.0), Some(1.0)));
         assert_eq!((rate("0"), rate("?"), rate("")), (None, None, None));
-        assert_eq!(SensorReplies::new().rate_hz(), None);
+        assert_eq!(SensorReplies::default().rate_hz(), None);
     }
 
     #[test]
     fn the_last_value_is_kept_until_samples_are_excluded() {
-        let mut replies = SensorReplies::new();
+        let mut replies = SensorReplies::default();
         push(&mut replies, 7, "40", 0, false);
         push(&mut replies, 7, "50", 0, false);
         push(&mut replies, 7, "20", 9, true);
@@ -114,7 +110,7 @@ mod tests {
     #[test]
     fn replies_since_a_break_belong_to_the_samples_behind_it() {
         for (samples, expected) in [(9, "40"), (10, "20")] {
-            let mut replies = SensorReplies::new();
+            let mut replies = SensorReplies::default();
             replies.exclude(9);
             push(&mut replies, 7, "40", 9, false);
             replies.mark_break(9);
@@ -127,7 +123,7 @@ mod tests {
     #[test]
     fn two_serial_numbers_are_two_sensors() {
         let change = |after_samples| Some(RateChange { after_samples, from_hz: 40.0, to_hz: 20.0 });
-        let mut replies = SensorReplies::new();
+        let mut replies = SensorReplies::default();
         push(&mut replies, 3, "0100099887", 0, false);
         push(&mut replies, 3, "0100099887", 5, false);
         push(&mut replies, 7, "40", 5, false);
@@ -143,7 +139,7 @@ mod tests {
 
     #[test]
     fn measurements_of_register_54_are_channels() {
-        let mut replies = SensorReplies::new();
+        let mut replies = SensorReplies::default();
         let fields =
             "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
         push(&mut replies, 54, fields, 0, true);

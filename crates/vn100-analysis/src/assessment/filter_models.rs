@@ -27,8 +27,7 @@ impl FilterModels {
     /// `confidence`. Takes some tenths of a second per axis.
     #[must_use]
     pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
-        let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-        (layout.iter().zip(&snapshot.channels).zip(assessed))
+        (snapshot.measured().zip(assessed))
             .map(|((channel, results), assessed)| Self::of_channel(channel, results, assessed, snapshot, confidence))
             .collect()
     }

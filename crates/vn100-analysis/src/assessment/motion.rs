@@ -3,10 +3,12 @@
 
 use std::fmt;
 
-use vn100_protocol::{Channel, Quantity};
+use imu_noise::Sensor;
+use vn100_protocol::Channel;
 
 use crate::{
     remedy::{Remedy, Text},
+    sensor::sensor_of,
     snapshot::{ChannelSnapshot, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -43,8 +45,7 @@ impl Motion {
     /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than four
     /// samples.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
-        let layout = snapshot.layout.as_ref()?;
-        let beyond: Vec<(&Channel, f64, f64)> = (layout.channels.iter().zip(&snapshot.channels))
+        let beyond: Vec<(&Channel, f64, f64)> = (snapshot.measured())
             .filter_map(|(channel, results)| {
                 let limit = limit(channel)?;
                 (inner_std(channel, results)? > limit).then_some((channel, std(channel, results)?, limit))
@@ -62,7 +63,7 @@ impl Motion {
              cut the record to where it does ("
         ));
         let text = text.remedy(Remedy::Skip(None)).then(", ").remedy(Remedy::EndEarlier).then(")");
-        Warning { kind: WarningKind::NotStationary, channels: self.axes.clone(), text }
+        Warning::new(WarningKind::NotStationary, self.axes.clone(), text)
     }
 }
 
@@ -77,14 +78,10 @@ impl fmt::Display for Motion {
 }
 
 fn limit(channel: &Channel) -> Option<f64> {
-    match channel.quantity {
-        Quantity::AngularRate => Some(GYRO_LIMIT_RAD_S),
-        Quantity::Acceleration => Some(ACCEL_LIMIT_M_S2),
-        Quantity::Angle
-        | Quantity::Quaternion
-        | Quantity::MagneticField
-        | Quantity::Temperature
-        | Quantity::Pressure => None,
+    match sensor_of(channel.quantity)? {
+        Sensor::Gyroscope => Some(GYRO_LIMIT_RAD_S),
+        Sensor::Accelerometer => Some(ACCEL_LIMIT_M_S2),
+        Sensor::Magnetometer => None,
     }
 }
 

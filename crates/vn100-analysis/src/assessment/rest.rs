@@ -23,9 +23,8 @@ const YAW_FACTOR: f64 = 2.0;
 type Axis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
     let of = |quantity: Quantity| -> Vec<Axis<'_>> {
-        (layout.iter().zip(&snapshot.channels).zip(assessed))
+        (snapshot.measured().zip(assessed))
             .map(|((channel, results), assessed)| (channel, results, assessed))
             .filter(|(channel, ..)| channel.quantity == quantity)
             .collect()
@@ -41,7 +40,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
                 "the mean acceleration is {gravity:.3} m/s^2 long, {off:+.3} from standard gravity: the sensor moved, or its bias or scale is \
                  off, or the columns hold another unit"
             );
-            warnings.push(Warning { kind: WarningKind::GravityMagnitude, channels: names(&accel), text: text.into() });
+            warnings.push(Warning::new(WarningKind::GravityMagnitude, names(&accel), text));
         }
     }
     let mag = of(Quantity::MagneticField);
@@ -52,7 +51,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             FIELD_GAUSS.start(),
             FIELD_GAUSS.end()
         );
-        warnings.push(Warning { kind: WarningKind::FieldMagnitude, channels: names(&mag), text: text.into() });
+        warnings.push(Warning::new(WarningKind::FieldMagnitude, names(&mag), text));
     }
     if let [yaw, pitch, roll] = of(Quantity::Angle)[..]
         && !mag.is_empty()
@@ -62,11 +61,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             "yaw deviates more than {YAW_FACTOR} times as much as pitch and roll: gravity holds those two, heading rests on the \
              magnetometer, whose noise and surroundings it shows"
         );
-        warnings.push(Warning {
-            kind: WarningKind::YawFromMagnetometer,
-            channels: vec![yaw.0.name.to_string()],
-            text: text.into(),
-        });
+        warnings.push(Warning::new(WarningKind::YawFromMagnetometer, names(&[yaw]), text));
     }
     warnings
 }

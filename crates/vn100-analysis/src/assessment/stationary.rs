@@ -54,10 +54,13 @@ impl Disturbed {
 }
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    let channels: Vec<_> =
-        layout.iter().zip(assessed).map(|(channel, assessed)| (channel, &assessed.disturbed)).collect();
-    let rejected = (layout.iter().zip(assessed))
+    let channels: Vec<_> = snapshot
+        .layout_channels()
+        .iter()
+        .zip(assessed)
+        .map(|(channel, assessed)| (channel, &assessed.disturbed))
+        .collect();
+    let rejected = (snapshot.layout_channels().iter().zip(assessed))
         .filter(|(_, assessed)| assessed.noise.as_ref().is_some_and(|noise| noise.fit.quality.is_none()))
         .map(|(channel, _)| channel);
     [vibration(&channels, &names(rejected), snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
@@ -97,7 +100,7 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
         "lines stand out of the spectrum: {list}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
          times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil{instead}"
     );
-    Some(Warning { kind: WarningKind::VibrationLine, channels: axes, text: text.into() })
+    Some(Warning::new(WarningKind::VibrationLine, axes, text))
 }
 
 /// Where else the strongest shake may really be; empty where the stream is too fast for any.
@@ -203,7 +206,7 @@ fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
     axes.sort();
     axes.dedup();
-    Some(Warning { kind: WarningKind::NotStationary, channels: axes, text: text.into() })
+    Some(Warning::new(WarningKind::NotStationary, axes, text))
 }
 
 fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
@@ -230,11 +233,10 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
         }
         None => "the record is too short to leave that out: let the sensor warm up, and record longer".into(),
     };
-    let text = Text::from(format!(
-        "the sensor was still warming up: {list}. At long tau a drift poses as rate random walk or ramp; "
-    ));
-    let text = text.append(cure);
-    Some(Warning { kind: WarningKind::WarmUp, channels: names(warm_ups.iter().map(|(channel, ..)| *channel)), text })
+    let text =
+        format!("the sensor was still warming up: {list}. At long tau a drift poses as rate random walk or ramp; ");
+    let channels = names(warm_ups.iter().map(|(channel, ..)| *channel));
+    Some(Warning::new(WarningKind::WarmUp, channels, Text::from(text).append(cure)))
 }
 
 /// A level that does not settle within the record has no time constant that the record shows.

@@ -16,8 +16,7 @@ use crate::{
 const LEAST_NOISE_DIGITS: f64 = 0.5;
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let layout = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    let channels: Vec<_> = layout.iter().zip(&snapshot.channels).zip(assessed).collect();
+    let channels: Vec<_> = snapshot.measured().zip(assessed).collect();
     let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
         (channels.iter())
             .filter(|((channel, results), assessed)| holds(channel, results, assessed))
@@ -41,7 +40,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         }
         if let Some(text) = decimation(&sensors, &onboard, snapshot.timing.rate_hz) {
             let channels = names(&|_, _, assessed| assessed.onboard == Some(onboard));
-            warnings.push(Warning { kind: WarningKind::DecimatedStream, channels, text });
+            warnings.push(Warning::new(WarningKind::DecimatedStream, channels, text));
         }
     }
     let tracked = names(&|_, _, assessed| {
@@ -50,18 +49,16 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     if !tracked.is_empty() {
         let text = "the deviation falls, at long tau, below the line of the channel's own white noise, which no sensor does: a filter takes \
                     the bias out. Bias instability, random walk and ramp of the sensor are not in this stream; record its uncompensated \
-                    output"
-            .into();
-        warnings.push(Warning { kind: WarningKind::CompensatedStream, channels: tracked, text });
+                    output";
+        warnings.push(Warning::new(WarningKind::CompensatedStream, tracked, text));
     }
     let rounded = names(&|channel, results, assessed| {
         assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)
     });
     if !rounded.is_empty() {
         let text = "from sample to sample the noise is less than half of the last printed digit: the curve is that of the rounding, not of \
-                    the sensor"
-            .into();
-        warnings.push(Warning { kind: WarningKind::QuantisationFloor, channels: rounded, text });
+                    the sensor";
+        warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, text));
     }
     warnings
 }

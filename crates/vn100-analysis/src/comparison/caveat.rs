@@ -2,12 +2,7 @@
 
 use vn100_protocol::Quantity;
 
-use super::{
-    Record,
-    folding::{fold_alike, onboard},
-    means::are_of_several_sensors,
-    pairs,
-};
+use super::{Record, fold_alike, means::are_of_several_sensors, onboard, pairs};
 use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
@@ -122,8 +117,12 @@ fn channels(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
 
 /// Names and units.
 fn names(record: &Record<'_>) -> Vec<(String, String)> {
-    let channels = record.snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    channels.iter().map(|channel| (channel.name.to_string(), channel.unit.to_string())).collect()
+    record
+        .snapshot
+        .layout_channels()
+        .iter()
+        .map(|channel| (channel.name.to_string(), channel.unit.to_string()))
+        .collect()
 }
 
 fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {

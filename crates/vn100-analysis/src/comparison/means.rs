@@ -5,6 +5,7 @@ use imu_noise::{Spread, VarianceEstimate};
 use vn100_protocol::{Channel, Quantity, Register};
 
 use super::{Chance, Record, chances};
+use crate::sensor::sensor_of;
 
 /// The longest averaging time that says how well a mean is known has so many degrees of freedom at
 /// least.
@@ -67,7 +68,11 @@ pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans
     let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
     for (number, record) in at_rest {
         let Some(layout) = &record.snapshot.layout else { continue };
-        for (index, channel) in layout.channels.iter().enumerate().filter(|(_, channel)| is_of_a_sensor(channel)) {
+        for (index, channel) in layout.channels.iter().enumerate() {
+            // an angle has no bias, and what surrounds the sensor is not the sensor's
+            if sensor_of(channel.quantity).is_none() {
+                continue;
+            }
             let Some(mean) = mean(record, number, index, channel) else { continue };
             let bias_removed = layout.compensated && channel.quantity == Quantity::AngularRate;
             match found.iter_mut().find(|means| means.channel == channel.name && means.unit == channel.unit) {
@@ -103,14 +108,6 @@ pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans
         }
     }
     found
-}
-
-/// An angle has no bias, and what surrounds the sensor is not the sensor's.
-fn is_of_a_sensor(channel: &Channel) -> bool {
-    match channel.quantity {
-        Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate => true,
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => false,
-    }
 }
 
 fn mean(record: &Record<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {

@@ -3,7 +3,7 @@
 use imu_noise::{Status, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::Quantity;
 
-use super::{Chance, Record, chances, folding::fold_alike, pairs};
+use super::{Chance, Record, chances, fold_alike, pairs};
 use crate::{Onboard, SENSORS};
 
 /// The records in the order of the white noise of one sensor.
@@ -132,9 +132,9 @@ enum White {
 }
 
 fn white(record: &Record<'_>, quantity: Quantity, confidence: f64) -> White {
-    let layout = record.snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    let of_sensor: Vec<_> =
-        layout.iter().zip(&record.assessment.channels).filter(|(channel, _)| channel.quantity == quantity).collect();
+    let of_sensor: Vec<_> = (record.snapshot.layout_channels().iter().zip(&record.assessment.channels))
+        .filter(|(channel, _)| channel.quantity == quantity)
+        .collect();
     if of_sensor.is_empty() {
         return White::NoSensor;
     }

@@ -6,7 +6,7 @@ use imu_noise::{Sensor, Sides, Term, conventions};
 use thiserror::Error;
 
 use crate::{
-    figure::{Figure, FigureError, in_percent},
+    figure::{Figure, FigureError, in_percent, share_of_percent},
     sensor::sensor_of,
 };
 
@@ -74,10 +74,8 @@ impl FromStr for Want {
         // not every keyboard has the signs
         let split_at = |signs: [&str; 2]| signs.iter().find_map(|sign| text.split_once(sign));
         let (figure, known) = if let Some((figure, percent)) = split_at(["±", "+-"]) {
-            let number = percent.trim().trim_end_matches('%').trim_end().parse::<f64>().ok();
-            let number = number.filter(|percent| *percent > 0.0 && percent.is_finite());
-            let percent = number.ok_or_else(|| WantError::Percent(text.into()))?;
-            (figure, Asked::Within(percent / 100.0))
+            let share = share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into()))?;
+            (figure, Asked::Within(share))
         } else if let Some((figure, amount)) = split_at([">=", "≥"]) {
             (figure, Asked::AtLeast(amount.trim()))
         } else {

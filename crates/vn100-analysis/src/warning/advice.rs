@@ -52,7 +52,7 @@ impl Advice {
     }
 
     fn warn_of(&mut self, kind: WarningKind, channels: Vec<String>, text: impl Into<Text>) {
-        self.warnings.push(Warning { kind, channels, text: text.into() });
+        self.warnings.push(Warning::new(kind, channels, text));
     }
 
     fn on_lines(&mut self, snapshot: &Snapshot, findings: &Findings) {
@@ -331,8 +331,7 @@ impl Advice {
 
 /// Names of the channels for which `holds`.
 fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot) -> bool) -> Vec<String> {
-    let channels = snapshot.layout.as_ref().map_or(&[][..], |layout| &layout.channels);
-    (channels.iter().zip(&snapshot.channels))
+    (snapshot.measured())
         .filter(|(channel, results)| holds(channel, results))
         .map(|(channel, _)| channel.name.to_string())
         .collect()

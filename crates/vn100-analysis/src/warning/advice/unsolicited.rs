@@ -24,6 +24,6 @@ pub(super) fn warnings(errors: &UnsolicitedErrors) -> impl Iterator<Item = Warni
                 ),
             ),
         };
-        Warning { kind, channels: Vec::new(), text: text.into() }
+        Warning::new(kind, Vec::new(), text)
     })
 }
