@@ -89,6 +89,6 @@ pub use infer::noise_model::{
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
 pub use infer::record_length::{Aim, Wanted};
-pub use infer::spectral_lines::Line;
+pub use infer::spectral_lines::SpectralLine;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

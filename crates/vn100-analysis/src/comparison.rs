@@ -21,7 +21,7 @@ const DISTURBANCES: [WarningKind; 3] = [WarningKind::NotStationary, WarningKind:
 
 /// One record to be compared.
 #[derive(Debug, Clone, Copy)]
-pub struct Record<'a> {
+pub struct ComparedRecord<'a> {
     /// What texts call it.
     pub name: &'a str,
     /// What was measured.
@@ -44,14 +44,14 @@ pub struct Comparison {
     /// By channel of a sensor: the mean in each record, and how far apart they lie.
     pub means: Vec<ChannelMeans>,
     /// Events that disturbed a record.
-    pub disturbances: Vec<Disturbance>,
+    pub disturbances: Vec<RecordDisturbance>,
     /// What could not be compared, or only in part.
     pub caveats: Vec<Caveat>,
 }
 
 /// An event that disturbed a record.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Disturbance {
+pub struct RecordDisturbance {
     /// Its number.
     pub record: usize,
     /// What, when, and in which channels.
@@ -71,7 +71,7 @@ impl Comparison {
     /// Compares `records`, all assessed at the level `confidence`, 0 < p < 1; outside, nothing
     /// differs and nothing is ranked.
     #[must_use]
-    pub fn of(records: &[Record<'_>], confidence: f64) -> Self {
+    pub fn of(records: &[ComparedRecord<'_>], confidence: f64) -> Self {
         Self {
             confidence,
             octaves: octaves::tests(records),
@@ -89,10 +89,10 @@ impl Comparison {
     }
 }
 
-fn disturbances(records: &[Record<'_>]) -> Vec<Disturbance> {
-    let all = records.iter().enumerate().flat_map(|(record, Record { snapshot, assessment, .. })| {
+fn disturbances(records: &[ComparedRecord<'_>]) -> Vec<RecordDisturbance> {
+    let all = records.iter().enumerate().flat_map(|(record, ComparedRecord { snapshot, assessment, .. })| {
         let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-        warnings.map(move |warning| Disturbance { record, warning: warning.clone() })
+        warnings.map(move |warning| RecordDisturbance { record, warning: warning.clone() })
     });
     all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
 }
@@ -109,7 +109,7 @@ fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
 }
 
 /// What the sensor does to the channels of `quantity`; `None` where unknown.
-fn onboard(quantity: Quantity, record: &Record<'_>) -> Option<Onboard> {
+fn onboard(quantity: Quantity, record: &ComparedRecord<'_>) -> Option<Onboard> {
     let layout = record.snapshot.layout.as_ref()?;
     let channel = layout.channels.iter().position(|channel| channel.quantity == quantity)?;
     record.assessment.channels.get(channel)?.onboard
@@ -117,7 +117,7 @@ fn onboard(quantity: Quantity, record: &Record<'_>) -> Option<Onboard> {
 
 /// Whether averaging and decimation make the same of its white noise in both. Where that
 /// is unknown, they do at the same rate.
-fn fold_alike(quantity: Quantity, a: &Record<'_>, b: &Record<'_>) -> bool {
+fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
     match (onboard(quantity, a), onboard(quantity, b)) {
         (Some(a), Some(b)) => (a.white_factor() / b.white_factor() - 1.0).abs() < 0.01,
         _ => (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3,

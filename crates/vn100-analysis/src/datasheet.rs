@@ -6,7 +6,7 @@ use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, StreamFactor, Term, Verd
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
-    figure::Figure,
+    noise_figure::NoiseFigure,
     snapshot::{RateFrom, Snapshot},
 };
 
@@ -209,7 +209,7 @@ impl DatasheetFigure {
 /// decides nothing. `None` is a channel without a figure, or one that is not there.
 #[must_use]
 pub fn not_passed<'a>(
-    figure: &Figure,
+    figure: &NoiseFigure,
     snapshot: &Snapshot,
     verdicts: &'a [Vec<FigureVerdict>],
 ) -> Vec<(String, Option<&'a FigureVerdict>)> {

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::{
     assessment::Assessment,
-    figure::{Figure, FigureError, in_percent, share_of_percent},
+    noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
     snapshot::Snapshot,
 };
 
@@ -14,7 +14,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
     /// What shall be known.
-    pub figure: Figure,
+    pub figure: NoiseFigure,
     /// Half the width of the interval over the value, at most; above 0.
     pub relative_half_width: f64,
 }
@@ -27,7 +27,7 @@ pub enum GoalError {
     Form(String),
     /// The figure is none.
     #[error(transparent)]
-    Figure(#[from] FigureError),
+    NoiseFigure(#[from] NoiseFigureError),
     /// The part behind `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),

@@ -9,8 +9,8 @@ mod accumulate;
 mod assessment;
 mod comparison;
 mod datasheet;
-mod figure;
 mod goal;
+mod noise_figure;
 mod plan;
 mod remedy;
 mod sensor;
@@ -29,12 +29,12 @@ pub use assessment::{
     Motion, OctaveAssessment, Onboard,
 };
 pub use comparison::{
-    Caveat, CaveatKind, Chance, ChannelMeans, Comparison, Disturbance, MeanError, OctaveTest, RankedRecord, Ranking,
-    Record, RecordMean, WhiteTest,
+    Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanError, OctaveTest, RankedRecord, Ranking,
+    RecordDisturbance, RecordMean, WhiteTest,
 };
 pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, Verdicts, not_passed};
-pub use figure::{Figure, FigureChannels, FigureError};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
+pub use noise_figure::{FigureChannels, NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};

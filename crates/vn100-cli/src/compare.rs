@@ -1,7 +1,7 @@
 //! `vn100 compare`: captures side by side.
 
 use anyhow::Result;
-use vn100_analysis::{Comparison, DEFAULT_CONFIDENCE, Record};
+use vn100_analysis::{ComparedRecord, Comparison, DEFAULT_CONFIDENCE};
 use vn100_report::{ComparisonDocument, Measured};
 
 use crate::{
@@ -21,7 +21,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
         all.push(measured);
         Ok(())
     })?;
-    let records: Vec<Record<'_>> = all.iter().map(record).collect();
+    let records: Vec<ComparedRecord<'_>> = all.iter().map(record).collect();
     let comparison = Comparison::of(&records, args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
     if args.json {
         let document = ComparisonDocument::new(&all, &comparison, remedy_words);
@@ -32,6 +32,6 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
     Ok(all.iter().map(|measured| measured.completion.into()).max().unwrap_or(Exit::Good))
 }
 
-fn record(measured: &Measured) -> Record<'_> {
-    Record { name: &measured.facts.name, snapshot: &measured.snapshot, assessment: &measured.assessment }
+fn record(measured: &Measured) -> ComparedRecord<'_> {
+    ComparedRecord { name: &measured.facts.name, snapshot: &measured.snapshot, assessment: &measured.assessment }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use vn100_analysis::{RateChange, Snapshot};
 use vn100_capture::{MapHint, OpenError};
 use vn100_pipeline::{
-    EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, Refusal, SessionEvent, SetupError, StartError,
+    CommandRefusal, EndReason, NO_MEASUREMENT_AFTER, OutputLeft, RateEvent, SessionEvent, SetupError, StartError,
 };
 use vn100_report::numbers::plain::time;
 
@@ -52,9 +52,9 @@ pub(crate) fn event(name: &str, event: SessionEvent) -> Option<String> {
             let until = time(until.as_secs_f64());
             format!("nothing is left out by hand any more: the mark was at {until}, behind this place")
         }
-        SessionEvent::Refused(Refusal::NotCounted) => "its samples are still being counted, or cannot be".into(),
-        SessionEvent::Refused(Refusal::AtEnd) => "nothing more comes; [ or g goes back, and pauses there".into(),
-        SessionEvent::Refused(Refusal::Over) => return Some("the capture is over".into()),
+        SessionEvent::Refused(CommandRefusal::NotCounted) => "its samples are still being counted, or cannot be".into(),
+        SessionEvent::Refused(CommandRefusal::AtEnd) => "nothing more comes; [ or g goes back, and pauses there".into(),
+        SessionEvent::Refused(CommandRefusal::Over) => return Some("the capture is over".into()),
     };
     Some(format!("{name}: {text}"))
 }

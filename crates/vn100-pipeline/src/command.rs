@@ -24,7 +24,7 @@ pub enum Command {
 
 /// Why a command had no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Refusal {
+pub enum CommandRefusal {
     /// The samples of the capture are not counted yet, or cannot be.
     NotCounted,
     /// The capture was replayed to its end: nothing more comes, only an earlier place can be

@@ -40,7 +40,7 @@ mod state;
 mod watchdog;
 
 pub use assessor::Assessor;
-pub use command::{Command, Refusal};
+pub use command::{Command, CommandRefusal};
 pub use end_reason::{EndReason, SessionResult, StartError};
 pub use live::LiveSpec;
 pub use live_source::{LiveError, LiveSource};

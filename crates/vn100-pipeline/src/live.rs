@@ -13,7 +13,7 @@ use crate::{
     end_reason::{SessionResult, StartError},
     excluded::Excluded,
     live_source::{LiveSource, MeasureLink},
-    measure::{Channels, EventObserver, Measured, Measurement, Origin, measure},
+    measure::{Channels, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     recording::RecordingSpec,
     recording_metadata::metadata,
     sensor_setup::SensorSetup,
@@ -128,9 +128,9 @@ async fn measure_and_record(
         channels.state.send_modify(|state| state.link = Some(link.state().borrow().clone()));
     }
     let result = match measured {
-        Measured::Ended(ending) => result(ending, &spec.settings.until, channels),
+        MeasurementEnd::Ended(ending) => result(ending, &spec.settings.until, channels),
         // only a paced replay goes back
-        Measured::Again { .. } => not_started(StartError::Stopped, channels),
+        MeasurementEnd::Again { .. } => not_started(StartError::Stopped, channels),
     };
     let (Some(recorder), Some(recording)) = (recorder, &spec.recording) else { return result };
     let state = recording.end(recorder, &result.end.to_string(), result.excluded).await;

@@ -29,7 +29,7 @@ use vn100_driver::{LinkHandle, LinkState};
 
 use crate::{
     assessor::{Assessor, GoalCheck},
-    command::{Command, Refusal},
+    command::{Command, CommandRefusal},
     end_reason::EndReason,
     excluded::Excluded,
     pace::{Due, Pace, PaceStart},
@@ -93,7 +93,7 @@ pub(crate) enum Origin {
 }
 
 /// What a measurement came to.
-pub(crate) enum Measured {
+pub(crate) enum MeasurementEnd {
     Ended(Ending),
     /// The capture is to be replayed again from its start.
     Again {
@@ -110,7 +110,7 @@ pub(crate) struct Ending {
 }
 
 /// Measures until the source or the session ends.
-pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> Measured {
+pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
     let Measurement { mut events, settings, excluded, origin } = measurement;
     let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -292,13 +292,13 @@ impl Measuring {
     }
 
     /// Does what is asked; the replay that takes the place of this one, if one does.
-    fn handle(&mut self, command: Command, channels: &Channels) -> Option<Measured> {
+    fn handle(&mut self, command: Command, channels: &Channels) -> Option<MeasurementEnd> {
         let is_over = self.end.is_some();
         let now = Instant::now();
         match (command, &mut self.pace) {
             (Command::Stop, _) => channels.stop.cancel(),
             (Command::EndWarmUp | Command::StartOver, _) if is_over => {
-                channels.report(SessionEvent::Refused(Refusal::Over));
+                channels.report(SessionEvent::Refused(CommandRefusal::Over));
             }
             (Command::EndWarmUp, _) => {
                 let warm_up = self.analysis.end_warm_up();
@@ -316,11 +316,11 @@ impl Measuring {
             }
             (_, None) => {}
             (Command::TogglePause | Command::Step, Some(_)) if is_over => {
-                channels.report(SessionEvent::Refused(Refusal::AtEnd));
+                channels.report(SessionEvent::Refused(CommandRefusal::AtEnd));
             }
             (Command::GoTo(part), Some(pace)) => {
                 let Some(total) = channels.state.borrow().playback.and_then(|playback| playback.total) else {
-                    channels.report(SessionEvent::Refused(Refusal::NotCounted));
+                    channels.report(SessionEvent::Refused(CommandRefusal::NotCounted));
                     return None;
                 };
                 let place = (part.clamp(0.0, 1.0) * total as f64).round() as u64;
@@ -344,7 +344,7 @@ impl Measuring {
         self.has_changed = true;
     }
 
-    fn replay_again(&self, start: PaceStart, channels: &Channels) -> Measured {
+    fn replay_again(&self, start: PaceStart, channels: &Channels) -> MeasurementEnd {
         let place_s = start.run_to as f64 / channels.state.borrow().snapshot.timing.rate_hz;
         let place = Duration::try_from_secs_f64(place_s).unwrap_or(Duration::MAX);
         let excluded = self.excluded.carried_to(place);
@@ -353,7 +353,7 @@ impl Measuring {
             (until, Duration::ZERO) => channels.report(SessionEvent::NoLongerExcluded { until }),
             (_, first) => channels.report(SessionEvent::StillExcluded { first }),
         }
-        Measured::Again { start, excluded }
+        MeasurementEnd::Again { start, excluded }
     }
 
     /// Whether anybody sees the snapshots, or the pace is kept by them.
@@ -421,7 +421,7 @@ impl Measuring {
         self.publish(channels);
     }
 
-    fn finish(mut self, channels: &Channels) -> Measured {
+    fn finish(mut self, channels: &Channels) -> MeasurementEnd {
         self.analysis.finish();
         let snapshot = Arc::new(self.analysis.snapshot());
         self.show(Arc::clone(&snapshot), channels);
@@ -435,7 +435,7 @@ impl Measuring {
             }
             (reason, ..) => reason,
         };
-        Measured::Ended(Ending { snapshot, reason, csv, excluded: self.excluded })
+        MeasurementEnd::Ended(Ending { snapshot, reason, csv, excluded: self.excluded })
     }
 }
 
@@ -467,10 +467,10 @@ mod tests {
         let work = tokio::spawn(async move {
             measure(Measurement { events: inbox, settings, excluded, origin }, &mut channels).await
         });
-        assert!(matches!(face.events.recv().await, Some(SessionEvent::Refused(Refusal::NotCounted))));
+        assert!(matches!(face.events.recv().await, Some(SessionEvent::Refused(CommandRefusal::NotCounted))));
         face.state.wait_for(|state| state.playback.is_some_and(|playback| playback.at_end)).await.unwrap();
         stop.cancel();
-        let Measured::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
+        let MeasurementEnd::Ended(ending) = work.await.unwrap() else { panic!("it went back") };
         assert!(matches!(ending.reason, EndReason::SourceEnded) && ending.snapshot.timing.samples == 1);
     }
 

@@ -15,7 +15,7 @@ use vn100_protocol::stream::ReadOptions;
 use crate::{
     end_reason::{EndReason, SessionResult, StartError},
     excluded::Excluded,
-    measure::{Channels, Ending, EventObserver, Measured, Measurement, Origin, measure},
+    measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     pace::{PaceStart, Playback, Speed},
     recording_metadata::{conditions, with_recorded_end},
     session::{not_started, read_options, result},
@@ -109,8 +109,8 @@ pub(crate) async fn run_replay(spec: ReplaySpec, mut channels: Channels) -> Sess
         }
         let goals = settings.until.clone();
         match measure_capture(capture, settings, pace, excluded, &spec, &mut channels).await {
-            Measured::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
-            Measured::Again { start, excluded: carried } => (pace, excluded) = (Some(start), carried),
+            MeasurementEnd::Ended(ending) => return channels.end(result(ending, &goals, &channels)),
+            MeasurementEnd::Again { start, excluded: carried } => (pace, excluded) = (Some(start), carried),
         }
     }
 }
@@ -140,7 +140,7 @@ async fn measure_capture(
     excluded: Excluded,
     spec: &ReplaySpec,
     channels: &mut Channels,
-) -> Measured {
+) -> MeasurementEnd {
     let read = read_options(spec.read, &settings);
     let read = ReadOptions { line_by_line: read.line_by_line || spec.each_second || pace.is_some(), ..read };
     let stored_bytes_read = capture.stored_bytes_read.clone();
@@ -151,7 +151,7 @@ async fn measure_capture(
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();
-            Measured::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), csv: None, excluded })
+            MeasurementEnd::Ended(Ending { snapshot, reason: EndReason::SourceFailed(error), csv: None, excluded })
         }
     }
 }

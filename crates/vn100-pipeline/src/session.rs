@@ -16,7 +16,7 @@ use crate::{
     end_reason::{EndReason, SessionResult, StartError},
     excluded::Excluded,
     live::{LiveSpec, run_live},
-    measure::{Channels, Ending, EventObserver, Measured, Measurement, Origin, measure},
+    measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
     state::{SourceState, Stage, csv_facts},
@@ -96,9 +96,9 @@ async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut chann
     let (goals, excluded) = (settings.until.clone(), Excluded::default());
     let measurement = Measurement { events, settings, excluded, origin: Origin::Events };
     match measure(measurement, &mut channels).await {
-        Measured::Ended(ending) => channels.end(result(ending, &goals, &channels)),
+        MeasurementEnd::Ended(ending) => channels.end(result(ending, &goals, &channels)),
         // only a paced replay goes back
-        Measured::Again { .. } => channels.end(not_started(StartError::Stopped, &channels)),
+        MeasurementEnd::Again { .. } => channels.end(not_started(StartError::Stopped, &channels)),
     }
 }
 

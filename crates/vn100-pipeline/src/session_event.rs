@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use vn100_driver::{Change, Configured};
 
-use crate::{command::Refusal, sensor_setup::SetupError, watchdog::RateEvent};
+use crate::{command::CommandRefusal, sensor_setup::SetupError, watchdog::RateEvent};
 
 /// Something that happened in a session. What it changes in the result, the
 /// [state](crate::SourceState) says.
@@ -56,7 +56,7 @@ pub enum SessionEvent {
         until: Duration,
     },
     /// A command had no effect.
-    Refused(Refusal),
+    Refused(CommandRefusal),
 }
 
 /// The output of a sensor that could not be set back.

@@ -18,7 +18,8 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_capture::{Event, OpenError};
 use vn100_pipeline::{
-    Command, EndReason, Playback, Refusal, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage, StartError,
+    Command, CommandRefusal, EndReason, Playback, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage,
+    StartError,
 };
 use vn100_protocol::stream::ReadOptions;
 
@@ -184,10 +185,10 @@ async fn behind_its_end_a_replay_stays_until_it_is_stopped() {
     time::sleep(Duration::from_secs(60)).await;
     assert!(matches!(session.state.borrow().stage, Stage::Measuring));
     for (refused, why) in [
-        (Command::TogglePause, Refusal::AtEnd),
-        (Command::Step, Refusal::AtEnd),
-        (Command::EndWarmUp, Refusal::Over),
-        (Command::StartOver, Refusal::Over),
+        (Command::TogglePause, CommandRefusal::AtEnd),
+        (Command::Step, CommandRefusal::AtEnd),
+        (Command::EndWarmUp, CommandRefusal::Over),
+        (Command::StartOver, CommandRefusal::Over),
     ] {
         command(&session, refused).await;
         let event = session.events.recv().await.unwrap();

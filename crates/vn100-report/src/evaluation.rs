@@ -2,7 +2,7 @@
 //! and whether the figures that must pass do.
 
 use imu_noise::Verdict;
-use vn100_analysis::{Assessment, Datasheet, Figure, FigureVerdict, FilterModels, Snapshot, Verdicts, not_passed};
+use vn100_analysis::{Assessment, Datasheet, FigureVerdict, FilterModels, NoiseFigure, Snapshot, Verdicts, not_passed};
 
 use crate::{
     datasheet::{DatasheetError, vn100_datasheet},
@@ -18,7 +18,7 @@ pub struct Evaluation {
     datasheet: Option<Datasheet>,
     /// The VN-100's; applies to its messages.
     vn100: Datasheet,
-    fail_on: Vec<Figure>,
+    fail_on: Vec<NoiseFigure>,
 }
 
 impl Evaluation {
@@ -27,7 +27,7 @@ impl Evaluation {
     ///
     /// # Errors
     /// None, unless this program was built with a damaged sheet.
-    pub fn new(datasheet: Option<Datasheet>, fail_on: Vec<Figure>) -> Result<Self, DatasheetError> {
+    pub fn new(datasheet: Option<Datasheet>, fail_on: Vec<NoiseFigure>) -> Result<Self, DatasheetError> {
         Ok(Self { filter_models: false, datasheet, vn100: vn100_datasheet()?, fail_on })
     }
 

@@ -1,6 +1,6 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
-use imu_noise::{FitQuality, LevelShape, Line, Parameter, Sensor, Status, Term, Verdict};
+use imu_noise::{FitQuality, LevelShape, Parameter, Sensor, SpectralLine, Status, Term, Verdict};
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, SENSORS, WarningKind, sensor_name,
 };
@@ -165,10 +165,10 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
 
 /// Lines so near to each other that they have one cause, as in the warnings: what turns is never
 /// quite steady.
-pub(crate) fn shakes(lines: &[Line]) -> Vec<(f64, f64)> {
+pub(crate) fn shakes(lines: &[SpectralLine]) -> Vec<(f64, f64)> {
     const APART: f64 = 1.03;
-    let near = |a: &Line, b: &Line| b.frequency_hz < APART * a.frequency_hz;
-    let together = |lines: &[Line]| {
+    let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;
+    let together = |lines: &[SpectralLine]| {
         let share: f64 = lines.iter().map(|line| line.share_of_variance).sum();
         let weighted: f64 = lines.iter().map(|line| line.share_of_variance * line.frequency_hz).sum();
         (weighted / share, share)

@@ -3,7 +3,7 @@
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
-use vn100_analysis::{Analysis, Assessment, Figure, Goal, Settings, Want};
+use vn100_analysis::{Analysis, Assessment, Goal, NoiseFigure, Settings, Want};
 use vn100_capture::ColumnMap;
 use vn100_protocol::VNYMR;
 use vn100_protocol::stream::Batch;
@@ -15,7 +15,7 @@ pub(crate) fn check(input: &[u8]) {
     for value in text.lines() {
         comes_back::<ColumnMap>(value);
         comes_back::<FaultPlan>(value);
-        comes_back::<Figure>(value);
+        comes_back::<NoiseFigure>(value);
         comes_back::<Want>(value);
         comes_back::<Goal>(value);
     }

@@ -17,9 +17,9 @@ pub(crate) struct Magnitudes {
     first: u16,
     frequencies: Vec<u32>,
     total: u32,
-    current: Option<Stretch>,
+    current: Option<PeakWindows>,
     /// Rising peaks.
-    highest: Vec<Stretch>,
+    highest: Vec<PeakWindows>,
     /// Half of the lowest peak kept once there are as many as are kept: no smaller number is part
     /// of a higher one.
     least: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Magnitudes {
 
 /// Windows in a row whose numbers are at least half of the highest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stretch {
+pub(crate) struct PeakWindows {
     pub(crate) first_window: u64,
     pub(crate) last_window: u64,
     pub(crate) peak: f64,
@@ -67,7 +67,7 @@ impl Magnitudes {
             }
         }
         if number >= self.least {
-            self.current = Some(Stretch { first_window: window, last_window: window, peak: number });
+            self.current = Some(PeakWindows { first_window: window, last_window: window, peak: number });
         }
     }
 
@@ -91,7 +91,7 @@ impl Magnitudes {
     }
 
     /// The stretches with the highest peaks, at most 9.
-    pub(crate) fn highest(&self) -> impl Iterator<Item = &Stretch> {
+    pub(crate) fn highest(&self) -> impl Iterator<Item = &PeakWindows> {
         self.highest.iter().chain(&self.current)
     }
 
@@ -113,7 +113,7 @@ impl Magnitudes {
         self.total = self.total.saturating_add(1);
     }
 
-    fn keep(&mut self, stretch: Stretch) {
+    fn keep(&mut self, stretch: PeakWindows) {
         if self.highest.len() == KEPT {
             if stretch.peak <= self.highest[0].peak {
                 return;
@@ -194,7 +194,7 @@ mod tests {
         numbers[40..46].copy_from_slice(&[3.0, 4.0, 9.0, 20.0, 11.0, 9.0]);
         let magnitudes = of(&numbers);
         let highest = magnitudes.highest().max_by(|a, b| a.peak.total_cmp(&b.peak)).unwrap();
-        assert_eq!(*highest, Stretch { first_window: 43, last_window: 44, peak: 20.0 });
+        assert_eq!(*highest, PeakWindows { first_window: 43, last_window: 44, peak: 20.0 });
     }
 
     #[test]

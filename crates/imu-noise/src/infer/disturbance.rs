@@ -2,7 +2,7 @@
 
 use super::chi_squared;
 use crate::accumulate::blocks::WINDOW;
-use crate::accumulate::magnitudes::{Magnitudes, Stretch};
+use crate::accumulate::magnitudes::{Magnitudes, PeakWindows};
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::window_statistics::WindowStatistics;
 
@@ -53,7 +53,7 @@ impl WindowStatistics {
     fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
         let mut found: Vec<_> = self.changed_means().chain(self.changed_spreads()).collect();
         found.sort_by_key(|(stretch, _)| stretch.first_window);
-        let mut joined: Vec<(Stretch, f64)> = Vec::new();
+        let mut joined: Vec<(PeakWindows, f64)> = Vec::new();
         for (stretch, sigmas) in found {
             match joined.last_mut() {
                 Some((before, most)) if stretch.first_window <= before.last_window + 1 + JOINED_WINDOWS => {
@@ -64,7 +64,7 @@ impl WindowStatistics {
             }
         }
         let window_s = WINDOW as f64 * interval_s;
-        let disturbance = |(stretch, sigmas): (Stretch, f64)| Disturbance {
+        let disturbance = |(stretch, sigmas): (PeakWindows, f64)| Disturbance {
             start_s: stretch.first_window as f64 * window_s,
             end_s: (stretch.last_window + 1) as f64 * window_s,
             sigmas,
@@ -72,7 +72,7 @@ impl WindowStatistics {
         joined.into_iter().map(disturbance).collect()
     }
 
-    fn changed_means(&self) -> impl Iterator<Item = (Stretch, f64)> {
+    fn changed_means(&self) -> impl Iterator<Item = (PeakWindows, f64)> {
         let deviation = [HALF, NINE_TENTHS].map(|(p, deviate)| self.changes.quantile(p).map(|size| size / deviate));
         let usual = deviation.into_iter().flatten().reduce(f64::max);
         // Half of the false alarms on either side.
@@ -83,7 +83,7 @@ impl WindowStatistics {
         })
     }
 
-    fn changed_spreads(&self) -> impl Iterator<Item = (Stretch, f64)> {
+    fn changed_spreads(&self) -> impl Iterator<Item = (PeakWindows, f64)> {
         // The cube root of a variance is nearly normal (Wilson and Hilferty, 1931).
         let root = |p: f64| self.spreads.quantile(p).map(f64::cbrt);
         let usual = root(0.5).zip(root(ONE_ABOVE)).zip(root(TWO_ABOVE)).map(|((median, one), two)| {
@@ -110,7 +110,7 @@ fn outliers(
     magnitudes: &Magnitudes,
     threshold: Option<f64>,
     sigmas: impl Fn(f64) -> Option<f64>,
-) -> impl Iterator<Item = (Stretch, f64)> {
+) -> impl Iterator<Item = (PeakWindows, f64)> {
     magnitudes.highest().filter_map(move |stretch| {
         let sigmas = sigmas(stretch.peak)?;
         (sigmas > threshold?).then_some((*stretch, sigmas))

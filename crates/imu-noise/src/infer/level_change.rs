@@ -1,6 +1,6 @@
 //! A warm-up at the start of a record, or a step of its level.
 
-use super::local_level::{Fit, Mean, Shape, fits};
+use super::local_level::{Fit, Mean, Regressor, fits};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -76,11 +76,11 @@ fn change(blocks: &[Block], interval_s: f64, decimals: u8) -> Option<LevelChange
     let span = (last.first_sample - first.first_sample) / length + 1;
     let time_constants: Vec<_> = (0..).map(|k| f64::from(1 << k)).take_while(|&blocks| blocks <= span as f64).collect();
     let beyond = |fit: &Fit| match fit.shape {
-        Shape::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
-        Shape::Step(place) if (STEP_MARGIN..=means.len() - STEP_MARGIN).contains(&place) => {
+        Regressor::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
+        Regressor::Step(place) if (STEP_MARGIN..=means.len() - STEP_MARGIN).contains(&place) => {
             fit.evidence - STEP_EVIDENCE
         }
-        Shape::Step(_) => f64::NEG_INFINITY,
+        Regressor::Step(_) => f64::NEG_INFINITY,
     };
     let fit = fits(&means, &time_constants).into_iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
     if beyond(&fit) <= 0.0 {
@@ -88,13 +88,15 @@ fn change(blocks: &[Block], interval_s: f64, decimals: u8) -> Option<LevelChange
     }
     let amplitude = counts_to_unit(fit.amplitude, decimals);
     let shape = match fit.shape {
-        Shape::Relaxation(time_constant) => {
+        Regressor::Relaxation(time_constant) => {
             let block_s = length as f64 * interval_s;
             let skip = time_constant * (2.0 * fit.amplitude.abs() / fit.white_std).ln();
             let skip_s = (skip <= span as f64 / 2.0).then_some(skip.max(0.0) * block_s);
             LevelShape::WarmUp { amplitude, time_constant_s: time_constant * block_s, skip_s }
         }
-        Shape::Step(place) => LevelShape::Step { start_s: blocks[place].first_sample as f64 * interval_s, amplitude },
+        Regressor::Step(place) => {
+            LevelShape::Step { start_s: blocks[place].first_sample as f64 * interval_s, amplitude }
+        }
     };
     Some(LevelChange { shape, sigmas: fit.evidence.sqrt() })
 }

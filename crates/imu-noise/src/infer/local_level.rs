@@ -18,7 +18,7 @@ const STEP_VARIANCES: [f64; 12] = [0.0, 1e-4, 4e-4, 1.6e-3, 6.4e-3, 0.026, 0.1, 
 /// A shape and the evidence for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fit {
-    pub(super) shape: Shape,
+    pub(super) shape: Regressor,
     /// Least-squares multiple of the shape, under the noise that makes the series likeliest.
     pub(super) amplitude: f64,
     /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with
@@ -30,7 +30,7 @@ pub(super) struct Fit {
 
 /// What may be added to the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum Regressor {
     /// exp(-t/time constant) from the first block on, in blocks.
     Relaxation(f64),
     /// 0 before the mean with this index, 1 from it on.
@@ -46,7 +46,7 @@ pub(super) enum Shape {
 pub(super) fn fits(means: &[Mean], time_constants: &[f64]) -> Vec<Fit> {
     let relaxations = time_constants.iter().map(|&time_constant| {
         let values: Vec<_> = means.iter().map(|mean| (-(mean.block as f64) / time_constant).exp()).collect();
-        (Shape::Relaxation(time_constant), values)
+        (Regressor::Relaxation(time_constant), values)
     });
     let relaxations: Vec<_> = relaxations.collect();
     let mut without = f64::NEG_INFINITY;
@@ -121,13 +121,13 @@ impl PredictionErrors {
     /// For a step at each mean but the first, from the last to the second: the products of its
     /// errors with `series` and with themselves. The error of a step shrinks by 1 - gain from mean
     /// to mean, so each sum follows from the next.
-    fn steps_on(&self, series: &[f64]) -> impl Iterator<Item = (Shape, f64, f64)> {
+    fn steps_on(&self, series: &[f64]) -> impl Iterator<Item = (Regressor, f64, f64)> {
         let backward = self.gains.iter().zip(series).enumerate().rev();
         backward.scan((0.0, 0.0), |(cross, own), (before, ((gain, scale), error))| {
             let kept = 1.0 - gain;
             *cross = scale * error + kept * *cross;
             *own = scale * scale + kept * kept * *own;
-            Some((Shape::Step(before + 1), *cross, *own))
+            Some((Regressor::Step(before + 1), *cross, *own))
         })
     }
 
@@ -192,8 +192,8 @@ mod tests {
         assert_eq!(fits.len(), 2 + 11);
         for fit in fits {
             let shape = |i: usize| match fit.shape {
-                Shape::Relaxation(time_constant) => (-(blocks[i] as f64) / time_constant).exp(),
-                Shape::Step(place) => f64::from(u8::from(i >= place)),
+                Regressor::Relaxation(time_constant) => (-(blocks[i] as f64) / time_constant).exp(),
+                Regressor::Step(place) => f64::from(u8::from(i >= place)),
             };
             let rest = |amplitude: f64| -> Vec<_> { (0..12).map(|i| series[i] - amplitude * shape(i)).collect() };
             let evidence = 2.0 * (likeliest(&rest(fit.amplitude)) - likeliest(&series));

@@ -19,7 +19,7 @@ const FALSE_ALARM: f64 = 1e-4;
 
 /// A vibration line of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SpectralLine {
     /// Frequency in the record in Hz, between 0 and half the sampling rate, interpolated between
     /// the points.
     pub frequency_hz: f64,
@@ -32,7 +32,7 @@ pub struct Line {
     pub peak_to_floor: f64,
 }
 
-impl Line {
+impl SpectralLine {
     /// The frequencies in Hz up to `max_hz` that a sensor sampled every `interval_s` seconds
     /// without filter shows at this place, in rising order: f, 1/interval - f, 1/interval + f,
     /// 2/interval - f, ... The samples do not distinguish them.
@@ -64,7 +64,7 @@ impl Spectrum {
     /// channels shows with a probability below 1e-4, if its noise is Gaussian and its spectrum
     /// smooth. Empty before four segments are full, and where `interval_s` is not positive.
     #[must_use]
-    pub fn lines(&self, interval_s: f64, decimals: u8) -> Vec<Line> {
+    pub fn lines(&self, interval_s: f64, decimals: u8) -> Vec<SpectralLine> {
         let Some(spectrum) = self.powers().filter(|spectrum| spectrum.segments >= 4) else { return Vec::new() };
         if interval_s.is_nan() || interval_s <= 0.0 {
             return Vec::new();
@@ -118,7 +118,7 @@ impl Powers {
         (around[side], around.len())
     }
 
-    fn line(&self, peak: &Peak, step_hz: f64, decimals: u8) -> Line {
+    fn line(&self, peak: &Peak, step_hz: f64, decimals: u8) -> SpectralLine {
         let above = |k: usize| (self.power(k) - peak.floor).max(0.0);
         // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
         // (1 + δ)/(2 - δ).
@@ -132,7 +132,7 @@ impl Powers {
         let sides = |k: usize| if 2 * k == self.segment_samples { 1.0 } else { 2.0 };
         let power: f64 = reach.map(|k| sides(k) * above(k)).sum::<f64>() / self.segment_samples as f64;
         let total: f64 = (1..self.powers.len()).map(|k| sides(k) * self.powers[k]).sum::<f64>() / (2.0 * half);
-        Line {
+        SpectralLine {
             frequency_hz: place.min(half) * step_hz,
             amplitude: counts_to_unit((2.0 * power).sqrt(), decimals),
             share_of_variance: power / total,

@@ -25,7 +25,7 @@ const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
 #[derive(Clone, Debug)]
 pub(super) struct ArrivalTimes {
     rates_hz: &'static [f64],
-    state: State,
+    phase: ArrivalPhase,
     nominal: Option<NominalRate>,
     /// The first stamp of the present clock, and the time in seconds that it stands for.
     origin: (Duration, f64),
@@ -43,7 +43,7 @@ pub(super) struct ArrivalTimes {
 
 /// What is done with a sample.
 #[derive(Clone, Debug)]
-enum State {
+enum ArrivalPhase {
     /// It is held: the rate is not known.
     Searching(RateSearch),
     /// It is judged by its lag.
@@ -56,7 +56,7 @@ impl ArrivalTimes {
     pub(super) fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         Self {
             rates_hz,
-            state: State::Searching(RateSearch::new(rates_hz, known_hz)),
+            phase: ArrivalPhase::Searching(RateSearch::new(rates_hz, known_hz)),
             nominal: None,
             origin: (Duration::ZERO, 0.0),
             last: Duration::ZERO,
@@ -71,7 +71,7 @@ impl ArrivalTimes {
     }
 
     pub(super) fn set_known_rate(&mut self, known_hz: f64) {
-        if let State::Searching(search) = &mut self.state {
+        if let ArrivalPhase::Searching(search) = &mut self.phase {
             search.set_known_rate(known_hz);
         }
     }
@@ -89,14 +89,14 @@ impl ArrivalTimes {
     /// No sample follows.
     pub(super) fn finish(&mut self) {
         let behind = std::mem::take(&mut self.behind).len();
-        if let State::Searching(search) = &mut self.state {
+        if let ArrivalPhase::Searching(search) = &mut self.phase {
             let decision = search.finish();
             let without_rate = if decision.is_none() { search.samples() } else { 0 };
             self.end_search(decision);
             self.emit_samples(without_rate);
         }
         self.clear_increase();
-        while let State::Tracking(tracker) = &mut self.state
+        while let ArrivalPhase::Tracking(tracker) = &mut self.phase
             && let Some(event) = tracker.finish()
         {
             self.emit(event);
@@ -107,10 +107,10 @@ impl ArrivalTimes {
     }
 
     pub(super) fn summary(&self) -> TimebaseSummary {
-        let (refusal, fitted_s) = match &self.state {
-            State::Searching(_) => (None, None),
-            State::Tracking(tracker) => (None, tracker.fitted_period_s()),
-            State::Refused(refusal) => (Some(*refusal), None),
+        let (refusal, fitted_s) = match &self.phase {
+            ArrivalPhase::Searching(_) => (None, None),
+            ArrivalPhase::Tracking(tracker) => (None, tracker.fitted_period_s()),
+            ArrivalPhase::Refused(refusal) => (Some(*refusal), None),
         };
         self.summary_of(refusal, fitted_s)
     }
@@ -137,7 +137,7 @@ impl ArrivalTimes {
 /// From a stamp to a time: stamps out of order, and clocks that are set back.
 impl ArrivalTimes {
     fn push_stamp(&mut self, at: Duration) {
-        if let State::Refused(_) = self.state {
+        if let ArrivalPhase::Refused(_) = self.phase {
             return self.emit_samples(1);
         }
         if self.last.saturating_sub(at) > BACKWARDS_TOLERANCE {
@@ -173,14 +173,14 @@ impl ArrivalTimes {
         let Some(first) = behind.next() else { return };
         let mut due_s = 0.0;
         self.clear_increase();
-        match &mut self.state {
-            State::Searching(search) => search.restart(),
-            State::Tracking(tracker) => {
+        match &mut self.phase {
+            ArrivalPhase::Searching(search) => search.restart(),
+            ArrivalPhase::Tracking(tracker) => {
                 let held;
                 (held, due_s) = tracker.restart_clock();
                 self.emit_samples(held);
             }
-            State::Refused(_) => {}
+            ArrivalPhase::Refused(_) => {}
         }
         self.begin_clock(first, due_s);
         behind.for_each(|at| self.push_stamp(at));
@@ -206,22 +206,22 @@ impl ArrivalTimes {
 /// From a time to events.
 impl ArrivalTimes {
     fn push_time(&mut self, at_s: f64) {
-        match &mut self.state {
-            State::Searching(search) => {
+        match &mut self.phase {
+            ArrivalPhase::Searching(search) => {
                 let decision = search.push(at_s);
                 self.end_search(decision);
             }
-            State::Tracking(tracker) => {
+            ArrivalPhase::Tracking(tracker) => {
                 tracker.push(at_s);
                 self.judge();
             }
-            State::Refused(_) => self.emit_samples(1),
+            ArrivalPhase::Refused(_) => self.emit_samples(1),
         }
     }
 
     /// Ends the search if there is a decision.
     fn end_search(&mut self, decision: Option<Result<InitialRate, Refusal>>) {
-        let State::Searching(search) = &mut self.state else {
+        let ArrivalPhase::Searching(search) = &mut self.phase else {
             return;
         };
         match decision {
@@ -243,12 +243,12 @@ impl ArrivalTimes {
         // All are pushed before the first is judged: their reads show whether the phase may jump.
         held_s.into_iter().for_each(|at_s| tracker.push(at_s));
         self.nominal = Some(nominal);
-        self.state = State::Tracking(Box::new(tracker));
+        self.phase = ArrivalPhase::Tracking(Box::new(tracker));
         self.judge();
     }
 
     fn judge(&mut self) {
-        while let State::Tracking(tracker) = &mut self.state
+        while let ArrivalPhase::Tracking(tracker) = &mut self.phase
             && let Some(judgement) = tracker.judge()
         {
             match judgement {
@@ -267,7 +267,7 @@ impl ArrivalTimes {
     }
 
     fn clear_increase(&mut self) {
-        if let State::Tracking(tracker) = &mut self.state {
+        if let ArrivalPhase::Tracking(tracker) = &mut self.phase {
             let events = tracker.clear_increase();
             events.into_iter().for_each(|event| self.emit(event));
         }
@@ -275,7 +275,7 @@ impl ArrivalTimes {
 
     /// Starts anew where the samples held begin to come at this rate.
     fn change_rate(&mut self, to_hz: f64) {
-        let (State::Tracking(tracker), Some(nominal)) = (&mut self.state, self.nominal) else {
+        let (ArrivalPhase::Tracking(tracker), Some(nominal)) = (&mut self.phase, self.nominal) else {
             return;
         };
         let fitted_s = tracker.fitted_before_increase_s();
@@ -288,12 +288,12 @@ impl ArrivalTimes {
 
     /// The samples held, and all that follow, have no gap before them.
     fn refuse(&mut self, refusal: Refusal) {
-        let held = match &mut self.state {
-            State::Searching(search) => search.samples(),
-            State::Tracking(tracker) => tracker.samples_held() as u64,
-            State::Refused(_) => return,
+        let held = match &mut self.phase {
+            ArrivalPhase::Searching(search) => search.samples(),
+            ArrivalPhase::Tracking(tracker) => tracker.samples_held() as u64,
+            ArrivalPhase::Refused(_) => return,
         };
-        self.state = State::Refused(refusal);
+        self.phase = ArrivalPhase::Refused(refusal);
         self.emit(GapEvent::Refused(refusal));
         self.emit_samples(held);
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use imu_noise::{ChannelSignal, Line, Sides, SpectrumPlan};
+use imu_noise::{ChannelSignal, Sides, SpectralLine, SpectrumPlan};
 
 use crate::oracle;
 
@@ -147,7 +147,7 @@ fn what_comes_behind_a_long_gap_weighs_no_more() {
     assert!((found.amplitude / (50.0 / 3_f64.sqrt()) - 1.0).abs() < 0.05, "{found:?}");
 }
 
-fn only(signal: &ChannelSignal, interval_s: f64) -> Line {
+fn only(signal: &ChannelSignal, interval_s: f64) -> SpectralLine {
     let lines = signal.spectrum().lines(interval_s, 0);
     assert_eq!(lines.len(), 1, "{lines:?}");
     lines[0]

@@ -8,7 +8,7 @@ use vn100_protocol::{Layout, PrintFormat};
 use super::{
     channel_state::ChannelState, magnitude::Magnitude, quaternion::QuaternionSign, recent::Recent, repeats::Repeats,
 };
-use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::Findings};
+use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings};
 
 /// Rows of at least so many channels never repeat while a sensor works; a few coarse channels do by
 /// chance.
@@ -117,9 +117,9 @@ impl Accumulators {
         self.recent.as_ref().filter(|recent| recent.rate_hz() == rate_hz).cloned()
     }
 
-    pub(crate) fn findings(&self) -> Findings {
+    pub(crate) fn findings(&self) -> StreamFindings {
         let restarted = self.states().filter(|(state, _)| state.restarted);
-        Findings {
+        StreamFindings {
             repeated_lines: self.repeats.repeated,
             print_changes: self.print_changes,
             restarted: restarted.map(|(_, channel)| channel.name.to_string()).collect(),

@@ -1,8 +1,8 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ClassicalReading, Deviation, Interval, Line, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw,
-    RecordShape, Sensor, Status, Term, Terms, classical_reading, edf, white_deficit,
+    BoxcarWindow, ClassicalReading, Deviation, Interval, NoiseFit, NoiseModel, Octave, Parameter, PowerLaw,
+    RecordShape, Sensor, SpectralLine, Status, Term, Terms, classical_reading, edf, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -75,7 +75,7 @@ impl ChannelNoise {
         curve: &Curve,
         snapshot: &Snapshot,
         onboard: Option<Onboard>,
-        lines: &[Line],
+        lines: &[SpectralLine],
         confidence: f64,
         models: &mut Models,
     ) -> Option<Self> {
@@ -162,7 +162,7 @@ impl ChannelNoise {
 
 /// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of
 /// what noise alone would read.
-fn disturbed_octaves(curve: &Curve, lines: &[Line]) -> usize {
+fn disturbed_octaves(curve: &Curve, lines: &[SpectralLine]) -> usize {
     let shows = |(octave, variance): (&Octave, &f64)| {
         let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
         let edf = edf(octave, &curve.shape, PowerLaw::White).unwrap_or(1.0);

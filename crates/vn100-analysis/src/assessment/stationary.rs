@@ -1,7 +1,7 @@
 //! Whether the record is stationary: spectral peaks, disturbances, steps, a warm-up, each with its
 //! place.
 
-use imu_noise::{Disturbance, LevelChange, LevelShape, Line};
+use imu_noise::{Disturbance, LevelChange, LevelShape, SpectralLine};
 use vn100_protocol::{Channel, Quantity};
 
 use super::ChannelAssessment;
@@ -21,7 +21,7 @@ const HIGHEST_HZ: f64 = 400.0;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Disturbed {
     /// Lines in its spectrum, in rising frequency.
-    pub lines: Vec<Line>,
+    pub lines: Vec<SpectralLine>,
     /// Short intervals that the rest does not explain, in time order, times in seconds of data
     /// behind those skipped.
     pub disturbances: Vec<Disturbance>,
@@ -107,7 +107,7 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
 fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
     let arrival_hz = strongest.frequency_hz;
     // at half the rate two of them are one
-    let mut others: Vec<String> = Line { frequency_hz: arrival_hz, ..*strongest.line }
+    let mut others: Vec<String> = SpectralLine { frequency_hz: arrival_hz, ..*strongest.line }
         .aliases_hz(1.0 / rate_hz, HIGHEST_HZ)
         .filter(|hz| hz - arrival_hz > 0.05)
         .take(6)
@@ -128,7 +128,7 @@ fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
 struct Shake<'a> {
     frequency_hz: f64,
     /// The strongest of them.
-    line: &'a Line,
+    line: &'a SpectralLine,
     /// Channels, and the share of the lines in the variance of each.
     axes: Vec<(&'a Channel, f64)>,
 }
@@ -138,16 +138,18 @@ impl<'a> Shake<'a> {
     fn all(channels: &[Of<'a>]) -> Vec<Self> {
         /// Lines nearer to each other than this have one cause: what turns is never quite steady.
         const APART: f64 = 1.03;
-        let mut lines: Vec<(&'a Channel, &'a Line)> =
+        let mut lines: Vec<(&'a Channel, &'a SpectralLine)> =
             channels.iter().flat_map(|(channel, found)| found.lines.iter().map(move |line| (*channel, line))).collect();
         lines.sort_by(|(_, a), (_, b)| a.frequency_hz.total_cmp(&b.frequency_hz));
-        let near = |(_, a): &(&Channel, &Line), (_, b): &(&Channel, &Line)| b.frequency_hz < APART * a.frequency_hz;
+        let near = |(_, a): &(&Channel, &SpectralLine), (_, b): &(&Channel, &SpectralLine)| {
+            b.frequency_hz < APART * a.frequency_hz
+        };
         let mut shakes: Vec<Self> = lines.chunk_by(near).filter_map(Self::of).collect();
         shakes.sort_by(|a, b| b.most().1.total_cmp(&a.most().1));
         shakes
     }
 
-    fn of(lines: &[(&'a Channel, &'a Line)]) -> Option<Self> {
+    fn of(lines: &[(&'a Channel, &'a SpectralLine)]) -> Option<Self> {
         let (_, line) = *lines.iter().max_by(|(_, a), (_, b)| a.share_of_variance.total_cmp(&b.share_of_variance))?;
         let total: f64 = lines.iter().map(|(_, line)| line.share_of_variance).sum();
         let weighted: f64 = lines.iter().map(|(_, line)| line.share_of_variance * line.frequency_hz).sum();

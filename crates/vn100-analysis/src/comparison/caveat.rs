@@ -2,7 +2,7 @@
 
 use vn100_protocol::Quantity;
 
-use super::{Record, fold_alike, means::are_of_several_sensors, onboard, pairs};
+use super::{ComparedRecord, fold_alike, means::are_of_several_sensors, onboard, pairs};
 use crate::{Onboard, RateFrom, Remedy, Text, assessment::BEFORE_FILTER_S};
 
 /// The kinds of caveat.
@@ -54,7 +54,7 @@ pub struct Caveat {
     pub text: Text,
 }
 
-pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
+pub(super) fn caveats(records: &[ComparedRecord<'_>]) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     for (number, record) in records.iter().enumerate().filter(|(_, record)| record.snapshot.timing.samples == 0) {
         let text = format!("{} holds no samples and is not compared", record.name);
@@ -84,8 +84,8 @@ pub(super) fn caveats(records: &[Record<'_>]) -> Vec<Caveat> {
     caveats
 }
 
-fn rate_assumed(records: &[Record<'_>]) -> Option<Caveat> {
-    let is_assumed = |record: &Record<'_>| {
+fn rate_assumed(records: &[ComparedRecord<'_>]) -> Option<Caveat> {
+    let is_assumed = |record: &ComparedRecord<'_>| {
         record.snapshot.timing.samples > 0 && record.snapshot.timing.rate_from == RateFrom::Assumed
     };
     let assumed: Vec<usize> = (0..records.len()).filter(|number| is_assumed(&records[*number])).collect();
@@ -102,7 +102,7 @@ fn rate_assumed(records: &[Record<'_>]) -> Option<Caveat> {
     Some(Caveat { kind: CaveatKind::RateAssumed, records: assumed, text })
 }
 
-fn channels(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+fn channels(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
     let (of_a, of_b) = (names(a), names(b));
     let only = |of: &[(String, String)], other: &[(String, String)]| -> Vec<String> {
         of.iter().filter(|name| !other.contains(name)).map(|(name, _)| name.clone()).collect()
@@ -116,7 +116,7 @@ fn channels(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
 }
 
 /// Names and units.
-fn names(record: &Record<'_>) -> Vec<(String, String)> {
+fn names(record: &ComparedRecord<'_>) -> Vec<(String, String)> {
     record
         .snapshot
         .layout_channels()
@@ -125,7 +125,7 @@ fn names(record: &Record<'_>) -> Vec<(String, String)> {
         .collect()
 }
 
-fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+fn rates(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
     let [rate_a, rate_b] = [a, b].map(|record| record.snapshot.timing.rate_hz);
     let octaves_apart = (rate_a / rate_b).log2();
     ((octaves_apart - octaves_apart.round()).abs() > 1e-3).then(|| {
@@ -137,7 +137,7 @@ fn rates(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
     })
 }
 
-fn sampling(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
+fn sampling(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
     let of = |record| onboard(Quantity::AngularRate, record);
     let factors = of(a).zip(of(b)).map(|(a, b)| (a.white_factor(), b.white_factor()));
     let same_rate = (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3;
@@ -155,8 +155,9 @@ fn sampling(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
     })
 }
 
-fn compensation(a: &Record<'_>, b: &Record<'_>) -> Option<(CaveatKind, String)> {
-    let compensated = |record: &Record<'_>| record.snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
+fn compensation(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
+    let compensated =
+        |record: &ComparedRecord<'_>| record.snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
     (compensated(a) != compensated(b)).then(|| {
         let (tracked, own) = if compensated(a) { (a, b) } else { (b, a) };
         let text = format!(

@@ -4,7 +4,7 @@
 use imu_noise::{Spread, VarianceEstimate};
 use vn100_protocol::{Channel, Quantity, Register};
 
-use super::{Chance, Record, chances};
+use super::{Chance, ComparedRecord, chances};
 use crate::sensor::sensor_of;
 
 /// The longest averaging time that says how well a mean is known has so many degrees of freedom at
@@ -62,7 +62,7 @@ pub struct MeanError {
     pub tau_s: f64,
 }
 
-pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans> {
+pub(super) fn means(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<ChannelMeans> {
     let mut found: Vec<ChannelMeans> = Vec::new();
     // what moves has no bias that its mean shows
     let at_rest = records.iter().enumerate().filter(|(_, record)| record.assessment.motion.is_none());
@@ -110,7 +110,7 @@ pub(super) fn means(records: &[Record<'_>], confidence: f64) -> Vec<ChannelMeans
     found
 }
 
-fn mean(record: &Record<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {
+fn mean(record: &ComparedRecord<'_>, number: usize, index: usize, channel: &Channel) -> Option<RecordMean> {
     let value = |counts| channel.in_unit(counts);
     let results = record.snapshot.channels.get(index)?;
     let mean = value(results.moments.mean_counts()? - results.branch_counts as f64);
@@ -125,7 +125,7 @@ fn mean(record: &Record<'_>, number: usize, index: usize, channel: &Channel) -> 
 }
 
 /// Whether two of the records say serial numbers, and different ones.
-pub(super) fn are_of_several_sensors(records: &[Record<'_>]) -> bool {
+pub(super) fn are_of_several_sensors(records: &[ComparedRecord<'_>]) -> bool {
     let mut serials = records.iter().filter_map(|record| record.snapshot.registers.get(&Register::SERIAL_NUMBER.0));
     let first = serials.next();
     serials.any(|serial| Some(serial) != first)

@@ -3,7 +3,7 @@
 use imu_noise::f_test;
 use vn100_protocol::{Channel, Quantity};
 
-use super::{Chance, Record, chances, pairs};
+use super::{Chance, ComparedRecord, chances, pairs};
 use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
 
 /// With fewer degrees of freedom the shape of the distribution is not known well enough.
@@ -42,7 +42,7 @@ struct Point {
     edf: f64,
 }
 
-pub(super) fn tests(records: &[Record<'_>]) -> Vec<OctaveTest> {
+pub(super) fn tests(records: &[ComparedRecord<'_>]) -> Vec<OctaveTest> {
     let mut tests = Vec::new();
     let mut probabilities = Vec::new();
     for pair in pairs(records.len()) {
@@ -88,8 +88,8 @@ fn is_noise(channel: &Channel) -> bool {
 
 /// The octaves that are known well enough; none where the last printed digit hides the noise, whose
 /// distribution is then not normal.
-fn points(record: &Record<'_>, index: usize) -> Vec<Point> {
-    let Record { snapshot, assessment, .. } = record;
+fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<Point> {
+    let ComparedRecord { snapshot, assessment, .. } = record;
     let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));
     let (Some(channel), Some(results), Some(assessed)) =
         (channel, snapshot.channels.get(index), assessment.channels.get(index))

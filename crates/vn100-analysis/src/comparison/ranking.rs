@@ -3,7 +3,7 @@
 use imu_noise::{Status, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::Quantity;
 
-use super::{Chance, Record, chances, fold_alike, pairs};
+use super::{Chance, ComparedRecord, chances, fold_alike, pairs};
 use crate::{Onboard, SENSORS};
 
 /// The records in the order of the white noise of one sensor.
@@ -74,7 +74,7 @@ impl Ranking {
     }
 }
 
-pub(super) fn rankings(records: &[Record<'_>], confidence: f64) -> Vec<Ranking> {
+pub(super) fn rankings(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<Ranking> {
     let mut rankings = Vec::new();
     let mut probabilities = Vec::new();
     // in the order of the channels
@@ -131,7 +131,7 @@ enum White {
     Known { axes: Vec<(String, f64)>, mean_square: VarianceEstimate, onboard: Option<Onboard> },
 }
 
-fn white(record: &Record<'_>, quantity: Quantity, confidence: f64) -> White {
+fn white(record: &ComparedRecord<'_>, quantity: Quantity, confidence: f64) -> White {
     let of_sensor: Vec<_> = (record.snapshot.layout_channels().iter().zip(&record.assessment.channels))
         .filter(|(channel, _)| channel.quantity == quantity)
         .collect();

@@ -6,7 +6,7 @@ use imu_noise::{Sensor, Sides, Term, conventions};
 use thiserror::Error;
 
 use crate::{
-    figure::{Figure, FigureError, in_percent, share_of_percent},
+    noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
     sensor::sensor_of,
 };
 
@@ -14,7 +14,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct Want {
     /// Which figure.
-    pub figure: Figure,
+    pub figure: NoiseFigure,
     /// Of which sensor.
     pub sensor: Sensor,
     /// How well.
@@ -42,7 +42,7 @@ pub enum WantError {
     Form(String),
     /// The figure is none.
     #[error(transparent)]
-    Figure(#[from] FigureError),
+    NoiseFigure(#[from] NoiseFigureError),
     /// The part behind `±` is no percentage above 0.
     #[error("{0:?} is no percentage above 0, as in \"5%\"")]
     Percent(String),
@@ -81,11 +81,11 @@ impl FromStr for Want {
         } else {
             (text, Asked::Seen)
         };
-        let figure: Figure = figure.parse().map_err(|error| match begins_with_figure(figure) {
+        let figure: NoiseFigure = figure.parse().map_err(|error| match begins_with_figure(figure) {
             true => WantError::Form(text.into()),
-            false => WantError::Figure(error),
+            false => WantError::NoiseFigure(error),
         })?;
-        let sensor = sensor(&figure).ok_or_else(|| FigureError::Channel(figure.to_string()))?;
+        let sensor = sensor(&figure).ok_or_else(|| NoiseFigureError::Channel(figure.to_string()))?;
         let name = || figure.to_string();
         let known = match (figure.term, known) {
             (_, Asked::Within(relative)) if figure.term != Term::RateRandomWalk => Known::Within(relative),
@@ -110,15 +110,15 @@ enum Asked<'a> {
 fn begins_with_figure(text: &str) -> bool {
     let mut words = text.split_whitespace();
     let figure = words.by_ref().take(2).collect::<Vec<_>>().join(" ");
-    words.next().is_some() && figure.parse::<Figure>().is_ok()
+    words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
 }
 
-fn sensor(figure: &Figure) -> Option<Sensor> {
+fn sensor(figure: &NoiseFigure) -> Option<Sensor> {
     sensor_of(figure.quantity()?)
 }
 
 /// A number with one of the units in use, or none for SI.
-fn in_si(amount: &str, figure: &Figure, sensor: Sensor) -> Result<f64, WantError> {
+fn in_si(amount: &str, figure: &NoiseFigure, sensor: Sensor) -> Result<f64, WantError> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
     let number = number.ok_or_else(|| WantError::Number(amount.into()))?;

@@ -23,7 +23,7 @@ const LEAST_SAMPLES: u64 = 66;
 
 /// What only the analysis knows, beyond the numbers of its snapshot.
 #[derive(Debug, Default)]
-pub(crate) struct Findings {
+pub(crate) struct StreamFindings {
     pub(crate) repeated_lines: u64,
     pub(crate) print_changes: u64,
     /// Names of the angles whose count had to start anew.
@@ -31,7 +31,7 @@ pub(crate) struct Findings {
 }
 
 /// The warnings for `snapshot`, the gravest first.
-pub(crate) fn warnings(snapshot: &Snapshot, findings: Findings) -> Vec<Warning> {
+pub(crate) fn warnings(snapshot: &Snapshot, findings: StreamFindings) -> Vec<Warning> {
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
     advice.warnings.extend(unsolicited::warnings(&snapshot.link.unsolicited_errors));
@@ -55,7 +55,7 @@ impl Advice {
         self.warnings.push(Warning::new(kind, channels, text));
     }
 
-    fn on_lines(&mut self, snapshot: &Snapshot, findings: &Findings) {
+    fn on_lines(&mut self, snapshot: &Snapshot, findings: &StreamFindings) {
         let (link, tally) = (&snapshot.link, &snapshot.link.tally);
         if let Some(text) = no_valid_lines(snapshot) {
             self.warn(WarningKind::NoValidLines, text);
@@ -274,7 +274,7 @@ impl Advice {
         }
     }
 
-    fn on_values(&mut self, snapshot: &Snapshot, findings: Findings) {
+    fn on_values(&mut self, snapshot: &Snapshot, findings: StreamFindings) {
         if findings.print_changes > 0 {
             self.warn(
                 WarningKind::PrintFormat,

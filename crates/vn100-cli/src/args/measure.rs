@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::ValueEnum;
-use vn100_analysis::{DEFAULT_CONFIDENCE, Figure, Goal, Settings};
+use vn100_analysis::{DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
 use vn100_protocol::stream::ReadOptions;
 
 /// What is measured and how, the same for every command that measures.
@@ -38,7 +38,7 @@ pub(crate) struct MeasureArgs {
     /// Exit with 4 unless a figure passes the data sheet, as in "gyro N": a group (gyro, accel,
     /// mag) or a channel, and N, B or K
     #[arg(long, value_name = "FIGURE")]
-    pub(crate) fail_on: Vec<Figure>,
+    pub(crate) fail_on: Vec<NoiseFigure>,
 
     /// Compare with the figures of this TOML file instead of the VN-100's, as in
     /// crates/vn100-report/datasheets/vn-100.toml

@@ -18,8 +18,8 @@ use crate::{
 };
 
 pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
-    let compared: Vec<vn100_analysis::Record<'_>> = (records.iter())
-        .map(|record| vn100_analysis::Record {
+    let compared: Vec<vn100_analysis::ComparedRecord<'_>> = (records.iter())
+        .map(|record| vn100_analysis::ComparedRecord {
             name: &record.facts().name,
             snapshot: record.snapshot(),
             assessment: record.assessment(),

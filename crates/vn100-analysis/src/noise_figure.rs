@@ -10,14 +10,14 @@ use crate::sensor::{SENSORS, axes_name, letter, sensor_of};
 
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Figure {
+pub struct NoiseFigure {
     /// Whose.
     pub channels: FigureChannels,
     /// Which.
     pub term: Term,
 }
 
-/// The channels a [`Figure`] is of.
+/// The channels a [`NoiseFigure`] is of.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FigureChannels {
     /// All axes of a sensor: `gyro`, `accel` or `mag`.
@@ -31,7 +31,7 @@ const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWa
 
 /// A text is no figure.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum FigureError {
+pub enum NoiseFigureError {
     /// Not two words.
     #[error("{0:?} names no figure: a group (gyro, accel, mag) or a channel, and N, B or K, as in \"gyro N\"")]
     Form(String),
@@ -46,7 +46,7 @@ pub enum FigureError {
     Surroundings(String),
 }
 
-impl Figure {
+impl NoiseFigure {
     /// Whether `channel` is one of those meant.
     #[must_use]
     pub fn concerns(&self, channel: &Channel) -> bool {
@@ -96,29 +96,31 @@ pub(crate) fn in_percent(share: f64) -> f64 {
     format!("{percent:.12e}").parse().unwrap_or(percent)
 }
 
-impl FromStr for Figure {
-    type Err = FigureError;
+impl FromStr for NoiseFigure {
+    type Err = NoiseFigureError;
 
-    fn from_str(text: &str) -> Result<Self, FigureError> {
+    fn from_str(text: &str) -> Result<Self, NoiseFigureError> {
         let mut words = text.split_whitespace();
         let (Some(channels), Some(name), None) = (words.next(), words.next(), words.next()) else {
-            return Err(FigureError::Form(text.into()));
+            return Err(NoiseFigureError::Form(text.into()));
         };
         let term = TERMS.into_iter().find(|term| letter(*term).eq_ignore_ascii_case(name));
-        let term = term.ok_or_else(|| FigureError::Letter(name.into()))?;
+        let term = term.ok_or_else(|| NoiseFigureError::Letter(name.into()))?;
         let sensor = SENSORS.iter().find(|(_, sensor)| axes_name(*sensor) == channels);
         let channels = sensor
             .map_or_else(|| FigureChannels::One(channels.into()), |(quantity, _)| FigureChannels::Sensor(*quantity));
         let figure = Self { channels, term };
         match figure.quantity() {
-            None => Err(FigureError::Channel(text.trim().into())),
-            Some(Quantity::MagneticField) if term != Term::White => Err(FigureError::Surroundings(figure.to_string())),
+            None => Err(NoiseFigureError::Channel(text.trim().into())),
+            Some(Quantity::MagneticField) if term != Term::White => {
+                Err(NoiseFigureError::Surroundings(figure.to_string()))
+            }
             Some(_) => Ok(figure),
         }
     }
 }
 
-impl fmt::Display for Figure {
+impl fmt::Display for NoiseFigure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let channels = match &self.channels {
             FigureChannels::Sensor(quantity) => sensor_of(*quantity).map_or("", axes_name),
@@ -136,11 +138,11 @@ mod tests {
     #[test]
     fn figures_are_read_as_they_are_printed() {
         for (text, concerned) in [("gyro N", 3), ("accel B", 3), ("mag N", 3), ("gyro_y K", 1), ("mag_x N", 1)] {
-            let figure: Figure = text.parse().unwrap();
+            let figure: NoiseFigure = text.parse().unwrap();
             assert_eq!(figure.to_string(), text);
             assert_eq!(VNYMR.channels.iter().filter(|channel| figure.concerns(channel)).count(), concerned, "{text}");
         }
-        assert_eq!("gyro  n".parse::<Figure>().unwrap().to_string(), "gyro N");
+        assert_eq!("gyro  n".parse::<NoiseFigure>().unwrap().to_string(), "gyro N");
     }
 
     #[test]
@@ -156,14 +158,14 @@ mod tests {
             ("mag B", "field around it"),
             ("mag_z K", "field around it"),
         ] {
-            let error = text.parse::<Figure>().unwrap_err().to_string();
+            let error = text.parse::<NoiseFigure>().unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
     }
 
     #[test]
     fn a_message_that_cannot_show_a_figure_says_why() {
-        let absent = |text: &str, layout| text.parse::<Figure>().unwrap().absent_from(layout);
+        let absent = |text: &str, layout| text.parse::<NoiseFigure>().unwrap().absent_from(layout);
         for text in ["gyro N", "accel B", "accel_x K", "mag N"] {
             assert_eq!((absent(text, &VNYMR), absent(text, &VNIMU)), (None, None), "{text}");
         }
