@@ -1,11 +1,8 @@
 //! A sensor whose output somebody else has paused: made to go on, told, and left as it was found.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{Link, Sensor, Told};
+use crate::support::{Link, Sensor, Told};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};
 use vn100_protocol::SensorCommand;

@@ -1,6 +1,4 @@
 //! A serial port on a pseudo terminal: what passes, what a hang-up does, who else may open it.
-#![cfg(unix)]
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     io::{ErrorKind, Read, Write},

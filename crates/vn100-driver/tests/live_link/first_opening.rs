@@ -1,12 +1,9 @@
 //! A port that is opened first, or again: a sensor that boots, none at all, and a receiver that
 //! flips bits.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{LINE, Sensor};
+use crate::support::{LINE, Sensor};
 use vn100_driver::LinkOptions;
 
 /// Both rates, with a speed that carries them.

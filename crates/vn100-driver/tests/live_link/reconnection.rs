@@ -1,12 +1,9 @@
 //! A live link on a scripted sensor: the search for its speed, losses of the link, and what is told
 //! of both.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{LINE, Sensor};
+use crate::support::{LINE, Sensor};
 use tokio::sync::mpsc;
 use vn100_driver::{BAUD_RATES, Change, LinkOptions, LinkState};
 use vn100_protocol::stream::{LinkEventKind, StreamInput};

@@ -1,13 +1,10 @@
 //! A machine or an adapter that stands still for a while and then hands on all at once: in two
 //! seconds a link loses nothing by it, and in longer ones it is lost, and found at the speed it
 //! had.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::Sensor;
+use crate::support::Sensor;
 use tokio::{sync::watch, task::JoinHandle, time::Instant};
 use vn100_driver::{Change, LinkOptions, LinkState};
 use vn100_protocol::stream::LinkEventKind;

@@ -1,5 +1,4 @@
 //! What files are taken for, and what comes out of them, through [`Capture`] alone.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{Cursor, Read, Write};
 

@@ -1,12 +1,9 @@
 //! The byte ledger: every byte that was read from the port is counted and recorded, however the
 //! link ends.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{Sensor, Told};
+use crate::support::{Sensor, Told};
 use tokio::sync::mpsc;
 use vn100_driver::LinkOptions;
 use vn100_protocol::stream::{LinkEventKind, StreamInput};

@@ -1,11 +1,8 @@
 //! What was recorded of a link replays as it was measured.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::{collections::BTreeMap, time::Duration};
 
-use support::Sensor;
+use crate::support::Sensor;
 use tokio::{sync::mpsc, time::sleep};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event, Recorder};

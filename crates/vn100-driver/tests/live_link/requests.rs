@@ -1,12 +1,9 @@
 //! What is asked of a scripted sensor over a live link, and what it answers between its lines, also
 //! where the line echoes.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{LINE, QUESTION, Sensor};
+use crate::support::{LINE, QUESTION, Sensor};
 use vn100_driver::{BAUD_RATES, CommandError, LinkOptions, LinkState, OutputSettings};
 use vn100_protocol::stream::LinkEventKind;
 use vn100_protocol::{AsyncRate, BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand};

@@ -1,12 +1,9 @@
 //! No line of another sensor gets into a measurement, whether it is on the port when that comes
 //! back or behind an adapter that stays, and every line of the same one does.
-#![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::time::Duration;
 
-use support::{Link, Sensor};
+use crate::support::{Link, Sensor};
 use vn100_driver::{Change, LinkOptions, LinkState};
 use vn100_protocol::stream::LinkEventKind;
 use vn100_protocol::{Register, RegisterFields};

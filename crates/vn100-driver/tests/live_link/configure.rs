@@ -1,12 +1,9 @@
 //! Setting a sensor over a live link: what is written, what is undone, and that its output goes on
 //! whatever happens.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::{slice, time::Duration};
 
-use support::{LINE, Link, OTHER_LINE, Sensor};
+use crate::support::{LINE, Link, OTHER_LINE, Sensor};
 use tokio::{join, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, ConfigureError, Configured, LinkOptions, LinkState, OutputSettings, configure, restore};

@@ -1,5 +1,4 @@
 //! A stream read in pieces of any size gives the same samples, marks and counts.
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking and says so when it skips")]
 
 use std::io;
 

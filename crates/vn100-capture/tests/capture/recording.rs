@@ -1,6 +1,5 @@
 //! What is recorded is replayed: the same inputs, the same samples, up to the last whole read of a
 //! file that was cut.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     collections::BTreeMap,

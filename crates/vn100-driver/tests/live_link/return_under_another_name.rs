@@ -1,9 +1,5 @@
 //! An adapter that is pulled out and comes back under another name, on pseudo-terminals: it is
 //! followed, and no other adapter is opened.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod support;
 
 use std::{
     fs,
@@ -14,8 +10,8 @@ use std::{
     time::Duration,
 };
 
+use crate::support::LINE;
 use serialport::{SerialPort, TTYPort};
-use support::LINE;
 use tokio::{sync::watch, time::interval};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::Clock;

@@ -1,5 +1,4 @@
 //! Recorders and their files: begun, flushed, ended, gone on with.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::{
     collections::BTreeMap,

@@ -1,0 +1,12 @@
+//! Captures and recordings, read and written through the public interface alone.
+#![allow(
+    clippy::panic,
+    clippy::print_stderr,
+    clippy::unwrap_used,
+    reason = "a test fails by panicking and says so when it skips"
+)]
+
+mod formats;
+mod read_samples;
+mod recorder;
+mod recording;
