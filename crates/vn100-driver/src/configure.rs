@@ -9,8 +9,8 @@ use tokio_util::sync::CancellationToken;
 use vn100_protocol::{AsyncRate, AsyncType, Register, RegisterContents, RegisterFields, RequestFailure, SensorCommand};
 
 use crate::{
-    link::CommandError, link::LinkHandle, link_state::LinkState, output_plan::Change, output_plan::OutputSettings,
-    output_plan::PlanError, output_plan::plan,
+    link::{CommandError, LinkHandle, LinkState},
+    output_plan::{Change, OutputSettings, PlanError, plan},
 };
 
 /// How long after a pause the last of the output may still arrive: a long frame at the lowest baud

@@ -1,10 +1,13 @@
-//! The transport of a link: a serial port, a socket, or a script in a test.
+//! The transport of a link, a serial port, a socket, or a script in a test, and why it cannot be
+//! opened.
 
-use std::{future::Future, io};
+use std::{ffi::OsStr, fs, future::Future, io, path::Path};
 
-use crate::{connect_error::ConnectError, low_latency::LatencyTimer};
+use thiserror::Error;
 use vn100_capture::Source;
 use vn100_protocol::stream::StreamInput;
+
+use crate::{low_latency::LatencyTimer, ports::PortEntry};
 
 /// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {
@@ -52,5 +55,232 @@ pub trait Connection: Source {
     /// The latency timer of the adapter, where it has one.
     fn latency_timer(&self) -> Option<&LatencyTimer> {
         None
+    }
+}
+
+/// Why a live source cannot be opened.
+#[derive(Debug, Error)]
+pub enum ConnectError {
+    /// A serial port cannot be opened.
+    #[error("cannot open {port} at {baud} baud: {problem}")]
+    Port {
+        /// The port by its name.
+        port: String,
+        /// The speed it was to have.
+        baud: u32,
+        /// Why not.
+        problem: PortProblem,
+    },
+    /// `tcp://` is followed by something else than a host and a port.
+    #[error("{address} is not an address: write tcp://host:port, such as tcp://192.168.1.20:2000")]
+    Address {
+        /// What was given.
+        address: String,
+    },
+    /// The server behind the address cannot be reached.
+    #[error("cannot connect to {address}: {}", server_advice(error))]
+    Server {
+        /// The address.
+        address: String,
+        /// What the system said.
+        error: io::Error,
+    },
+}
+
+/// Why a serial port cannot be opened. The candidates are the ports that there are, the likely ones
+/// first.
+#[derive(Debug, Error)]
+pub enum PortProblem {
+    /// A program has it, named with the number of its process where this user may see it.
+    #[error("it is in use by {}; end that program first", .0.as_deref().unwrap_or("another program"))]
+    Busy(Option<String>),
+    /// There is no such port.
+    #[error("there is no such port; check the cable; {}", candidate_advice(.0))]
+    NotFound(Vec<PortEntry>),
+    /// It was pulled out, and its name leads to another adapter now.
+    #[error("another adapter has that name now; plug in the one that had it; {}", candidate_advice(.0))]
+    AnotherAdapter(Vec<PortEntry>),
+    /// The user may not open it, only members of the group: `dialout` where that is not known,
+    /// `None` where there is none but root's.
+    #[error("that is not allowed to this user; {}", permission_advice(.0.as_deref()))]
+    Denied(Option<String>),
+    /// It is something else than a serial port.
+    #[error("it is not a serial port; {}", candidate_advice(.0))]
+    NotASerialPort(Vec<PortEntry>),
+    /// Anything else that the system said.
+    #[error("{0}")]
+    Other(io::Error),
+}
+
+impl ConnectError {
+    /// Of what a port, `given` by the user, said when it was opened by `name`, which leads to it
+    /// now.
+    pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
+        use serialport::ErrorKind::{Io, NoDevice};
+        let path = Path::new(name);
+        let problem = match error.kind {
+            Io(io::ErrorKind::NotFound) => PortProblem::NotFound(ports),
+            Io(io::ErrorKind::PermissionDenied) => PortProblem::Denied(group_of(path)),
+            // elsewhere the same kind says that there is none
+            NoDevice if cfg!(unix) => PortProblem::Busy(holder_of(path)),
+            NoDevice => PortProblem::NotFound(ports),
+            _ if error.description == NOT_A_TERMINAL || !may_be_port(path) => PortProblem::NotASerialPort(ports),
+            _ => PortProblem::Other(error.into()),
+        };
+        let is_given = name == given || matches!(problem, PortProblem::NotFound(_));
+        let port = if is_given { given.to_owned() } else { format!("{given} as {name}") };
+        Self::Port { port, baud, problem }
+    }
+
+    /// Whether trying again can help without anybody doing something about it first. A port that is
+    /// away returns when it is plugged in, and udev sets its rights a moment after it makes the
+    /// node; one that is not a serial port will not become one.
+    pub(crate) fn is_passing(&self) -> bool {
+        !matches!(self, Self::Port { problem: PortProblem::NotASerialPort(_), .. } | Self::Address { .. })
+    }
+}
+
+/// What the system calls ENOTTY.
+const NOT_A_TERMINAL: &str = "Not a typewriter";
+
+#[cfg(unix)]
+fn may_be_port(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+#[cfg(not(unix))]
+fn may_be_port(_path: &Path) -> bool {
+    true
+}
+
+/// The group whose members may read and write, `dialout` where that is not known. To join that of
+/// root would give away far more than a port.
+#[cfg(unix)]
+fn group_of(path: &Path) -> Option<String> {
+    use std::os::unix::fs::MetadataExt;
+    const READ_AND_WRITE: u32 = 0o060;
+    let Ok(metadata) = fs::metadata(path) else { return Some("dialout".into()) };
+    if metadata.gid() == 0 || metadata.mode() & READ_AND_WRITE != READ_AND_WRITE {
+        return None;
+    }
+    let groups = fs::read_to_string("/etc/group").unwrap_or_default();
+    Some(group_name(&groups, metadata.gid()).unwrap_or("dialout").to_owned())
+}
+
+#[cfg(not(unix))]
+fn group_of(_path: &Path) -> Option<String> {
+    Some("dialout".into())
+}
+
+fn server_advice(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused => {
+            "nothing takes connections there: start the serial server, and look at the \
+                                             number of its port"
+                .into()
+        }
+        io::ErrorKind::TimedOut => "no answer: is the server on, and in this network?".into(),
+        _ => format!("{error}; look at the name of the server, and at the network"),
+    }
+}
+
+fn permission_advice(group: Option<&str>) -> String {
+    match group {
+        Some(group) => format!("it is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again"),
+        None => {
+            "it is for no group that a user could join: a rule of udev can give it to one, as it does for most adapters"
+                .into()
+        }
+    }
+}
+
+/// The name of a group in the text of `/etc/group`.
+#[cfg(unix)]
+fn group_name(groups: &str, id: u32) -> Option<&str> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(id)).then_some(name)
+    })
+}
+
+/// The program that has a port open, as far as `/proc` shows it: another user's is not shown.
+/// The program with the other side of a pseudo-terminal, as an emulated sensor, is what is behind
+/// the port and not its user.
+fn holder_of(path: &Path) -> Option<String> {
+    let port = fs::canonicalize(path).ok()?;
+    fs::read_dir("/proc").ok()?.flatten().find_map(|process| {
+        let files: Vec<_> = fs::read_dir(process.path().join("fd")).ok()?.flatten().collect();
+        let holds = files.iter().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == port))
+            && !files.iter().any(|file| is_other_side(&process.path(), &file.file_name(), &port));
+        let name = holds.then(|| fs::read_to_string(process.path().join("comm")).ok()).flatten()?;
+        Some(format!("{} (process {})", name.trim(), process.file_name().to_string_lossy()))
+    })
+}
+
+/// Whether this file of a process is the master of the pseudo-terminal `port`.
+fn is_other_side(process: &Path, file: &OsStr, port: &Path) -> bool {
+    let Some(number) = port.strip_prefix("/dev/pts").ok().and_then(Path::to_str) else { return false };
+    let info = fs::read_to_string(process.join("fdinfo").join(file)).unwrap_or_default();
+    info.lines().any(|line| line.strip_prefix("tty-index:").is_some_and(|index| index.trim() == number))
+}
+
+fn candidate_advice(candidates: &[PortEntry]) -> String {
+    if candidates.is_empty() {
+        return "this machine has no serial ports now".into();
+    }
+    let names: Vec<_> = candidates
+        .iter()
+        .map(|port| if port.likely { format!("{} (likely)", port.name) } else { port.name.clone() })
+        .collect();
+    format!("there are {}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(kind: serialport::ErrorKind, text: &str, port: &str) -> String {
+        ConnectError::of_port(port, port, 115_200, serialport::Error::new(kind, text), Vec::new()).to_string()
+    }
+
+    #[test]
+    fn each_says_what_to_do() {
+        use serialport::ErrorKind::{Io, Unknown};
+        let missing = message(Io(io::ErrorKind::NotFound), "", "/dev/ttyUSB9");
+        assert_eq!(
+            missing,
+            "cannot open /dev/ttyUSB9 at 115200 baud: there is no such port; check the cable; this machine has no serial ports now"
+        );
+        let denied = message(Io(io::ErrorKind::PermissionDenied), "", "/dev/ttyUSB9");
+        assert!(denied.contains("`sudo usermod -aG dialout $USER`, then log in again"), "{denied}");
+        assert!(message(Unknown, NOT_A_TERMINAL, "/dev/null").contains("not a serial port"));
+        assert!(message(Unknown, "Is a directory", "/").contains("not a serial port"));
+        assert!(message(Unknown, "I/O error", "/dev/null").ends_with("/dev/null at 115200 baud: I/O error"));
+    }
+
+    #[test]
+    fn candidates_are_listed_with_the_likely_marked() {
+        let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
+        let ports = [port("/dev/ttyUSB1", true), port("/dev/ttyS0", false)];
+        assert_eq!(candidate_advice(&ports), "there are /dev/ttyUSB1 (likely), /dev/ttyS0");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn groups_are_found_by_number() {
+        let groups = "root:x:0:\ndialout:x:20:ann,bob\nbroken\n";
+        assert_eq!(group_name(groups, 20), Some("dialout"));
+        assert_eq!(group_name(groups, 21), None);
+        assert!(permission_advice(Some("dialout")).contains("usermod -aG dialout"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn joining_the_group_of_root_is_never_advised() {
+        // of root, and for no other
+        assert_eq!(group_of(Path::new("/proc/kmsg")), None);
+        assert!(!permission_advice(None).contains("usermod"));
     }
 }

@@ -34,26 +34,22 @@
 
 mod configure;
 mod connect;
-mod connect_error;
 mod link;
 mod link_error;
 mod link_machine;
-mod link_state;
 mod link_task;
 mod low_latency;
 mod output_plan;
-mod port_address;
 mod ports;
 mod serial;
 mod tcp;
 
 pub use configure::{ConfigureError, Configured, configure, restore};
-pub use connect::{Connect, Connection};
-pub use connect_error::ConnectError;
-pub use link::{CommandError, LinkHandle, LinkOptions, open_link};
+pub use connect::{Connect, ConnectError, Connection, PortProblem};
+pub use link::{CommandError, LinkHandle, LinkOptions, LinkState, Up};
 pub use link_error::LinkHint;
 pub use link_machine::BAUD_RATES;
-pub use link_state::{LinkState, Up};
+pub use link_task::open_link;
 pub use low_latency::{LatencyTimer, shorten_latency};
 pub use output_plan::{Change, OutputSettings, PlanError};
 pub use ports::{PortEntry, UsbAdapter, list_ports};

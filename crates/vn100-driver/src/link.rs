@@ -1,4 +1,4 @@
-//! A live link to a sensor, as its user sees it: options, commands, events.
+//! A live link to a sensor, as its user sees it: options, commands, states, events.
 
 use std::{
     collections::BTreeMap,
@@ -11,20 +11,12 @@ use std::{
 
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
-use tokio_util::sync::CancellationToken;
-use vn100_capture::{Event, LossySender, WAITING_BATCHES};
 use vn100_protocol::stream::{ReadOptions, StreamInput};
 use vn100_protocol::{
     AsyncType, DeviceError, QueueFull, Register, RegisterContents, RequestFailure, Response, SensorCommand,
 };
 
-use crate::{
-    connect::Connect, link_error::LinkHint, link_state::LinkState, link_task::LinkTask, link_task::Outputs,
-    link_task::Request, output_plan::Change,
-};
-
-/// Requests that may wait to be taken by the link; then the callers wait.
-const WAITING_REQUESTS: usize = 16;
+use crate::{link_error::LinkHint, low_latency::LatencyTimer, output_plan::Change};
 
 /// How a link is opened and read.
 #[derive(Debug, Default)]
@@ -57,6 +49,63 @@ pub struct LinkOptions {
     pub hint_text: Option<fn(LinkHint) -> &'static str>,
 }
 
+/// What a link is doing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinkState {
+    /// The port is being opened.
+    Opening,
+    /// A baud scan searches the sensor.
+    Probing {
+        /// The port by its name.
+        port: String,
+        /// The baud rate that is tried; `None` where the link has none.
+        baud: Option<u32>,
+    },
+    /// The sensor is connected.
+    Up(Up),
+    /// The port is open, and the output of the sensor has been silent for several of its periods.
+    Silent(Up),
+    /// The link is lost, or cannot be connected, and is tried again.
+    Down {
+        /// Whether the sensor was connected before: else it is not lost, but was never there.
+        was_up: bool,
+        /// Why, in words.
+        cause: String,
+        /// Whether the next attempt fails, too, unless the user does something: the port is in use
+        /// or not allowed to this user, or the sensor refuses its settings.
+        needs_help: bool,
+        /// The delay before the next attempt.
+        retry_in: Duration,
+    },
+    /// The link has ended; the last event says why.
+    Closed {
+        /// Whether an output that was found paused by another program, and was resumed, is paused
+        /// again; `None` where there was none such.
+        paused_again: Option<bool>,
+    },
+}
+
+/// What is known of a connected link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Up {
+    /// The port by its name, such as `/dev/ttyUSB0`.
+    pub port: String,
+    /// The baud rate; `None` where the link has none.
+    pub baud: Option<u32>,
+    /// Since when, in nanoseconds from the origin of the arrival times.
+    pub since_ns: i64,
+    /// The latency timer of the adapter, where it has one, and how to shorten it where the link may
+    /// not.
+    pub latency_timer: Option<LatencyTimer>,
+    /// The error that the sensor reported when it restarted on an open port, where that is why the
+    /// link is up anew.
+    pub restarted: Option<DeviceError>,
+    /// Whether the output of the sensor was found paused by another program, and was resumed. It is
+    /// paused again when the link is stopped, unless a command of the user has resumed it, too.
+    pub output_resumed: bool,
+}
+
 /// Why a command has no good answer.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -78,9 +127,9 @@ pub enum CommandError {
 /// A link, as long as it lasts.
 #[derive(Debug, Clone)]
 pub struct LinkHandle {
-    state: watch::Receiver<LinkState>,
-    requests: mpsc::Sender<Request>,
-    counters: Arc<Counters>,
+    pub(crate) state: watch::Receiver<LinkState>,
+    pub(crate) commands: mpsc::Sender<SubmittedCommand>,
+    pub(crate) counters: Arc<Counters>,
 }
 
 impl LinkHandle {
@@ -93,10 +142,10 @@ impl LinkHandle {
     /// # Errors
     /// When the sensor refuses or does not answer, or the link is lost, closed, or only listens.
     pub async fn request(&self, command: SensorCommand) -> Result<Response, CommandError> {
-        let (answer, answered) = oneshot::channel();
-        let request = Request { command, answer };
-        self.requests.send(request).await.map_err(|_| CommandError::LinkClosed)?;
-        answered.await.unwrap_or(Err(CommandError::LinkClosed))
+        let (result, received) = oneshot::channel();
+        let submitted = SubmittedCommand { command, result };
+        self.commands.send(submitted).await.map_err(|_| CommandError::LinkClosed)?;
+        received.await.unwrap_or(Err(CommandError::LinkClosed))
     }
 
     /// Reads a register; `None` where the sensor has none such, as registers differ with model and
@@ -113,15 +162,17 @@ impl LinkHandle {
         }
     }
 
-    /// Good frames of this message that the sensor has sent by itself so far.
+    /// Good frames of this message that the sensor has sent by itself so far; for a message without
+    /// a name all that have none.
     #[must_use]
     pub fn lines(&self, message: AsyncType) -> u64 {
-        self.counters.lines(message)
+        let message = if message.header().is_some() { message } else { AsyncType::OFF };
+        self.counters.lines().get(&message.0).copied().unwrap_or_default()
     }
 
     /// Good frames that the sensor has sent by itself so far.
     pub(crate) fn lines_of_all(&self) -> u64 {
-        self.counters.lines_of_all()
+        self.counters.lines().values().sum()
     }
 
     /// What the link is doing, now and whenever that changes.
@@ -137,63 +188,24 @@ impl LinkHandle {
     }
 }
 
+/// A command of the user, and where its result goes.
+#[derive(Debug)]
+pub(crate) struct SubmittedCommand {
+    pub(crate) command: SensorCommand,
+    pub(crate) result: oneshot::Sender<Result<Response, CommandError>>,
+}
+
 /// Counts that a [`LinkHandle`] reads at any time.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
-    /// Bytes that the recording did not take in time.
     pub(crate) unrecorded_bytes: AtomicU64,
-    /// Valid sentences so far, by the code of their message.
     lines: Mutex<BTreeMap<u8, u64>>,
 }
 
 impl Counters {
-    /// Valid sentences of this message so far; for one without a name all that have none.
-    pub(crate) fn lines(&self, message: AsyncType) -> u64 {
-        let message = if message.header().is_some() { message } else { AsyncType::OFF };
-        self.all_lines().get(&message.0).copied().unwrap_or_default()
-    }
-
-    /// Valid sentences so far, whatever their message.
-    pub(crate) fn lines_of_all(&self) -> u64 {
-        self.all_lines().values().sum()
-    }
-
-    /// Sets the counts of these messages.
-    pub(crate) fn update(&self, lines: impl Iterator<Item = (u8, u64)>) {
-        self.all_lines().extend(lines);
-    }
-
-    fn all_lines(&self) -> MutexGuard<'_, BTreeMap<u8, u64>> {
+    /// Good frames so far, by the code of their message.
+    pub(crate) fn lines(&self) -> MutexGuard<'_, BTreeMap<u8, u64>> {
         // a panic leaves whole counts behind
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// Opens a link and keeps it: scans the baud rates for the sensor, hands out what it sends, and
-/// reconnects when the link is lost.
-///
-/// The events are those of [`read_samples`](vn100_capture::read_samples), with one [`Event::Link`]
-/// for each change of the link. They end on `stop`, and with an error when the first connection
-/// fails: a link that never was up is not retried for long.
-///
-/// When the events are not taken, the link waits; a port then loses bytes, which are counted.
-///
-/// # Panics
-/// Outside a tokio runtime.
-#[must_use]
-pub fn open_link(
-    connect: impl Connect,
-    mut options: LinkOptions,
-    stop: CancellationToken,
-) -> (LinkHandle, mpsc::Receiver<Event>) {
-    let (stream, events) = mpsc::channel(WAITING_BATCHES);
-    let (state_sender, state) = watch::channel(LinkState::Opening);
-    let (requests, requests_receiver) = mpsc::channel(WAITING_REQUESTS);
-    let counters = Arc::new(Counters::default());
-    let recording = options.recording.take().map(LossySender::new);
-    let outputs = Outputs { stream, recording, counters: Arc::clone(&counters), state: state_sender };
-    let task = LinkTask::new(connect, options, stop, requests_receiver, outputs);
-    // ends on `stop`, when the receiver of the events is dropped, or when the link fails for good
-    tokio::spawn(task.run());
-    (LinkHandle { state, requests, counters }, events)
 }

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use thiserror::Error;
 use vn100_protocol::{DeviceError, RequestFailure};
 
-use crate::{connect_error::ConnectError, link_machine::QUESTION_BYTES};
+use crate::{connect::ConnectError, connect::PortProblem, link_machine::QUESTION_BYTES};
 
 /// Why a link is lost or cannot be connected.
 #[derive(Debug, Error)]
@@ -76,7 +76,8 @@ impl LinkHint {
 impl LinkError {
     /// Whether another attempt does not help unless the user does something.
     pub(crate) fn needs_help(&self) -> bool {
-        matches!(self, Self::Open(ConnectError::Busy { .. } | ConnectError::Denied { .. }) | Self::NotSet(_))
+        use PortProblem::{Busy, Denied};
+        matches!(self, Self::Open(ConnectError::Port { problem: Busy(_) | Denied(_), .. }) | Self::NotSet(_))
     }
 
     /// What the user can do, where the error itself does not say it.

@@ -50,7 +50,9 @@ use self::{
     verification::Verification,
 };
 use crate::{
-    connect_error::ConnectError, link::CommandError, link::LinkOptions, link_error::LinkError, link_state::LinkState,
+    connect::ConnectError,
+    link::{CommandError, LinkOptions, LinkState},
+    link_error::LinkError,
     low_latency::LatencyTimer,
 };
 
@@ -74,14 +76,12 @@ pub(crate) enum Input {
     BaudSet { baud: u32, result: io::Result<()> },
     /// Something was received.
     Received(StreamInput),
-    /// The other end has closed the connection.
-    Disconnected,
-    /// A read or write has failed.
-    Failed(io::Error),
+    /// A read or write has failed, or the other end has closed the connection.
+    Lost(LinkError),
     /// The port is closed. What had been received by then and was not reported is in `unread`.
     PortClosed { unread: Vec<StreamInput> },
     /// The user submits a command; its result is reported with this number.
-    Request { id: u64, command: SensorCommand },
+    Command { id: u64, command: SensorCommand },
     /// The link is to be closed for good.
     Stop,
 }
@@ -109,7 +109,7 @@ pub(crate) enum PortAction {
 /// What the owner is to forward.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "nearly every event is of the stream, and one is moved for each read")]
-pub(crate) enum Event {
+pub(crate) enum LinkOutput {
     /// To the recording.
     Recorded(StreamInput),
     /// To the receiver of the stream.
@@ -182,8 +182,7 @@ impl LinkMachine {
             }
             Input::BaudSet { baud, result } => self.handle_baud_set(now, baud, result),
             Input::Received(input) => self.handle_received(now, input),
-            Input::Disconnected => Err(LinkError::Disconnected),
-            Input::Failed(error) => Err(LinkError::Lost(error)),
+            Input::Lost(error) => Err(error),
             Input::PortClosed { unread } => {
                 unread.into_iter().for_each(|input| _ = self.shared.pending.push(input));
                 self.shared.discard_pending(now);
@@ -192,7 +191,7 @@ impl LinkMachine {
                 }
                 Ok(())
             }
-            Input::Request { id, command } => {
+            Input::Command { id, command } => {
                 self.shared.requests.submit_for_user(id, command);
                 if !self.is_open() {
                     self.shared.requests.handle_link_down();
@@ -247,7 +246,7 @@ impl LinkMachine {
     }
 
     /// What is to be forwarded, in this order.
-    pub(crate) fn poll_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_event(&mut self) -> Option<LinkOutput> {
         self.shared.events.pop_front()
     }
 
@@ -267,7 +266,7 @@ impl LinkMachine {
     }
 
     /// Whether commands of the user are sent, or fail, at once; they are to wait otherwise.
-    pub(crate) fn accepts_requests(&self) -> bool {
+    pub(crate) fn accepts_commands(&self) -> bool {
         matches!(self.phase, Phase::Connected(_) | Phase::BackingOff { .. })
     }
 
@@ -520,7 +519,7 @@ impl LinkMachine {
         self.phase = Phase::Closed;
         self.shared.finish_stream();
         let error = error.map(|error| io::Error::other(self.text(&error)));
-        self.shared.events.push_back(Event::Stream(StreamEvent::End(End { error, csv: None })));
+        self.shared.events.push_back(LinkOutput::Stream(StreamEvent::End(End { error, csv: None })));
         let paused_again = self.shared.requests.must_restore_pause().then_some(self.is_pause_restored);
         self.shared.publish(LinkState::Closed { paused_again });
     }

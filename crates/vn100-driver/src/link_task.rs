@@ -15,80 +15,89 @@ use tokio::{
     time::{Instant, sleep_until, timeout},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Event as StreamEvent, LossySender};
-use vn100_protocol::{Response, SensorCommand};
+use vn100_capture::{Event as StreamEvent, LossySender, WAITING_BATCHES};
+use vn100_protocol::Response;
 
 use crate::{
-    connect::Connect,
-    connect::Connection,
-    link::{CommandError, Counters, LinkOptions},
-    link_machine::{Event, Input, LinkMachine, OpenPort, PortAction},
-    link_state::LinkState,
+    connect::{Connect, Connection},
+    link::{CommandError, Counters, LinkHandle, LinkOptions, LinkState, SubmittedCommand},
+    link_error::LinkError,
+    link_machine::{Input, LinkMachine, LinkOutput, OpenPort, PortAction},
 };
 
 /// How long a recording that is full may take to make room for the last link events.
 const LAST_EVENTS: Duration = Duration::from_secs(1);
 
-/// A command of the user, and where its result goes.
-#[derive(Debug)]
-pub(crate) struct Request {
-    pub(crate) command: SensorCommand,
-    pub(crate) answer: oneshot::Sender<Result<Response, CommandError>>,
+/// Commands that may wait to be taken by the link; then the callers wait.
+const WAITING_COMMANDS: usize = 16;
+
+/// Opens a link and keeps it: scans the baud rates for the sensor, hands out what it sends, and
+/// reconnects when the link is lost.
+///
+/// The events are those of [`read_samples`](vn100_capture::read_samples), with one
+/// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and with an error when the first connection
+/// fails: a link that never was up is not retried for long.
+///
+/// When the events are not taken, the link waits; a port then loses bytes, which are counted.
+///
+/// # Panics
+/// Outside a tokio runtime.
+#[must_use]
+pub fn open_link<C: Connect>(
+    connect: C,
+    mut options: LinkOptions,
+    stop: CancellationToken,
+) -> (LinkHandle, mpsc::Receiver<StreamEvent>) {
+    let (stream, events) = mpsc::channel(WAITING_BATCHES);
+    let (state_sender, state) = watch::channel(LinkState::Opening);
+    let (commands_sender, commands) = mpsc::channel(WAITING_COMMANDS);
+    let counters = Arc::new(Counters::default());
+    let task = LinkTask {
+        recording: options.recording.take().map(LossySender::new),
+        machine: LinkMachine::new(connect.name(), C::HAS_BAUD, options),
+        connect,
+        connection: None,
+        stop,
+        commands,
+        open_commands: BTreeMap::new(),
+        command_count: 0,
+        stream,
+        counters: Arc::clone(&counters),
+        state: state_sender,
+        closed: None,
+    };
+    // ends on `stop`, when the receiver of the events is dropped, or when the link fails for good
+    tokio::spawn(task.run());
+    (LinkHandle { state, commands: commands_sender, counters }, events)
 }
 
-/// Where the events of a link go.
-pub(crate) struct Outputs {
-    pub(crate) stream: mpsc::Sender<StreamEvent>,
-    pub(crate) recording: Option<LossySender>,
-    pub(crate) counters: Arc<Counters>,
-    pub(crate) state: watch::Sender<LinkState>,
-}
-
-pub(crate) struct LinkTask<C: Connect> {
+struct LinkTask<C: Connect> {
     machine: LinkMachine,
     connect: C,
     connection: Option<C::Connection>,
     stop: CancellationToken,
-    requests: mpsc::Receiver<Request>,
-    /// Where the results of the open requests go, by their numbers.
-    open_requests: BTreeMap<u64, oneshot::Sender<Result<Response, CommandError>>>,
-    request_count: u64,
-    outputs: Outputs,
+    commands: mpsc::Receiver<SubmittedCommand>,
+    /// Where the results of the open commands go, by their numbers.
+    open_commands: BTreeMap<u64, oneshot::Sender<Result<Response, CommandError>>>,
+    command_count: u64,
+    stream: mpsc::Sender<StreamEvent>,
+    recording: Option<LossySender>,
+    counters: Arc<Counters>,
+    state: watch::Sender<LinkState>,
     /// The last state, which is published when all else is done.
     closed: Option<LinkState>,
 }
 
 impl<C: Connect> LinkTask<C> {
-    pub(crate) fn new(
-        connect: C,
-        options: LinkOptions,
-        stop: CancellationToken,
-        requests: mpsc::Receiver<Request>,
-        outputs: Outputs,
-    ) -> Self {
-        Self {
-            machine: LinkMachine::new(connect.name(), C::HAS_BAUD, options),
-            connect,
-            connection: None,
-            stop,
-            requests,
-            open_requests: BTreeMap::new(),
-            request_count: 0,
-            outputs,
-            closed: None,
-        }
-    }
-
     /// Keeps the link until it is stopped or fails for good.
-    pub(crate) async fn run(mut self) {
+    async fn run(mut self) {
         self.drive().await;
-        let Outputs { stream, recording, state, .. } = self.outputs;
-        drop(stream);
-        if let Some(mut recording) = recording {
+        drop(self.stream);
+        if let Some(mut recording) = self.recording {
             let _ = timeout(LAST_EVENTS, recording.send_waiting_async()).await;
         }
         if let Some(closed) = self.closed {
-            state.send_replace(closed);
+            self.state.send_replace(closed);
         }
     }
 
@@ -96,7 +105,7 @@ impl<C: Connect> LinkTask<C> {
         // kept from input to input: to begin to wait costs more than to check
         let stop = self.stop.clone();
         let mut stopped = pin!(stop.cancelled());
-        let stream = self.outputs.stream.clone();
+        let stream = self.stream.clone();
         let mut receiver_dropped = pin!(stream.closed());
         let mut timer = pin!(sleep_until(Instant::now()));
         let mut is_stopping = false;
@@ -117,10 +126,10 @@ impl<C: Connect> LinkTask<C> {
                 biased;
                 () = &mut stopped, if !is_stopping => Input::Stop,
                 () = &mut receiver_dropped, if !is_stopping => Input::Stop,
-                Some(request) = self.requests.recv(), if self.machine.accepts_requests() => {
-                    self.request_count += 1;
-                    self.open_requests.insert(self.request_count, request.answer);
-                    Input::Request { id: self.request_count, command: request.command }
+                Some(submitted) = self.commands.recv(), if self.machine.accepts_commands() => {
+                    self.command_count += 1;
+                    self.open_commands.insert(self.command_count, submitted.result);
+                    Input::Command { id: self.command_count, command: submitted.command }
                 }
                 input = next_input(&mut self.connection) => input,
                 () = &mut timer => {
@@ -144,14 +153,14 @@ impl<C: Connect> LinkTask<C> {
                     PortAction::SetBaud(baud) => self.set_baud(baud).await,
                     PortAction::Close => self.close().await,
                 }
-            } else if let Some(line) = self.poll_transmit() {
-                if let Some(connection) = &mut self.connection
-                    && let Err(error) = connection.write(&line).await
-                {
-                    self.handle(Input::Failed(error));
-                }
-            } else {
-                return;
+                continue;
+            }
+            let now = self.now();
+            let Some(line) = self.machine.poll_transmit(now) else { return };
+            if let Some(connection) = &mut self.connection
+                && let Err(error) = connection.write(&line).await
+            {
+                self.handle(Input::Lost(error.into()));
             }
         }
     }
@@ -202,32 +211,27 @@ impl<C: Connect> LinkTask<C> {
     async fn forward_events(&mut self) {
         while let Some(event) = self.machine.poll_event() {
             match event {
-                Event::Recorded(input) => {
-                    if let Some(recording) = &mut self.outputs.recording {
+                LinkOutput::Recorded(input) => {
+                    if let Some(recording) = &mut self.recording {
                         recording.send(input, self.connect.now_ns());
-                        self.outputs.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
+                        self.counters.unrecorded_bytes.store(recording.lost_bytes(), Ordering::Relaxed);
                     }
                 }
-                Event::Stream(event) => {
-                    self.outputs.counters.update(self.machine.frames_by_message());
+                LinkOutput::Stream(event) => {
+                    self.counters.lines().extend(self.machine.frames_by_message());
                     // the machine learns of a receiver that was dropped when it waits for inputs
-                    let _ = self.outputs.stream.send(event).await;
+                    let _ = self.stream.send(event).await;
                 }
-                Event::Answered { id, result } => {
-                    if let Some(answer) = self.open_requests.remove(&id) {
+                LinkOutput::Answered { id, result } => {
+                    if let Some(receiver) = self.open_commands.remove(&id) {
                         // the user may have stopped waiting
-                        let _ = answer.send(result);
+                        let _ = receiver.send(result);
                     }
                 }
-                Event::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),
-                Event::State(state) => _ = self.outputs.state.send_replace(state),
+                LinkOutput::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),
+                LinkOutput::State(state) => _ = self.state.send_replace(state),
             }
         }
-    }
-
-    fn poll_transmit(&mut self) -> Option<Vec<u8>> {
-        let now = self.now();
-        self.machine.poll_transmit(now)
     }
 
     fn handle(&mut self, input: Input) {
@@ -246,7 +250,7 @@ async fn next_input(connection: &mut Option<impl Connection>) -> Input {
     let Some(connection) = connection else { return pending().await };
     match connection.next_input().await {
         Ok(Some(input)) => Input::Received(input),
-        Ok(None) => Input::Disconnected,
-        Err(error) => Input::Failed(error),
+        Ok(None) => Input::Lost(LinkError::Disconnected),
+        Err(error) => Input::Lost(error.into()),
     }
 }

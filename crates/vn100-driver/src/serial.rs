@@ -18,8 +18,10 @@ use serialport::{ClearBuffer, SerialPort};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::{
-    connect::Connect, connect::Connection, connect_error::ConnectError, low_latency::LatencyTimer,
-    low_latency::shorten_latency, port_address::PortAddress, ports::PortEntry, ports::list_ports,
+    connect::{Connect, ConnectError, Connection, PortProblem},
+    low_latency::LatencyTimer,
+    low_latency::shorten_latency,
+    ports::{PortAddress, PortEntry, list_ports},
 };
 use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
@@ -83,18 +85,21 @@ impl SerialPorts {
                 Err(error) => ConnectError::of_port(&given, &name, baud, error, ports.clone()),
             };
             // a name that leads nowhere says less than a port that is there and cannot be opened
-            if matches!(failure, None | Some(ConnectError::NotFound { .. })) {
+            if failure.as_ref().is_none_or(is_not_found) {
                 failure = Some(error);
             }
         }
-        Err(match failure {
-            None | Some(ConnectError::NotFound { .. }) if address.is_taken(&ports) => {
-                ConnectError::AnotherAdapter { port: given, baud, candidates: ports }
-            }
+        let is_taken = address.is_taken(&ports);
+        Err(match failure.filter(|failure| !(is_taken && is_not_found(failure))) {
             Some(failure) => failure,
-            None => ConnectError::NotFound { port: given, baud, candidates: ports },
+            None if is_taken => ConnectError::Port { port: given, baud, problem: PortProblem::AnotherAdapter(ports) },
+            None => ConnectError::Port { port: given, baud, problem: PortProblem::NotFound(ports) },
         })
     }
+}
+
+fn is_not_found(error: &ConnectError) -> bool {
+    matches!(error, ConnectError::Port { problem: PortProblem::NotFound(_), .. })
 }
 
 impl fmt::Debug for SerialPorts {
@@ -112,7 +117,10 @@ impl Connect for SerialPorts {
         let ports = self.clone();
         // looking through the system's ports and opening one can take its time
         let opening = tokio::task::spawn_blocking(move || ports.open_now(baud));
-        opening.await.unwrap_or_else(|error| Err(ConnectError::Other { port: self.name(), baud, error: error.into() }))
+        opening.await.unwrap_or_else(|error| {
+            let problem = PortProblem::Other(error.into());
+            Err(ConnectError::Port { port: self.name(), baud, problem })
+        })
     }
 
     fn now_ns(&self) -> i64 {

@@ -12,7 +12,7 @@ use tokio::{
     time::timeout,
 };
 
-use crate::{connect::Connect, connect::Connection, connect_error::ConnectError};
+use crate::connect::{Connect, ConnectError, Connection};
 use vn100_capture::{Clock, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 

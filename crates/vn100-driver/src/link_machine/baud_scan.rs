@@ -5,7 +5,7 @@ use std::{collections::VecDeque, io, time::Duration};
 use vn100_protocol::{Register, SensorCommand};
 
 use super::{PortAction, shared::Shared};
-use crate::{link_error::LinkError, link_state::LinkState};
+use crate::{link::LinkState, link_error::LinkError};
 
 /// The baud rates of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the
 /// order in which they are tried: the factory default, the faster ones, the slower ones.

@@ -12,7 +12,10 @@ use super::{
     shared::{Shared, nanoseconds},
     stream_health::{Reading, StreamHealth},
 };
-use crate::{link_error::LinkError, link_state::LinkState, link_state::Up};
+use crate::{
+    link::{LinkState, Up},
+    link_error::LinkError,
+};
 
 /// How long after it was last checked a silent sensor is asked again, or given up where asking is
 /// not allowed.

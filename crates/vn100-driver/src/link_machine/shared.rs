@@ -8,11 +8,13 @@ use vn100_protocol::stream::{LinkEvent, LinkEventKind, SampleReader, StreamInput
 use vn100_protocol::{Options, Register, RegisterContents, Reply};
 
 use super::{
-    Event, OpenPort, PortAction, back_off::BackOff, pending_inputs::PendingInputs, requests::RequestEvent,
+    LinkOutput, OpenPort, PortAction, back_off::BackOff, pending_inputs::PendingInputs, requests::RequestEvent,
     requests::Requests, stream_health::FrameCounts,
 };
 use crate::{
-    link::LinkOptions, link_error::LinkError, link_error::LinkHint, link_state::LinkState, output_plan::Change,
+    link::{LinkOptions, LinkState},
+    link_error::{LinkError, LinkHint},
+    output_plan::Change,
 };
 
 pub(super) struct Shared {
@@ -40,7 +42,7 @@ pub(super) struct Shared {
     /// What was received and is neither forwarded nor discarded yet.
     pub(super) pending: PendingInputs,
     pub(super) port_actions: VecDeque<PortAction>,
-    pub(super) events: VecDeque<Event>,
+    pub(super) events: VecDeque<LinkOutput>,
     reader: SampleReader,
     serial_number: Option<String>,
     /// A different serial number that the sensor has reported once.
@@ -89,7 +91,7 @@ impl Shared {
     }
 
     pub(super) fn publish(&mut self, state: LinkState) {
-        self.events.push_back(Event::State(state));
+        self.events.push_back(LinkOutput::State(state));
     }
 
     /// Adds an event of the link to the stream.
@@ -102,8 +104,8 @@ impl Shared {
     /// replies that it completes.
     pub(super) fn forward(&mut self, input: StreamInput) -> Vec<Reply> {
         // bytes are shared, not copied
-        self.events.push_back(Event::Recorded(input.clone()));
-        self.events.extend(StreamEvent::from_input(&mut self.reader, input).map(Event::Stream));
+        self.events.push_back(LinkOutput::Recorded(input.clone()));
+        self.events.extend(StreamEvent::from_input(&mut self.reader, input).map(LinkOutput::Stream));
         self.reader.take_replies()
     }
 
@@ -177,14 +179,14 @@ impl Shared {
     /// Ends the stream: gives the batches that are not complete.
     pub(super) fn finish_stream(&mut self) {
         let batches = self.reader.finish();
-        self.events.extend(batches.into_iter().map(|batch| Event::Stream(StreamEvent::Batch(batch))));
+        self.events.extend(batches.into_iter().map(|batch| LinkOutput::Stream(StreamEvent::Batch(batch))));
     }
 
     /// The next event of the requests that concerns the phase; those of the user are passed on.
     pub(super) fn poll_request_event(&mut self) -> Option<RequestEvent> {
         loop {
             match self.requests.poll_event()? {
-                RequestEvent::Answered { id, result } => self.events.push_back(Event::Answered { id, result }),
+                RequestEvent::Answered { id, result } => self.events.push_back(LinkOutput::Answered { id, result }),
                 event => return Some(event),
             }
         }

@@ -6,7 +6,7 @@ use vn100_protocol::stream::{Chunk, LinkEvent, StreamCounts};
 use vn100_protocol::{DeviceError, Register, RegisterFields};
 
 use super::*;
-use crate::output_plan::Change;
+use crate::{connect::PortProblem, output_plan::Change};
 
 const FRAME: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 const ASK_MODEL: &str = "$VNRRG,01*72";
@@ -21,6 +21,10 @@ fn sentence(body: &str) -> String {
 
 fn serial(number: &str) -> String {
     sentence(&format!("VNRRG,03,{number}"))
+}
+
+fn open_failed(problem: PortProblem) -> Input {
+    Input::OpenFailed(ConnectError::Port { port: "imu".into(), baud: 9600, problem })
 }
 
 const fn ms(ms: u64) -> Duration {
@@ -154,22 +158,22 @@ impl Bench {
         }
     }
 
-    fn take(&mut self, event: Event) {
+    fn take(&mut self, event: LinkOutput) {
         match event {
-            Event::Recorded(StreamInput::Chunk(chunk)) => self.recorded += chunk.bytes.len() as u64,
-            Event::Recorded(StreamInput::Link(LinkEvent { kind, .. })) => {
+            LinkOutput::Recorded(StreamInput::Chunk(chunk)) => self.recorded += chunk.bytes.len() as u64,
+            LinkOutput::Recorded(StreamInput::Link(LinkEvent { kind, .. })) => {
                 if let LinkEventKind::DiscardedDuringBaudScan { bytes } = kind {
                     self.recorded += bytes;
                 }
             }
-            Event::Stream(StreamEvent::Batch(batch)) => {
+            LinkOutput::Stream(StreamEvent::Batch(batch)) => {
                 self.rows += batch.row_count();
                 self.counts = batch.link;
             }
-            Event::Stream(StreamEvent::Link(event)) => self.link.push(event.kind),
-            Event::Stream(StreamEvent::End(end)) => self.error = end.error.map(|error| error.to_string()),
-            Event::Answered { id, result } => self.answers.push((id, result)),
-            Event::State(state) => self.states.push(state),
+            LinkOutput::Stream(StreamEvent::Link(event)) => self.link.push(event.kind),
+            LinkOutput::Stream(StreamEvent::End(end)) => self.error = end.error.map(|error| error.to_string()),
+            LinkOutput::Answered { id, result } => self.answers.push((id, result)),
+            LinkOutput::State(state) => self.states.push(state),
         }
     }
 
@@ -216,7 +220,7 @@ fn slowed() -> LinkOptions {
 
 #[test]
 fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_connection() {
-    let refusal = || Input::OpenFailed(ConnectError::NotFound { port: "imu".into(), baud: 9600, candidates: vec![] });
+    let refusal = || open_failed(PortProblem::NotFound(vec![]));
     let mut first = Bench::new(LinkOptions::default());
     first.machine.phase = Phase::Opening;
     first.input(refusal());
@@ -225,7 +229,7 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
 
     let mut bench = Bench::connected(LinkOptions::default());
     bench.is_port_good = false;
-    bench.input(Input::Failed(io::ErrorKind::BrokenPipe.into()));
+    bench.input(Input::Lost(io::Error::from(io::ErrorKind::BrokenPipe).into()));
     assert_eq!(bench.phase(), "closing");
     bench.input(Input::PortClosed { unread: Vec::new() });
     for delay in [100, 200, 400, 800, 1600, 3200, 5000, 5000] {
@@ -244,7 +248,7 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
     bench.is_port_good = true;
     bench.input(Input::Opened(OpenPort::default()));
     bench.receive(FRAME);
-    bench.input(Input::Disconnected);
+    bench.input(Input::Lost(LinkError::Disconnected));
     assert!(matches!(bench.states.last(), Some(LinkState::Down { retry_in, .. }) if *retry_in == ms(100)));
     bench.assert_ledger();
 }
@@ -253,10 +257,10 @@ fn a_port_that_cannot_be_opened_ends_a_first_attempt_and_is_tried_again_after_a_
 fn a_port_that_never_will_be_one_is_not_tried_again() {
     let mut bench = Bench::connected(LinkOptions::default());
     bench.is_port_good = false;
-    bench.input(Input::Disconnected);
+    bench.input(Input::Lost(LinkError::Disconnected));
     bench.input(Input::PortClosed { unread: Vec::new() });
     bench.wait(ms(100));
-    bench.input(Input::OpenFailed(ConnectError::NotASerialPort { port: "imu".into(), baud: 1, candidates: vec![] }));
+    bench.input(open_failed(PortProblem::NotASerialPort(vec![])));
     assert_eq!(bench.phase(), "closed");
     assert!(bench.error.is_some());
 }
@@ -388,7 +392,7 @@ fn a_baud_rate_that_the_port_does_not_support_is_passed_over() {
 fn a_burst_after_a_stall_does_not_show_the_baud_rate() {
     for again in [false, true] {
         let mut bench = Bench::connected(LinkOptions { baud: None, ..LinkOptions::default() });
-        bench.input(Input::Disconnected);
+        bench.input(Input::Lost(LinkError::Disconnected));
         bench.wait(ms(100));
         // held back at the rate it had, while the next is tried
         bench.wait(ms(2300));
@@ -470,7 +474,7 @@ fn reconnected() -> Bench {
     let mut bench = Bench::connected(LinkOptions { baud: Some(230_400), ..slowed() });
     bench.receive(FRAME);
     assert_eq!(bench.sent, ["$VNRRG,07*74"], "nothing is written to a sensor that is as it was left");
-    bench.input(Input::Disconnected);
+    bench.input(Input::Lost(LinkError::Disconnected));
     assert_eq!(bench.down_cause(), LinkError::Disconnected.to_string());
     bench.wait(ms(100));
     bench.take_sent();
@@ -512,7 +516,7 @@ fn the_baud_rate_is_raised_again_where_the_settings_need_it() {
         bench.wait(ms(123));
         bench.receive(FRAME);
         assert_eq!(bench.link.last(), Some(&LinkEventKind::Up { port: "tty".into(), baud: Some(921_600) }));
-        bench.input(Input::Disconnected);
+        bench.input(Input::Lost(LinkError::Disconnected));
         bench.wait(ms(100 + 150));
         bench.receive(&"x".repeat(200));
         bench.wait(ms(103));
@@ -706,7 +710,7 @@ fn a_paused_output_is_resumed_and_paused_again_at_the_end() {
         assert_eq!((bench.phase(), bench.sent.last().unwrap().as_str()), ("restoring", PAUSE));
         bench.receive(FRAME);
         if reply.is_empty() {
-            bench.input(Input::Disconnected);
+            bench.input(Input::Lost(LinkError::Disconnected));
         } else {
             bench.receive(&sentence(reply));
         }
@@ -720,21 +724,21 @@ fn a_paused_output_is_resumed_and_paused_again_at_the_end() {
 #[test]
 fn commands_of_the_user_are_sent_while_connected_and_end_with_the_link() {
     let mut bench = Bench::connected(LinkOptions::default());
-    assert!(bench.machine.accepts_requests());
+    assert!(bench.machine.accepts_commands());
     bench.receive(&sentence("VNRRG,07,40"));
     bench.take_sent();
-    bench.input(Input::Request { id: 5, command: SensorCommand::ReadRegister(Register::MODEL) });
+    bench.input(Input::Command { id: 5, command: SensorCommand::ReadRegister(Register::MODEL) });
     assert_eq!(bench.take_sent(), [ASK_MODEL]);
     bench.receive(&sentence("VNRRG,01,VN-100"));
     assert!(matches!(&bench.answers[..], [(5, Ok(Response::Register(_)))]));
-    bench.input(Input::Request { id: 6, command: SensorCommand::ReadRegister(Register::MODEL) });
-    bench.input(Input::Disconnected);
+    bench.input(Input::Command { id: 6, command: SensorCommand::ReadRegister(Register::MODEL) });
+    bench.input(Input::Lost(LinkError::Disconnected));
     assert!(matches!(&bench.answers[1..], [(6, Err(CommandError::Failed(_)))]));
-    assert!(bench.machine.accepts_requests(), "while it waits, too");
-    bench.input(Input::Request { id: 7, command: SensorCommand::Tare });
+    assert!(bench.machine.accepts_commands(), "while it waits, too");
+    bench.input(Input::Command { id: 7, command: SensorCommand::Tare });
     assert!(matches!(&bench.answers[2..], [(7, Err(CommandError::Failed(_)))]));
     bench.wait(ms(100));
-    assert!(!bench.machine.accepts_requests(), "they wait while the sensor is searched");
+    assert!(!bench.machine.accepts_commands(), "they wait while the sensor is searched");
     bench.assert_ledger();
 }
 
@@ -746,18 +750,18 @@ fn the_port_follows_the_sensor_to_another_baud_rate() {
         register: Register::BAUD_RATE,
         fields: RegisterFields::new("19200").unwrap(),
     };
-    bench.input(Input::Request { id: 1, command: write() });
+    bench.input(Input::Command { id: 1, command: write() });
     bench.receive(&sentence("VNWRG,05,19200"));
     assert_eq!(bench.port.last(), Some(&PortAction::SetBaud(19_200)));
     assert!(matches!(bench.states.last(), Some(LinkState::Up(up)) if up.baud == Some(19_200)));
-    bench.input(Input::Disconnected);
+    bench.input(Input::Lost(LinkError::Disconnected));
     bench.wait(ms(100));
     assert_eq!(bench.port.last(), Some(&PortAction::Open { baud: 19_200 }), "also at the next opening");
     // a server has a baud rate of its own
     let mut bench = Bench::of(false, LinkOptions::default());
     bench.receive(FRAME);
     bench.receive(&sentence("VNRRG,07,40"));
-    bench.input(Input::Request { id: 1, command: write() });
+    bench.input(Input::Command { id: 1, command: write() });
     bench.receive(&sentence("VNWRG,05,19200"));
     assert_eq!((bench.answers.len(), bench.port.len()), (1, 1));
 }
@@ -781,7 +785,7 @@ fn phases() -> Vec<Bench> {
     restoring.stop();
     restoring.receive(FRAME);
     let mut backing_off = Bench::connected(LinkOptions::default());
-    backing_off.input(Input::Disconnected);
+    backing_off.input(Input::Lost(LinkError::Disconnected));
     vec![opening, scanning, identifying, connected, verifying, restoring, backing_off]
 }
 
@@ -798,7 +802,7 @@ fn a_stop_ends_every_phase_and_a_lost_link_every_open_one() {
         stopped.assert_ledger();
 
         let mut lost = phases().remove(index);
-        lost.input(Input::Failed(io::ErrorKind::BrokenPipe.into()));
+        lost.input(Input::Lost(io::Error::from(io::ErrorKind::BrokenPipe).into()));
         assert_eq!(lost.phase(), after_loss[index], "{name}");
         assert_eq!(lost.error.is_some(), matches!(name, "scanning" | "identifying"), "{name}");
         lost.assert_ledger();
@@ -885,9 +889,9 @@ proptest! {
                 Happening::Wait(time) => bench.wait(ms(time)),
                 Happening::Request => {
                     requests += 1;
-                    bench.input(Input::Request { id: requests, command: SensorCommand::ReadRegister(Register::MODEL) });
+                    bench.input(Input::Command { id: requests, command: SensorCommand::ReadRegister(Register::MODEL) });
                 }
-                Happening::Lose => bench.input(Input::Disconnected),
+                Happening::Lose => bench.input(Input::Lost(LinkError::Disconnected)),
             }
         }
         bench.assert_ledger();

@@ -9,7 +9,7 @@ use serialport::{SerialPort, TTYPort};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Clock, Event, Source};
 use vn100_driver::{
-    Connect, ConnectError, Connection, LinkOptions, LinkState, SerialConnection, SerialPorts, open_link,
+    Connect, ConnectError, Connection, LinkOptions, LinkState, PortProblem, SerialConnection, SerialPorts, open_link,
 };
 use vn100_protocol::stream::{StreamCounts, StreamInput};
 
@@ -83,7 +83,7 @@ async fn a_port_is_opened_once_and_again_after_it_was_closed() {
     let first = open(&name).await;
     let error = SerialPorts::new(&name, Clock::start()).open(115_200).await.map(drop).unwrap_err();
     // this process has the other side as well, and what is behind a port is not named as its user
-    assert!(matches!(&error, ConnectError::Busy { holder: None, .. }), "{error}");
+    assert!(matches!(&error, ConnectError::Port { problem: PortProblem::Busy(None), .. }), "{error}");
     first.close().await;
     open(&name).await.close().await;
 }
@@ -113,8 +113,9 @@ async fn what_cannot_be_opened_is_told_by_kind() {
     ] {
         let error = SerialPorts::new(name, Clock::start()).open(9600).await.map(drop).unwrap_err();
         assert!(error.to_string().starts_with(&format!("cannot open {name} at 9600 baud: ")), "{error}");
-        assert_eq!(matches!(error, ConnectError::NotFound { .. }), missing, "{error:?}");
-        assert_eq!(matches!(error, ConnectError::NotASerialPort { .. }), !missing, "{error:?}");
+        let ConnectError::Port { problem, .. } = error else { panic!("{error}") };
+        assert_eq!(matches!(problem, PortProblem::NotFound(_)), missing, "{problem:?}");
+        assert_eq!(matches!(problem, PortProblem::NotASerialPort(_)), !missing, "{problem:?}");
     }
 }
 

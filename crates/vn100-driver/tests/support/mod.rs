@@ -20,7 +20,7 @@ pub(crate) use link::{Link, Told};
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::Source;
-use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, open_link};
+use vn100_driver::{Connect, ConnectError, Connection, LinkOptions, PortProblem, open_link};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
 pub(crate) const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -174,7 +174,7 @@ impl Connect for Sensor {
         let (at, plugged) = (world.start.elapsed(), world.plugged);
         world.opened.push((at, plugged));
         if !plugged {
-            return Err(ConnectError::NotFound { port: self.name(), baud, candidates: Vec::new() });
+            return Err(ConnectError::Port { port: self.name(), baud, problem: PortProblem::NotFound(Vec::new()) });
         }
         Ok(Port {
             sensor: self.clone(),
