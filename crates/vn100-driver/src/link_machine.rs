@@ -22,14 +22,12 @@
 //! it is recorded, counted and decoded, or discarded, so that it is recorded and counted as
 //! discarded. No phase ends with inputs pending: [`LinkMachine::disconnect`] discards them.
 
-mod back_off;
 mod baud_scan;
 mod connected;
+mod link_context;
 mod pending_inputs;
 mod requests;
-mod shared;
 mod stream_health;
-mod temperature_poll;
 #[cfg(test)]
 mod tests;
 mod verification;
@@ -45,8 +43,8 @@ pub(crate) use self::baud_scan::QUESTION_BYTES;
 use self::{
     baud_scan::BaudScan,
     connected::Connected,
+    link_context::{LinkContext, is_unsolicited_error},
     requests::RequestEvent,
-    shared::{Shared, is_unsolicited_error},
     verification::Verification,
 };
 use crate::{
@@ -145,7 +143,7 @@ enum Phase {
 /// The state of a link.
 pub(crate) struct LinkMachine {
     phase: Phase,
-    shared: Shared,
+    context: LinkContext,
     /// How often the port was to be opened.
     attempts: u32,
     is_stopped: bool,
@@ -158,7 +156,7 @@ impl LinkMachine {
     pub(crate) fn new(name: String, has_baud: bool, options: LinkOptions) -> Self {
         let mut machine = Self {
             phase: Phase::Closed,
-            shared: Shared::new(name, has_baud, options),
+            context: LinkContext::new(name, has_baud, options),
             attempts: 0,
             is_stopped: false,
             is_pause_restored: false,
@@ -171,9 +169,9 @@ impl LinkMachine {
     pub(crate) fn handle_input(&mut self, now: Duration, input: Input) {
         let handled = match input {
             Input::Opened(port) => {
-                self.shared.port = port;
+                self.context.port = port;
                 let bauds = self.baud_rates();
-                self.phase = Phase::Scanning(BaudScan::start(bauds, &mut self.shared, now));
+                self.phase = Phase::Scanning(BaudScan::start(bauds, &mut self.context, now));
                 Ok(())
             }
             Input::OpenFailed(error) => {
@@ -184,17 +182,17 @@ impl LinkMachine {
             Input::Received(input) => self.handle_received(now, input),
             Input::Lost(error) => Err(error),
             Input::PortClosed { unread } => {
-                unread.into_iter().for_each(|input| _ = self.shared.pending.push(input));
-                self.shared.discard_pending(now);
+                unread.into_iter().for_each(|input| _ = self.context.pending.push(input));
+                self.context.discard_pending(now);
                 if let Phase::Closing { error } = mem::replace(&mut self.phase, Phase::Closed) {
                     self.handle_closed(now, error);
                 }
                 Ok(())
             }
             Input::Command { id, command } => {
-                self.shared.requests.submit_for_user(id, command);
+                self.context.requests.submit_for_user(id, command);
                 if !self.is_open() {
-                    self.shared.requests.handle_link_down();
+                    self.context.requests.handle_link_down();
                 }
                 Ok(())
             }
@@ -210,16 +208,16 @@ impl LinkMachine {
     pub(crate) fn handle_timeout(&mut self, now: Duration) {
         let handled = match &mut self.phase {
             Phase::Scanning(scan) => {
-                let found = scan.handle_timeout(&mut self.shared, now);
+                let found = scan.handle_timeout(&mut self.context, now);
                 self.handle_scanned(now, found)
             }
-            Phase::Connected(connected) => connected.handle_timeout(&mut self.shared, now),
+            Phase::Connected(connected) => connected.handle_timeout(&mut self.context, now),
             Phase::BackingOff { until } if now >= *until => {
                 self.open();
                 Ok(())
             }
             Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
-                self.shared.requests.handle_timeout(now);
+                self.context.requests.handle_timeout(now);
                 Ok(())
             }
             Phase::Opening | Phase::BackingOff { .. } | Phase::Closing { .. } | Phase::Closed => Ok(()),
@@ -229,7 +227,7 @@ impl LinkMachine {
 
     /// What is to be done with the port, in this order.
     pub(crate) fn poll_port(&mut self) -> Option<PortAction> {
-        self.shared.port_actions.pop_front()
+        self.context.port_actions.pop_front()
     }
 
     /// The bytes to send now. To be polled when [`poll_port`](Self::poll_port) has nothing more.
@@ -238,16 +236,16 @@ impl LinkMachine {
             return None;
         }
         if let Phase::Connected(connected) = &self.phase {
-            connected.submit_due_reads(&mut self.shared, now);
+            self.context.requests.submit_due_reads(now, connected.up.baud);
         }
-        let line = self.shared.requests.poll_transmit(now)?;
-        self.shared.note_sent(&line);
+        let line = self.context.requests.poll_transmit(now)?;
+        self.context.reader.note_sent(&line);
         Some(line)
     }
 
     /// What is to be forwarded, in this order.
     pub(crate) fn poll_event(&mut self) -> Option<LinkOutput> {
-        self.shared.events.pop_front()
+        self.context.events.pop_front()
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
@@ -256,9 +254,9 @@ impl LinkMachine {
     pub(crate) fn poll_timeout(&self) -> Option<Duration> {
         match &self.phase {
             Phase::Scanning(scan) => scan.poll_timeout(),
-            Phase::Connected(connected) => Some(connected.poll_timeout(&self.shared)),
+            Phase::Connected(connected) => Some(connected.poll_timeout(&self.context)),
             Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
-                self.shared.requests.poll_timeout()
+                self.context.requests.poll_timeout()
             }
             Phase::BackingOff { until } => Some(*until),
             Phase::Opening | Phase::Closing { .. } | Phase::Closed => None,
@@ -276,7 +274,7 @@ impl LinkMachine {
 
     /// Good frames of each message so far, by the code of the message.
     pub(crate) fn frames_by_message(&self) -> impl Iterator<Item = (u8, u64)> {
-        self.shared.frames_by_message()
+        self.context.reader.lines()
     }
 
     /// Whether commands can be sent.
@@ -287,14 +285,14 @@ impl LinkMachine {
     fn open(&mut self) {
         self.phase = Phase::Opening;
         self.attempts += 1;
-        self.shared.publish(LinkState::Opening);
+        self.context.publish(LinkState::Opening);
         let baud = self.baud_rates().first().copied().flatten().unwrap_or_default();
-        self.shared.port_actions.push_back(PortAction::Open { baud });
+        self.context.port_actions.push_back(PortAction::Open { baud });
     }
 
     /// The baud rates to try, in this order; one that is `None` where the link has none.
     fn baud_rates(&self) -> Vec<Option<u32>> {
-        let Shared { has_baud, fixed_baud, last_baud, .. } = self.shared;
+        let LinkContext { has_baud, fixed_baud, last_baud, .. } = self.context;
         if !has_baud {
             return vec![None];
         }
@@ -308,14 +306,14 @@ impl LinkMachine {
     fn handle_received(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
         match &mut self.phase {
             Phase::Connected(connected) => {
-                if let Some(input) = connected.handle_received(&mut self.shared, now, input)? {
+                if let Some(input) = connected.handle_received(&mut self.context, now, input)? {
                     self.verify(now, input)?;
                 }
                 Ok(())
             }
             Phase::Scanning(scan) => {
-                self.shared.pending.push(input);
-                let found = scan.handle_received(&mut self.shared, now);
+                self.context.pending.push(input);
+                let found = scan.handle_received(&mut self.context, now);
                 self.handle_scanned(now, found)
             }
             _ => self.handle_pending(now, input),
@@ -324,23 +322,23 @@ impl LinkMachine {
 
     /// Keeps an input until the verification has ended, and handles its replies.
     fn handle_pending(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
-        let replies = self.shared.pending.push(input);
-        replies.iter().try_for_each(|reply| self.shared.handle_pending_reply(now, reply))
+        let replies = self.context.pending.push(input);
+        replies.iter().try_for_each(|reply| self.context.handle_pending_reply(now, reply))
     }
 
     fn handle_baud_set(&mut self, now: Duration, new_baud: u32, result: io::Result<()>) -> Result<(), LinkError> {
         match &mut self.phase {
             Phase::Scanning(scan) => {
-                let found = scan.handle_baud_set(&mut self.shared, now, result);
+                let found = scan.handle_baud_set(&mut self.context, now, result);
                 self.handle_scanned(now, found)
             }
             Phase::Identifying { baud, verification } => {
-                *baud = verification.handle_baud_set(&mut self.shared, result)?.or(*baud);
+                *baud = verification.handle_baud_set(&mut self.context, result)?.or(*baud);
                 Ok(())
             }
             Phase::Connected(connected) | Phase::Verifying { connected, .. } => {
                 result?;
-                connected.handle_baud_set(&mut self.shared, new_baud);
+                connected.handle_baud_set(&mut self.context, new_baud);
                 Ok(())
             }
             _ => Ok(()),
@@ -351,7 +349,7 @@ impl LinkMachine {
     fn handle_scanned(&mut self, now: Duration, found: Result<bool, LinkError>) -> Result<(), LinkError> {
         if found? && let Phase::Scanning(scan) = &self.phase {
             let baud = scan.baud();
-            let verification = Verification::after_scan(&mut self.shared, baud);
+            let verification = Verification::after_scan(&mut self.context, baud);
             self.phase = Phase::Identifying { baud, verification };
             self.finish_verification(now)?;
         }
@@ -362,7 +360,7 @@ impl LinkMachine {
     fn verify(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
         self.phase = match mem::replace(&mut self.phase, Phase::Closed) {
             Phase::Connected(connected) => {
-                Phase::Verifying { connected, verification: Verification::after_silence(&mut self.shared) }
+                Phase::Verifying { connected, verification: Verification::after_silence(&mut self.context) }
             }
             phase => phase,
         };
@@ -376,7 +374,7 @@ impl LinkMachine {
         let connected = match mem::replace(&mut self.phase, Phase::Closed) {
             Phase::Identifying { baud, verification } if verification.is_done() => {
                 is_open = |_| false;
-                Connected::new(&mut self.shared, now, baud)
+                Connected::new(&mut self.context, now, baud)
             }
             Phase::Verifying { connected, verification } if verification.is_done() => {
                 is_open = is_unsolicited_error;
@@ -389,29 +387,29 @@ impl LinkMachine {
         };
         self.phase = Phase::Connected(connected);
         let Phase::Connected(connected) = &mut self.phase else { return Ok(()) };
-        connected.forward_pending(&mut self.shared, now, is_open)
+        connected.forward_pending(&mut self.context, now, is_open)
     }
 
     /// Handles what follows from replies and timeouts.
     fn handle_request_events(&mut self, now: Duration) -> Result<(), LinkError> {
-        while let Some(event) = self.shared.poll_request_event() {
+        while let Some(event) = self.context.poll_request_event() {
             match (&mut self.phase, event) {
                 (
                     Phase::Identifying { verification, .. } | Phase::Verifying { verification, .. },
                     RequestEvent::PhaseAnswered(result),
                 ) => {
-                    verification.handle_answer(&mut self.shared, now, result)?;
+                    verification.handle_answer(&mut self.context, now, result)?;
                     self.finish_verification(now)?;
                 }
                 // it sends
                 (Phase::Verifying { .. }, RequestEvent::Absent) => {}
                 (Phase::Connected(connected) | Phase::Verifying { connected, .. }, event) => {
-                    connected.handle_request_event(&mut self.shared, now, event)?;
+                    connected.handle_request_event(&mut self.context, now, event)?;
                 }
                 (Phase::RestoringOutput { on }, RequestEvent::PhaseAnswered(result)) => {
                     if result.is_ok() && !*on {
                         self.is_pause_restored = true;
-                        self.shared.emit(now, LinkEventKind::OutputPaused);
+                        self.context.emit(now, LinkEventKind::OutputPaused);
                     }
                     self.close(now, None);
                 }
@@ -432,15 +430,14 @@ impl LinkMachine {
 
     /// The link is lost.
     fn disconnect(&mut self, now: Duration, error: LinkError) {
-        self.shared.discard_pending(now);
-        self.shared.requests.handle_link_down();
+        self.context.discard_pending(now);
         match &self.phase {
             Phase::Connected(_) | Phase::Verifying { .. } => {
-                self.shared.emit(now, LinkEventKind::Down { cause: error.to_string() });
+                self.context.emit(now, LinkEventKind::Down { cause: error.to_string() });
                 self.close(now, Some(error));
             }
-            Phase::RestoringOutput { .. } => self.close(now, None),
             Phase::Scanning(_) | Phase::Identifying { .. } => self.close(now, Some(error)),
+            Phase::RestoringOutput { .. } => self.close(now, None),
             Phase::Opening | Phase::Closing { .. } | Phase::BackingOff { .. } | Phase::Closed => {}
         }
     }
@@ -449,29 +446,24 @@ impl LinkMachine {
         if mem::replace(&mut self.is_stopped, true) {
             return;
         }
-        let is_connected = matches!(self.phase, Phase::Connected(_) | Phase::Verifying { .. });
         let on = match &self.phase {
-            _ if is_connected && self.shared.requests.must_restore_pause() => Some(false),
-            Phase::Identifying { verification, .. } if verification.may_have_paused_output() => Some(true),
-            _ => None,
+            Phase::Opening | Phase::BackingOff { .. } => return self.end(None),
+            Phase::Closing { .. } | Phase::Closed | Phase::RestoringOutput { .. } => return,
+            Phase::Connected(_) | Phase::Verifying { .. } if self.context.requests.must_restore_pause() => false,
+            Phase::Identifying { verification, .. } if verification.may_have_paused_output() => true,
+            _ => return self.close(now, None),
         };
-        self.shared.discard_pending(now);
-        self.shared.requests.handle_link_down();
-        match (&self.phase, on) {
-            (Phase::Opening | Phase::BackingOff { .. }, _) => self.end(None),
-            (Phase::Closing { .. } | Phase::Closed | Phase::RestoringOutput { .. }, _) => {}
-            (_, Some(on)) => {
-                self.phase = Phase::RestoringOutput { on };
-                self.shared.requests.submit_for_phase(SensorCommand::Async(on));
-            }
-            (_, None) => self.close(now, None),
-        }
+        self.context.discard_pending(now);
+        self.context.requests.handle_link_down();
+        self.phase = Phase::RestoringOutput { on };
+        self.context.requests.submit_for_phase(SensorCommand::Async(on));
     }
 
     fn close(&mut self, now: Duration, error: Option<LinkError>) {
-        self.shared.discard_pending(now);
+        self.context.discard_pending(now);
+        self.context.requests.handle_link_down();
         self.phase = Phase::Closing { error };
-        self.shared.port_actions.push_back(PortAction::Close);
+        self.context.port_actions.push_back(PortAction::Close);
     }
 
     /// The port is closed, or could not be opened: tries again, or ends.
@@ -482,9 +474,9 @@ impl LinkMachine {
         if !self.may_reconnect(&error) {
             return self.end(Some(error));
         }
-        let retry_in = self.shared.back_off.next_delay();
-        self.shared.publish(LinkState::Down {
-            was_up: self.shared.was_connected,
+        let retry_in = self.context.next_delay();
+        self.context.publish(LinkState::Down {
+            was_up: self.context.was_connected,
             cause: self.text(&error),
             needs_help: error.needs_help(),
             retry_in,
@@ -495,7 +487,7 @@ impl LinkMachine {
     /// Whether the link is tried again after this error: one that was connected is, and another one
     /// a few times, where the sensor may be booting.
     fn may_reconnect(&self, error: &LinkError) -> bool {
-        let was_connected = self.shared.was_connected;
+        let was_connected = self.context.was_connected;
         match error {
             LinkError::OtherSensor { .. } => false,
             LinkError::Open(error) => was_connected && error.is_passing(),
@@ -510,17 +502,18 @@ impl LinkMachine {
     /// The error as its user reads it.
     fn text(&self, error: &LinkError) -> String {
         match error.hint() {
-            Some(hint) => format!("{error}; {}", (self.shared.hint_text)(hint)),
+            Some(hint) => format!("{error}; {}", (self.context.hint_text)(hint)),
             None => error.to_string(),
         }
     }
 
     fn end(&mut self, error: Option<LinkError>) {
         self.phase = Phase::Closed;
-        self.shared.finish_stream();
+        let batches = self.context.reader.finish().into_iter().map(StreamEvent::Batch);
         let error = error.map(|error| io::Error::other(self.text(&error)));
-        self.shared.events.push_back(LinkOutput::Stream(StreamEvent::End(End { error, csv: None })));
-        let paused_again = self.shared.requests.must_restore_pause().then_some(self.is_pause_restored);
-        self.shared.publish(LinkState::Closed { paused_again });
+        let last = batches.chain([StreamEvent::End(End { error, csv: None })]);
+        self.context.events.extend(last.map(LinkOutput::Stream));
+        let paused_again = self.context.requests.must_restore_pause().then_some(self.is_pause_restored);
+        self.context.publish(LinkState::Closed { paused_again });
     }
 }

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, io, time::Duration};
 
 use vn100_protocol::{Register, SensorCommand};
 
-use super::{PortAction, shared::Shared};
+use super::{PortAction, link_context::LinkContext};
 use crate::{link::LinkState, link_error::LinkError};
 
 /// The baud rates of a VN-100, all of [`BaudRate::ALL`](vn100_protocol::BaudRate::ALL), in the
@@ -91,7 +91,7 @@ pub(super) struct BaudScan {
 
 impl BaudScan {
     /// Begins with the first of `bauds`, which the port is opened at.
-    pub(super) fn start(bauds: Vec<Option<u32>>, shared: &mut Shared, now: Duration) -> Self {
+    pub(super) fn start(bauds: Vec<Option<u32>>, context: &mut LinkContext, now: Duration) -> Self {
         let mut attempts = VecDeque::from_iter(bauds.iter().map(|&baud| BaudAttempt { baud, settle: Duration::ZERO }));
         let first = attempts.pop_front();
         let mut scan = Self {
@@ -105,7 +105,7 @@ impl BaudScan {
             bytes: 0,
             echoes: 0,
         };
-        scan.begin_attempt(shared, now);
+        scan.begin_attempt(context, now);
         scan
     }
 
@@ -116,10 +116,10 @@ impl BaudScan {
 
     /// Handles what was received, all of it pending. Whether the sensor is found, with its frames
     /// still pending.
-    pub(super) fn handle_received(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+    pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
         match self.stage {
-            Stage::Listening { .. } | Stage::Asking { .. } if shared.pending.has_sensor() => {
-                self.finish_attempt(shared, now)
+            Stage::Listening { .. } | Stage::Asking { .. } if context.pending.has_sensor() => {
+                self.finish_attempt(context, now)
             }
             _ => Ok(false),
         }
@@ -128,32 +128,32 @@ impl BaudScan {
     /// The port has been switched to the baud rate, or does not support it.
     pub(super) fn handle_baud_set(
         &mut self,
-        shared: &mut Shared,
+        context: &mut LinkContext,
         now: Duration,
         result: io::Result<()>,
     ) -> Result<bool, LinkError> {
         if result.is_err() {
-            self.bytes += shared.discard_pending(now);
-            return self.next_attempt(shared, now);
+            self.bytes += context.discard_pending(now);
+            return self.next_attempt(context, now);
         }
         self.stage = Stage::Settling { until: now + self.attempt.settle };
-        self.handle_timeout(shared, now)
+        self.handle_timeout(context, now)
     }
 
     /// Handles the end of a stage. Whether the sensor is found.
-    pub(super) fn handle_timeout(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+    pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
         match self.stage {
             Stage::Settling { until } if now >= until => {
-                self.bytes += shared.discard_pending(now);
-                self.begin_attempt(shared, now);
+                self.bytes += context.discard_pending(now);
+                self.begin_attempt(context, now);
             }
-            Stage::Listening { until } if now >= until && !shared.listen_only => {
-                shared.requests.submit_for_phase(QUESTION);
-                shared.requests.expect_spurious_errors();
+            Stage::Listening { until } if now >= until && !context.listen_only => {
+                context.requests.submit_for_phase(QUESTION);
+                context.requests.expect_spurious_errors();
                 self.stage = Stage::Asking { until: now + ANSWER + self.line_time() };
             }
             Stage::Listening { until } | Stage::Asking { until } if now >= until => {
-                return self.finish_attempt(shared, now);
+                return self.finish_attempt(context, now);
             }
             _ => {}
         }
@@ -167,15 +167,15 @@ impl BaudScan {
         }
     }
 
-    fn begin_attempt(&mut self, shared: &mut Shared, now: Duration) {
+    fn begin_attempt(&mut self, context: &mut LinkContext, now: Duration) {
         let baud = self.attempt.baud;
         self.tried.extend(baud.filter(|baud| !self.tried.contains(baud)));
-        shared.publish(LinkState::Probing { port: shared.port.name.clone(), baud });
-        self.listen(shared, now);
+        context.publish(LinkState::Probing { port: context.port.name.clone(), baud });
+        self.listen(context, now);
     }
 
-    fn listen(&mut self, shared: &Shared, now: Duration) {
-        let listen = if shared.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
+    fn listen(&mut self, context: &LinkContext, now: Duration) {
+        let listen = if context.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
         self.stage = Stage::Listening { until: now + listen };
     }
 
@@ -185,50 +185,50 @@ impl BaudScan {
         self.attempt.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1))
     }
 
-    fn finish_attempt(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+    fn finish_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
         // a late answer to the question is no answer to a later one
-        shared.requests.handle_link_down();
-        let (is_found, echoes) = (shared.pending.has_sensor(), shared.pending.echoes());
-        let bytes = shared.discard_before_sensor(now);
+        context.requests.handle_link_down();
+        let (is_found, echoes) = (context.pending.has_sensor(), context.pending.echoes());
+        let bytes = context.discard_before_sensor(now);
         (self.bytes, self.echoes) = (self.bytes + bytes, self.echoes + echoes);
         if is_found {
             if !self.may_be_stalled {
                 return Ok(true);
             }
-            self.bytes += shared.discard_pending(now);
+            self.bytes += context.discard_pending(now);
             self.may_be_stalled = false;
             if !self.is_first {
                 self.attempts.push_front(self.attempt);
             }
-            self.attempts.push_front(BaudAttempt { baud: shared.last_baud, settle: SETTLE });
+            self.attempts.push_front(BaudAttempt { baud: context.last_baud, settle: SETTLE });
         } else if self.is_first && bytes <= echoes * QUESTION_BYTES + STRAY_BYTES {
-            self.may_be_stalled |= shared.last_baud.is_some();
+            self.may_be_stalled |= context.last_baud.is_some();
             if now < self.began + BOOT {
-                self.listen(shared, now);
+                self.listen(context, now);
                 return Ok(false);
             }
         }
-        self.next_attempt(shared, now)
+        self.next_attempt(context, now)
     }
 
-    fn next_attempt(&mut self, shared: &mut Shared, now: Duration) -> Result<bool, LinkError> {
+    fn next_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
         self.is_first = false;
         let Some(attempt) = self.attempts.pop_front() else {
             return Err(LinkError::NoSensor {
-                port: shared.given_name.clone(),
+                port: context.given_name.clone(),
                 tried: std::mem::take(&mut self.tried),
                 bytes: self.bytes,
                 echoes: self.echoes,
-                asked: !shared.listen_only,
+                asked: !context.listen_only,
             });
         };
         self.attempt = attempt;
         match attempt.baud {
             Some(baud) => {
                 self.stage = Stage::Switching;
-                shared.port_actions.push_back(PortAction::SetBaud(baud));
+                context.port_actions.push_back(PortAction::SetBaud(baud));
             }
-            None => self.begin_attempt(shared, now),
+            None => self.begin_attempt(context, now),
         }
         Ok(false)
     }

@@ -11,7 +11,7 @@ use vn100_protocol::{
     SensorCommand,
 };
 
-use super::{baud_scan::BAUD_RATES, temperature_poll::TemperaturePoll};
+use super::baud_scan::BAUD_RATES;
 use crate::link::CommandError;
 
 /// The registers that describe a measurement, in the order in which they are read: first those
@@ -97,6 +97,31 @@ enum InitialOutputState {
     Resumed,
 }
 
+/// Bytes that the reply to a read of the temperature takes from the line.
+const TEMPERATURE_REPLY_BYTES: f64 = 128.0;
+
+/// When the temperature is read between the frames of the output.
+struct TemperaturePoll {
+    every: Duration,
+    last: Duration,
+    /// Bytes that were received since then.
+    bytes: u64,
+}
+
+impl TemperaturePoll {
+    /// Whether a read is due and its reply fits between the frames; a period ends when it is due.
+    fn is_due(&mut self, now: Duration, baud: Option<u32>) -> bool {
+        let passed = now.saturating_sub(self.last);
+        if passed < self.every {
+            return false;
+        }
+        let bytes_per_s = self.bytes as f64 / passed.as_secs_f64();
+        (self.last, self.bytes) = (now, 0);
+        // ten bits a byte; the reply must be through within a second
+        baud.is_none_or(|baud| bytes_per_s + TEMPERATURE_REPLY_BYTES <= f64::from(baud) / 10.0)
+    }
+}
+
 pub(super) struct Requests {
     listen_only: bool,
     session: RequestQueue,
@@ -120,6 +145,7 @@ pub(super) struct Requests {
 
 impl Requests {
     pub(super) fn new(listen_only: bool, poll_temperature: Option<Duration>) -> Self {
+        let poll = |every| TemperaturePoll { every, last: Duration::ZERO, bytes: 0 };
         Self {
             listen_only,
             session: RequestQueue::new(Check::Xor8),
@@ -130,7 +156,7 @@ impl Requests {
             answered_at: None,
             initial_output: InitialOutputState::Untouched,
             spurious_errors_expected: 0,
-            temperature: poll_temperature.filter(|_| !listen_only).map(TemperaturePoll::new),
+            temperature: poll_temperature.filter(|_| !listen_only).map(poll),
             events: VecDeque::new(),
         }
     }
@@ -144,7 +170,7 @@ impl Requests {
         // a read that is still open was sent to the sensor as it was before
         self.open.retain(|_, (_, requester)| *requester != Requester::Identification);
         if let Some(poll) = &mut self.temperature {
-            poll.restart(now);
+            (poll.last, poll.bytes) = (now, 0);
         }
     }
 
@@ -232,7 +258,7 @@ impl Requests {
 
     /// When to call [`submit_due_reads`](Self::submit_due_reads) again.
     pub(super) fn next_read_at(&self) -> Option<Duration> {
-        let poll = self.temperature.as_ref().map(TemperaturePoll::due_at);
+        let poll = self.temperature.as_ref().map(|poll| poll.last + poll.every);
         let read = (self.open.is_empty() && !self.to_read.is_empty()).then_some(self.read_at);
         poll.into_iter().chain(read).min()
     }
@@ -255,7 +281,7 @@ impl Requests {
     /// Counts the bytes of a read.
     pub(super) fn handle_read(&mut self, bytes: usize) {
         if let Some(poll) = &mut self.temperature {
-            poll.handle_read(bytes);
+            poll.bytes += bytes as u64;
         }
     }
 

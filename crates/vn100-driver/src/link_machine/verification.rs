@@ -6,7 +6,7 @@ use std::{collections::VecDeque, io, time::Duration};
 
 use vn100_protocol::{BaudRate, DeviceError, Register, RequestFailure, Response, SensorCommand, WritableValue};
 
-use super::{PortAction, shared::Shared};
+use super::{PortAction, link_context::LinkContext};
 use crate::{link_error::LinkError, output_plan::Change};
 
 /// Steps that are done one after the other; each waits for the result of its commands.
@@ -32,25 +32,25 @@ enum Step {
 
 impl Verification {
     /// Of a sensor that was found by a baud scan at the rate `baud`.
-    pub(super) fn after_scan(shared: &mut Shared, baud: Option<u32>) -> Self {
-        let faster = shared.last_baud.filter(|last| shared.has_baud && *last > baud.unwrap_or_default());
-        let reapply = reapply_settings(&shared.desired_settings, faster.and_then(BaudRate::new));
-        let reapply = reapply.filter(|_| shared.was_connected);
-        Self::start(shared, reapply)
+    pub(super) fn after_scan(context: &mut LinkContext, baud: Option<u32>) -> Self {
+        let faster = context.last_baud.filter(|last| context.has_baud && *last > baud.unwrap_or_default());
+        let reapply = reapply_settings(&context.desired_settings, faster.and_then(BaudRate::new));
+        let reapply = reapply.filter(|_| context.was_connected);
+        Self::start(context, reapply)
     }
 
     /// Of a sensor that sends again after a silence.
-    pub(super) fn after_silence(shared: &mut Shared) -> Self {
-        shared.requests.cancel_own();
-        let left = shared.desired_settings.clone().into();
-        Self::start(shared, Some(Step::VerifySettings { left }))
+    pub(super) fn after_silence(context: &mut LinkContext) -> Self {
+        context.requests.cancel_own();
+        let left = context.desired_settings.clone().into();
+        Self::start(context, Some(Step::VerifySettings { left }))
     }
 
     /// Starts with the serial number, where it is known.
-    fn start(shared: &mut Shared, settings: Option<Step>) -> Self {
-        let serial = shared.serial_to_verify().map(|_| Step::VerifySerialNumber);
+    fn start(context: &mut LinkContext, settings: Option<Step>) -> Self {
+        let serial = context.serial_to_verify().map(|_| Step::VerifySerialNumber);
         let mut verification = Self { steps: serial.into_iter().chain(settings).collect() };
-        verification.submit(shared);
+        verification.submit(context);
         verification
     }
 
@@ -67,14 +67,14 @@ impl Verification {
     /// Handles the result of the command that was submitted last.
     pub(super) fn handle_answer(
         &mut self,
-        shared: &mut Shared,
+        context: &mut LinkContext,
         now: Duration,
         result: Result<Response, RequestFailure>,
     ) -> Result<(), LinkError> {
         match self.steps.front_mut() {
             Some(Step::VerifySerialNumber) => {
                 let is_known = match &result {
-                    Ok(Response::Register(contents)) => shared.serial_to_verify() == Some(contents.fields.as_str()),
+                    Ok(Response::Register(contents)) => context.serial_to_verify() == Some(contents.fields.as_str()),
                     _ => true,
                 };
                 if is_known {
@@ -92,7 +92,7 @@ impl Verification {
                 if commands.is_empty() {
                     let (failure, faster) = (failure.take(), faster.take());
                     // what was sent with other settings is no part of the measurement
-                    shared.discard_pending(now);
+                    context.discard_pending(now);
                     match (failure, faster) {
                         (Some(failure), Some(faster)) if is_baud_too_low(&failure) => {
                             self.steps.push_front(Step::RaiseBaudRate(faster));
@@ -104,12 +104,12 @@ impl Verification {
             }
             Some(Step::RaiseBaudRate(baud)) => {
                 result?;
-                shared.port_actions.push_back(PortAction::SetBaud(baud.bits_per_s()));
+                context.port_actions.push_back(PortAction::SetBaud(baud.bits_per_s()));
                 return Ok(());
             }
             None => {}
         }
-        self.submit(shared);
+        self.submit(context);
         Ok(())
     }
 
@@ -117,19 +117,19 @@ impl Verification {
     /// waits for that.
     pub(super) fn handle_baud_set(
         &mut self,
-        shared: &mut Shared,
+        context: &mut LinkContext,
         result: io::Result<()>,
     ) -> Result<Option<u32>, LinkError> {
         let Some(Step::RaiseBaudRate(baud)) = self.steps.front() else { return Ok(None) };
         let baud = baud.bits_per_s();
         result?;
-        self.steps = reapply_settings(&shared.desired_settings, None).into_iter().collect();
-        self.submit(shared);
+        self.steps = reapply_settings(&context.desired_settings, None).into_iter().collect();
+        self.submit(context);
         Ok(Some(baud))
     }
 
     /// Submits the next command; a step without one is done.
-    fn submit(&mut self, shared: &mut Shared) {
+    fn submit(&mut self, context: &mut LinkContext) {
         while let Some(step) = self.steps.front_mut() {
             let command = match step {
                 Step::VerifySerialNumber => Some(SensorCommand::ReadRegister(Register::SERIAL_NUMBER)),
@@ -142,7 +142,7 @@ impl Verification {
                 }
             };
             match command {
-                Some(command) => return shared.requests.submit_for_phase(command),
+                Some(command) => return context.requests.submit_for_phase(command),
                 None => self.steps.pop_front(),
             };
         }

@@ -1,15 +1,15 @@
 //! What all phases of a link share: the one path of every input, and what the link knows of its
 //! sensor.
 
-use std::{collections::VecDeque, time::Duration};
+use std::{collections::VecDeque, mem, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, SampleReader, StreamInput};
 use vn100_protocol::{Options, Register, RegisterContents, Reply};
 
 use super::{
-    LinkOutput, OpenPort, PortAction, back_off::BackOff, pending_inputs::PendingInputs, requests::RequestEvent,
-    requests::Requests, stream_health::FrameCounts,
+    LinkOutput, OpenPort, PortAction, pending_inputs::PendingInputs, requests::RequestEvent, requests::Requests,
+    stream_health::FrameCounts,
 };
 use crate::{
     link::{LinkOptions, LinkState},
@@ -17,7 +17,11 @@ use crate::{
     output_plan::Change,
 };
 
-pub(super) struct Shared {
+/// The first and the longest delay before an attempt to reconnect.
+pub(super) const FIRST_DELAY: Duration = Duration::from_millis(100);
+const LONGEST_DELAY: Duration = Duration::from_secs(5);
+
+pub(super) struct LinkContext {
     /// The name of the port as the user gave it.
     pub(super) given_name: String,
     /// Whether the link has a baud rate.
@@ -35,7 +39,9 @@ pub(super) struct Shared {
     pub(super) last_baud: Option<u32>,
     /// Whether the sensor was connected at all.
     pub(super) was_connected: bool,
-    pub(super) back_off: BackOff,
+    /// The delay before the next attempt to reconnect; it doubles until the link has carried a good
+    /// frame.
+    pub(super) reconnect_delay: Duration,
     /// The port, as it was opened last.
     pub(super) port: OpenPort,
     pub(super) requests: Requests,
@@ -43,13 +49,13 @@ pub(super) struct Shared {
     pub(super) pending: PendingInputs,
     pub(super) port_actions: VecDeque<PortAction>,
     pub(super) events: VecDeque<LinkOutput>,
-    reader: SampleReader,
+    pub(super) reader: SampleReader,
     serial_number: Option<String>,
     /// A different serial number that the sensor has reported once.
     unconfirmed_serial: Option<String>,
 }
 
-impl Shared {
+impl LinkContext {
     pub(super) fn new(given_name: String, has_baud: bool, options: LinkOptions) -> Self {
         let mut reader = SampleReader::new(options.read);
         reader.keep_replies();
@@ -65,7 +71,7 @@ impl Shared {
             fixed_baud: options.baud,
             last_baud: None,
             was_connected: false,
-            back_off: BackOff::new(),
+            reconnect_delay: FIRST_DELAY,
             port: OpenPort::default(),
             requests: Requests::new(listen_only, options.poll_temperature),
             pending: PendingInputs::new(frames),
@@ -85,9 +91,10 @@ impl Shared {
         FrameCounts { good: output + tally.replies, output }
     }
 
-    /// Good frames of each message so far, by the code of the message.
-    pub(super) fn frames_by_message(&self) -> impl Iterator<Item = (u8, u64)> {
-        self.reader.lines()
+    /// The delay before the next attempt to reconnect; the one after that is twice as long.
+    pub(super) fn next_delay(&mut self) -> Duration {
+        let doubled = (self.reconnect_delay * 2).min(LONGEST_DELAY);
+        mem::replace(&mut self.reconnect_delay, doubled)
     }
 
     pub(super) fn publish(&mut self, state: LinkState) {
@@ -103,7 +110,7 @@ impl Shared {
     /// Makes an input a part of the measurement: records it, counts it and decodes it. Gives the
     /// replies that it completes.
     pub(super) fn forward(&mut self, input: StreamInput) -> Vec<Reply> {
-        // bytes are shared, not copied
+        // bytes are context, not copied
         self.events.push_back(LinkOutput::Recorded(input.clone()));
         self.events.extend(StreamEvent::from_input(&mut self.reader, input).map(LinkOutput::Stream));
         self.reader.take_replies()
@@ -134,11 +141,6 @@ impl Shared {
             self.emit(now, LinkEventKind::DiscardedDuringBaudScan { bytes });
         }
         bytes
-    }
-
-    /// Notes a command that is sent.
-    pub(super) fn note_sent(&mut self, line: &[u8]) {
-        self.reader.note_sent(line);
     }
 
     /// Handles a reply that was received before it is decided whether its bytes are part of the
@@ -174,12 +176,6 @@ impl Shared {
             Some(_) => self.unconfirmed_serial = Some(serial),
         }
         Ok(self.unconfirmed_serial.is_some())
-    }
-
-    /// Ends the stream: gives the batches that are not complete.
-    pub(super) fn finish_stream(&mut self) {
-        let batches = self.reader.finish();
-        self.events.extend(batches.into_iter().map(|batch| LinkOutput::Stream(StreamEvent::Batch(batch))));
     }
 
     /// The next event of the requests that concerns the phase; those of the user are passed on.
