@@ -32,7 +32,7 @@ const ATTEMPTS: u32 = 2;
 const RETURN: Duration = Duration::from_secs(10);
 
 /// What was changed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Configured {
     /// The registers in the order in which they were written; empty where none differed.
     pub changes: Vec<Change>,
@@ -121,86 +121,65 @@ pub async fn configure(
 ) -> Result<Configured, ConfigureError> {
     let mut written = Written::default();
     let set = stop.run_until_cancelled(set(link, settings, &mut written)).await;
-    let Written { changes, kept, was_paused, touched } = written;
-    let cause = match set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) {
-        Ok(Counted { measured_hz, rate_hz, .. }) => {
-            return Ok(Configured { changes, measured_hz, rate_hz, was_paused });
-        }
-        Err(cause) => cause,
+    let Written { configured, kept, touched } = written;
+    let Err(cause) = set.unwrap_or(Err(ConfigureError::Interrupted { undone: Vec::new() })) else {
+        return Ok(configured);
     };
+    let Configured { changes, was_paused, .. } = configured;
     let is_back = changes.is_empty() || !kept && write_back(link, &changes).await.is_ok();
     // also where nothing was written, and awaited: the caller may close the link next
     let is_as_found = !touched || link.request(SensorCommand::Async(!was_paused)).await.is_ok();
-    let may_be_paused = !is_as_found && !was_paused;
-    let (left, is_read) = if is_back { (Vec::new(), true) } else { left(link, &changes).await };
-    if !left.is_empty() || may_be_paused {
-        return Err(ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, may_be_paused });
-    }
-    Err(match cause {
+    let unrestored = if is_back { &[] } else { &*changes };
+    Err(match with_left(link, cause, unrestored, !is_as_found && !was_paused).await {
         ConfigureError::Interrupted { .. } => ConfigureError::Interrupted { undone: changes },
-        cause => cause,
+        error => error,
     })
 }
 
-/// What has been changed on a sensor so far.
+/// What has been done to a sensor so far.
 #[derive(Default)]
 struct Written {
-    changes: Vec<Change>,
-    /// Whether they may be saved in the flash of the sensor.
+    configured: Configured,
+    /// Whether the changes may be saved in the flash of the sensor.
     kept: bool,
-    /// Whether its output was found paused.
-    was_paused: bool,
     /// Whether a command to pause or resume the output was sent; it may not have been carried out.
     touched: bool,
 }
 
-/// The result of an attempt.
-struct Counted {
-    /// The measured rate.
-    measured_hz: f64,
-    /// The rate that the sensor is set to.
-    rate_hz: u32,
-    /// Whether the link was lost or silent meanwhile: the sensor may have been without power, and
-    /// what was written is gone then.
-    is_disturbed: bool,
-}
-
 /// Sets the sensor, once more where the link was lost meanwhile.
-async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<Counted, ConfigureError> {
+async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<(), ConfigureError> {
     for _ in 1..ATTEMPTS {
-        let counted = attempt(link, settings, written).await;
-        let is_lost = match &counted {
-            Ok(counted) => counted.is_disturbed,
-            Err(ConfigureError::Command(CommandError::Failed(RequestFailure::LinkDown { .. }))) => true,
-            Err(_) => false,
-        };
-        if !is_lost {
-            return counted;
+        match attempt(link, settings, written).await {
+            Ok(true) => return Ok(()),
+            Ok(false) | Err(ConfigureError::Command(CommandError::Failed(RequestFailure::LinkDown { .. }))) => {
+                until_back(link).await;
+            }
+            Err(error) => return Err(error),
         }
-        until_back(link).await;
     }
-    let counted = attempt(link, settings, written).await?;
-    if counted.is_disturbed {
+    if !attempt(link, settings, written).await? {
         until_back(link).await;
-        read_all_back(link, &written.changes).await?;
+        read_all_back(link, &written.configured.changes).await?;
     }
-    Ok(counted)
+    Ok(())
 }
 
-/// Reads the settings, writes those that differ, and measures the rate.
-async fn attempt(
-    link: &LinkHandle,
-    settings: &OutputSettings,
-    written: &mut Written,
-) -> Result<Counted, ConfigureError> {
-    let state = link.state();
+/// Reads the settings, writes those that differ, and measures the rate. `false` where the link was
+/// lost or silent meanwhile: the sensor may have been without power, and what was written is gone
+/// then.
+async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<bool, ConfigureError> {
+    let mut state = link.state();
     let begun = up_since(&state.borrow());
-    let current = read_current(link, settings).await?;
+    let mut current = Vec::new();
+    for register in settings.registers() {
+        // the plan decides whether a missing register matters
+        current.extend(link.read(register).await?);
+    }
     let (planned, message, rate) = plan(&current, settings)?;
     if !written.touched {
-        written.was_paused = is_paused(link).await?;
+        written.configured.was_paused = is_paused(link).await?;
     }
-    if !planned.is_empty() || settings.save || written.was_paused || written.touched {
+    if !planned.is_empty() || settings.save || written.configured.was_paused || written.touched {
         pause(link, written).await?;
         write(link, planned, written).await?;
         if settings.save {
@@ -210,15 +189,15 @@ async fn attempt(
         link.request(SensorCommand::Async(true)).await?;
     }
     tokio::time::sleep(SETTLE.max(period(&current))).await;
-    let mut state = link.state();
     let is_same_link = up_since(&state.borrow_and_update()) == begun;
     let (before, began) = (link.lines(message), Instant::now());
     tokio::time::sleep(MEASURE).await;
-    let measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
+    written.configured.measured_hz = (link.lines(message) - before) as f64 / began.elapsed().as_secs_f64();
+    written.configured.rate_hz = rate.hz();
     // a loss of power that was too short for the link to notice shows in the registers
-    let is_undisturbed =
-        is_same_link && !state.has_changed().unwrap_or(true) && read_all_back(link, &written.changes).await.is_ok();
-    Ok(Counted { measured_hz, rate_hz: rate.hz(), is_disturbed: !is_undisturbed })
+    Ok(is_same_link
+        && !state.has_changed().unwrap_or(true)
+        && read_all_back(link, &written.configured.changes).await.is_ok())
 }
 
 /// The period of the output as it was: the first frame of the new output may be as late.
@@ -230,10 +209,7 @@ fn period(current: &[RegisterContents]) -> Duration {
 
 /// When the link came up, where it is up.
 fn up_since(state: &LinkState) -> Option<i64> {
-    match state {
-        LinkState::Up(up) | LinkState::Silent(up) => Some(up.since_ns),
-        _ => None,
-    }
+    state.up().map(|up| up.since_ns)
 }
 
 /// Waits until the sensor answers on a link that was lost, up to a timeout.
@@ -241,8 +217,7 @@ async fn until_back(link: &LinkHandle) {
     let mut state = link.state();
     let answers = async {
         loop {
-            let is_open =
-                |state: &LinkState| matches!(state, LinkState::Up(_) | LinkState::Silent(_) | LinkState::Closed { .. });
+            let is_open = |state: &LinkState| state.up().is_some() || matches!(state, LinkState::Closed { .. });
             let _ = state.wait_for(is_open).await;
             match link.read(Register::MODEL).await {
                 Err(CommandError::Failed(RequestFailure::LinkDown { .. } | RequestFailure::Timeout { .. })) => {}
@@ -268,11 +243,7 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     let output = link.request(SensorCommand::Async(!was_paused)).await;
     let may_be_paused = output.is_err() && !was_paused;
     let Err(cause) = back.and(output.map(drop).map_err(ConfigureError::from)) else { return Ok(()) };
-    let (changes, is_read) = left(link, changes).await;
-    if changes.is_empty() && !may_be_paused {
-        return Err(cause);
-    }
-    Err(ConfigureError::Left { cause: Box::new(cause), changes, is_read, may_be_paused })
+    Err(with_left(link, cause, changes, may_be_paused).await)
 }
 
 /// Writes the former values where the registers differ from them, which they do not after a loss of
@@ -289,17 +260,29 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// The changes that the sensor still has, and whether they could be read; otherwise all changes.
-async fn left(link: &LinkHandle, changes: &[Change]) -> (Vec<Change>, bool) {
-    let mut left = Vec::new();
+/// The error with those of the changes that the sensor still has; with all where they cannot be
+/// read.
+async fn with_left(
+    link: &LinkHandle,
+    cause: ConfigureError,
+    changes: &[Change],
+    may_be_paused: bool,
+) -> ConfigureError {
+    let (mut left, mut is_read) = (Vec::new(), true);
     for change in changes {
         match link.read(change.register).await {
             Ok(now) if now.as_ref().is_some_and(|now| now.is_as_written(&change.after)) => left.push(change.clone()),
             Ok(_) => {}
-            Err(_) => return (changes.to_vec(), false),
+            Err(_) => {
+                (left, is_read) = (changes.to_vec(), false);
+                break;
+            }
         }
     }
-    (left, true)
+    if left.is_empty() && !may_be_paused {
+        return cause;
+    }
+    ConfigureError::Left { cause: Box::new(cause), changes: left, is_read, may_be_paused }
 }
 
 /// Whether the output of the sensor is paused: it is set to send, and sends nothing.
@@ -322,15 +305,6 @@ async fn is_paused(link: &LinkHandle) -> Result<bool, ConfigureError> {
     Ok(false)
 }
 
-async fn read_current(link: &LinkHandle, settings: &OutputSettings) -> Result<Vec<RegisterContents>, ConfigureError> {
-    let mut current = Vec::new();
-    for register in settings.registers() {
-        // the plan decides whether a missing register matters
-        current.extend(link.read(register).await?);
-    }
-    Ok(current)
-}
-
 /// Pauses the output. The caller resumes it, whatever happens.
 async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), ConfigureError> {
     written.touched = true;
@@ -343,17 +317,17 @@ async fn pause(link: &LinkHandle, written: &mut Written) -> Result<(), Configure
 /// Writes what is `planned`, and adds each change to `written` before it is made.
 async fn write(link: &LinkHandle, planned: Vec<Change>, written: &mut Written) -> Result<(), ConfigureError> {
     for mut change in planned {
-        let is_same = |earlier: &mut Change| earlier.register == change.register;
-        if let Some(earlier) = written.changes.extract_if(.., is_same).next() {
+        let changes = &mut written.configured.changes;
+        if let Some(earlier) = changes.extract_if(.., |earlier| earlier.register == change.register).next() {
             // written again after a loss of power: the first value is the one to restore
             change.before = earlier.before;
         }
         // a write that is not answered may have been carried out
-        written.changes.push(change.clone());
+        changes.push(change.clone());
         let write = SensorCommand::WriteRegister { register: change.register, fields: change.after.clone() };
         let answer = link.request(write).await;
         if let Err(CommandError::Failed(RequestFailure::Device { .. })) = answer {
-            written.changes.pop();
+            changes.pop();
         }
         answer?;
         read_back(link, &change).await?;

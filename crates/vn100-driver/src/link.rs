@@ -86,6 +86,17 @@ pub enum LinkState {
     },
 }
 
+impl LinkState {
+    /// What is known of the link while its port is open and the sensor is connected, silent or not.
+    #[must_use]
+    pub fn up(&self) -> Option<&Up> {
+        match self {
+            Self::Up(up) | Self::Silent(up) => Some(up),
+            _ => None,
+        }
+    }
+}
+
 /// What is known of a connected link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Up {

@@ -127,17 +127,11 @@ const AT_MEASUREMENT: u8 = 1;
 
 impl OutputSettings {
     /// The registers that the plan must know.
-    pub(crate) fn registers(&self) -> Vec<Register> {
-        let mut registers = vec![
-            Register::BAUD_RATE,
-            Register::ASYNC_TYPE,
-            Register::ASYNC_RATE,
-            Register::PROTOCOL_CONTROL,
-            Register::SYNC_CONTROL,
-        ];
-        registers.extend(BinaryOutput::REGISTERS);
-        registers.extend(self.window.map(|_| Register::IMU_FILTER));
-        registers
+    pub(crate) fn registers(&self) -> impl Iterator<Item = Register> + use<> {
+        let filter = self.window.map(|_| Register::IMU_FILTER);
+        let line = [Register::BAUD_RATE, Register::ASYNC_TYPE, Register::ASYNC_RATE];
+        let form = [Register::PROTOCOL_CONTROL, Register::SYNC_CONTROL];
+        line.into_iter().chain(form).chain(BinaryOutput::REGISTERS.iter().copied()).chain(filter)
     }
 }
 
@@ -165,35 +159,22 @@ pub(crate) fn plan(
     let old = Output::from_registers(current, settings)?;
     let new = old.with(settings)?;
     new.check_fit()?;
-    let mut changes = Vec::new();
-    if new.baud > old.baud {
-        changes.extend(change(&old.baud, &new.baud));
-    }
-    let slower = new.rate < old.rate;
-    if slower {
-        changes.extend(change(&old.rate, &new.rate));
-    }
-    let shorter = old.protocol.serial_count != 0 && new.protocol.serial_count == 0;
-    if shorter {
-        changes.extend(change(&old.protocol, &new.protocol));
-    }
-    changes.extend(change(&old.message, &new.message));
-    if !slower {
-        changes.extend(change(&old.rate, &new.rate));
-    }
-    if let (Some(old), Some(new)) = (&old.sync, &new.sync) {
-        changes.extend(change(old, new));
-    }
-    if !shorter {
-        changes.extend(change(&old.protocol, &new.protocol));
-    }
-    if let (Some(old), Some(new)) = (&old.filter, &new.filter) {
-        changes.extend(change(old, new));
-    }
-    if new.baud < old.baud {
-        changes.extend(change(&old.baud, &new.baud));
-    }
-    Ok((changes, new.message, new.rate))
+    let mut baud = change(Some(&old.baud), Some(&new.baud));
+    let mut rate = change(Some(&old.rate), Some(&new.rate));
+    let mut protocol = change(Some(&old.protocol), Some(&new.protocol));
+    let is_shorter = old.protocol.serial_count != 0 && new.protocol.serial_count == 0;
+    let in_order = [
+        baud.take_if(|_| new.baud > old.baud),
+        rate.take_if(|_| new.rate < old.rate),
+        protocol.take_if(|_| is_shorter),
+        change(Some(&old.message), Some(&new.message)),
+        rate,
+        change(old.sync.as_ref(), new.sync.as_ref()),
+        protocol,
+        change(old.filter.as_ref(), new.filter.as_ref()),
+        baud,
+    ];
+    Ok((in_order.into_iter().flatten().collect(), new.message, new.rate))
 }
 
 impl Output {
@@ -218,24 +199,23 @@ impl Output {
     fn with(&self, settings: &OutputSettings) -> Result<Self, PlanError> {
         let mut new = self.clone();
         if let Some(bits_per_s) = settings.baud {
-            new.baud = BaudRate::new(bits_per_s)
-                .ok_or_else(|| not_allowed("the speed", bits_per_s, list(BaudRate::ALL.map(BaudRate::bits_per_s))))?;
+            let allowed = || list(BaudRate::ALL.map(BaudRate::bits_per_s));
+            new.baud = BaudRate::new(bits_per_s).ok_or_else(|| not_allowed("the speed", bits_per_s, allowed()))?;
         }
         if let Some(name) = &settings.message {
-            new.message = AsyncType::from_header(name.as_bytes()).ok_or_else(|| {
-                not_allowed("the message", name, list((0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header)))
-            })?;
+            let allowed = || list((0..=u8::MAX).map(AsyncType).filter_map(AsyncType::header));
+            let message = AsyncType::from_header(name.as_bytes());
+            new.message = message.ok_or_else(|| not_allowed("the message", name, allowed()))?;
         }
         if let Some(hz) = settings.rate_hz {
-            new.rate = AsyncRate::new(hz)
-                .filter(|rate| rate.hz() > 0)
-                .ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
+            let rate = AsyncRate::new(hz).filter(|rate| rate.hz() > 0);
+            new.rate = rate.ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
         }
         if let Some(window) = settings.window {
             let filter = new.filter.as_mut().ok_or(PlanError::Missing { register: Register::IMU_FILTER })?;
+            let allowed = || format!("1 to {SAMPLES_PER_S} samples");
             let samples = u16::try_from(window).ok().filter(|samples| (1..=SAMPLES_PER_S).contains(samples));
-            let samples =
-                samples.ok_or_else(|| not_allowed("the window", window, format!("1 to {SAMPLES_PER_S} samples")))?;
+            let samples = samples.ok_or_else(|| not_allowed("the window", window, allowed()))?;
             (filter.window.accel, filter.window.gyro) = (samples, samples);
         }
         new.set_count(settings.count, self.counts_lines())?;
@@ -273,14 +253,10 @@ impl Output {
         SAMPLES_PER_S.checked_div(rate_hz).map_or(0, |measurements| measurements.saturating_sub(1))
     }
 
-    fn line_length(&self) -> Option<u32> {
-        self.message.line_length(LineForm::from(&self.protocol))
-    }
-
     fn check_fit(&self) -> Result<(), PlanError> {
         let &Self { message, rate, baud, packets, .. } = self;
         // what is not known here, the sensor itself judges
-        let Some(length) = self.line_length() else { return Ok(()) };
+        let Some(length) = message.line_length(LineForm::from(&self.protocol)) else { return Ok(()) };
         let lines = LinkLoad::of_lines(length, rate);
         if (lines + packets).fits(baud) {
             return Ok(());
@@ -300,9 +276,9 @@ fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanErr
 }
 
 /// The write that makes one value of another; values are compared, not how the sensor prints them.
-fn change<T: WritableValue + PartialEq>(before: &T, after: &T) -> Option<Change> {
-    let change = || Change { register: after.register(), before: before.fields(), after: after.fields() };
-    (before != after).then(change)
+fn change<T: WritableValue + PartialEq>(before: Option<&T>, after: Option<&T>) -> Option<Change> {
+    let (before, after) = before.zip(after).filter(|(before, after)| before != after)?;
+    Some(Change { register: after.register(), before: before.fields(), after: after.fields() })
 }
 
 fn not_allowed(setting: &'static str, asked: impl ToString, allowed: String) -> PlanError {
