@@ -1,6 +1,5 @@
 //! The command line.
 
-mod files;
 mod link;
 mod measure;
 
@@ -15,11 +14,12 @@ use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
 use vn100_sim::Message;
 
-pub(crate) use files::{CompareArgs, ExportForm, FileArgs, ReplayArgs, ReportArgs};
 pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use link::{baud_rate, output_rate};
+pub(crate) use measure::{
+    CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs,
+};
 use measure::{Estimator, confidence, length};
-pub(crate) use measure::{MeasureArgs, OutputFormat, ResultArgs};
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]

@@ -17,19 +17,15 @@ use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, RecordArgs, SourceName},
-    conditions,
-    datasheet::evaluation,
-    emulated_port::EmulatedPort,
     exit::Exit,
     interrupt::{HangUp, stop_on_interrupt},
-    live_source::live_source,
+    live_source::{EmulatedPort, live_source},
     log::{Entries, Log, takes_terminal},
-    measured::{FAULT, evaluated},
-    remedy_words::remedy_words,
-    result_writer::{ResultWriter, all_of, print_line, print_state},
-    session_words,
+    result::{FAULT, ResultWriter, all_of, evaluated, print_line, print_state},
     status::{Status, StatusLine},
+    user_files::{evaluation, read_conditions},
     view::{self, MessageQueue, SourceMonitor, View},
+    words::{self, remedy_words},
 };
 
 /// Data time in which the temperature is asked for twice at least.
@@ -52,7 +48,7 @@ fn run(args: AttachArgs, format: OutputFormat) -> Result<Exit> {
             args.sources.len()
         );
     }
-    let conditions = conditions::read(args.recording.meta.as_deref())?;
+    let conditions = read_conditions(args.recording.meta.as_deref())?;
     let log = Log::open(&args.link.log)?;
     // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
     let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
@@ -159,7 +155,7 @@ impl Job {
             recording: recording.map(|path| RecordingSpec {
                 path,
                 resume: args.recording.resume,
-                excluded_note: session_words::excluded_note,
+                excluded_note: words::excluded_note,
             }),
             stop,
         };
@@ -208,7 +204,7 @@ async fn follow(
 ) -> Result<SessionResult> {
     let name = session.state.borrow().name().to_owned();
     let report = |event| {
-        session_words::event(&name, event).into_iter().for_each(|text| job.status.report(&text));
+        words::event(&name, event).into_iter().for_each(|text| job.status.report(&text));
     };
     let mut line: Option<StatusLine> = None;
     let mut link = None;

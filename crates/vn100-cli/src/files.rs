@@ -5,9 +5,11 @@ use std::{
     path::{Path, PathBuf},
     sync::Arc,
     thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::{
     runtime::Runtime,
     sync::Semaphore,
@@ -22,10 +24,8 @@ use crate::{
     args::FileArgs,
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
-    measured::{FAULT, evaluated_replay},
-    progress::Progress,
-    remedy_words::remedy_words,
-    result_writer::{print_line, print_state},
+    result::{FAULT, evaluated_replay, print_line, print_state},
+    words::remedy_words,
 };
 
 /// Whether the documents of every second are written on the way.
@@ -133,4 +133,44 @@ async fn follow(mut session: Session, progress: &Progress) -> Result<SessionResu
 /// The size of a regular file; nothing else knows how much it will bring.
 fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
+}
+
+/// Bytes of all sources together, on one bar.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// How often it is worth moving the bar.
+    pub(crate) const PERIOD: Duration = Duration::from_millis(100);
+
+    /// A bar for sources of these sizes in bytes; without an end if one does not know its size.
+    /// Nothing is shown where it `is_hidden`, because something else is written there.
+    pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> Self {
+        let total: Option<u64> = sizes.into_iter().sum();
+        let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+        let bar = ProgressBar::with_draw_target(total, target);
+        let template =
+            if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };
+        // the default style stands in for a template it does not understand
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+
+    pub(crate) fn add(&self, bytes: u64) {
+        self.bar.inc(bytes);
+    }
+
+    /// Takes the bar away while `print` writes to the terminal.
+    pub(crate) fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }

@@ -1,16 +1,27 @@
-//! Live sources by their names on the command line.
+//! Live sources by their names on the command line; "sim" is an emulated sensor of this program's
+//! own, on a port that is found as one with a USB adapter is.
 
-use std::io;
+use std::{
+    env, fs, io,
+    path::PathBuf,
+    process,
+    sync::{
+        Arc, Weak,
+        atomic::{AtomicU32, Ordering},
+    },
+    time::Duration,
+};
 
 use anyhow::Result;
 use vn100_capture::Clock;
-use vn100_driver::{LinkHint, SerialPorts, TcpServer};
+use vn100_driver::{LinkHint, PortEntry, SerialPorts, TcpServer, UsbAdapter};
 use vn100_pipeline::LiveSource;
+use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
-    args::{Baud, LinkArgs, SourceName},
-    emulated_port::EmulatedPort,
+    args::{Baud, LinkArgs, SimSensorArgs, SourceName},
     log::Entries,
+    sim,
 };
 
 /// A source made ready, with the emulated sensor if it is one: that stays on as long as it is kept.
@@ -50,4 +61,52 @@ fn link_hint(hint: LinkHint) -> &'static str {
         LinkHint::CheckBaudRate => "check the cable, the power of the sensor and --baud",
         hint => hint.text(),
     }
+}
+
+/// An emulated sensor that a command starts for itself is past its boot of 1.25 s.
+const ON_FOR: Duration = Duration::from_secs(2);
+
+/// Stays on while this is there.
+pub(crate) struct EmulatedPort {
+    name: PathBuf,
+    sensor: Arc<PtySensor>,
+}
+
+impl EmulatedPort {
+    /// Starts the sensor that the options describe.
+    pub(crate) fn start(args: &SimSensorArgs) -> Result<Self> {
+        let name = private_name();
+        let options = PtyOptions { link: Some(name.clone()), on_for: ON_FOR, ..sim::pty_options(args) };
+        Ok(Self { name, sensor: Arc::new(serve(sim::device(args), options)?) })
+    }
+
+    /// The port by its first name. When the sensor reconnects under another name, its adapter
+    /// identifies the port.
+    pub(crate) fn ports(&self, clock: Clock) -> SerialPorts {
+        let name = self.name.to_string_lossy().into_owned();
+        let (sensor, adapter_number) = (Arc::downgrade(&self.sensor), name.clone());
+        SerialPorts::among(&name, clock, move || plugged_in(&sensor, &adapter_number).into_iter().collect())
+    }
+}
+
+/// The port of the moment; `None` while the sensor is unplugged.
+fn plugged_in(sensor: &Weak<PtySensor>, adapter_number: &str) -> Option<PortEntry> {
+    let path = sensor.upgrade()?.path();
+    // without a port its name leads nowhere
+    let device = fs::canonicalize(path).ok()?;
+    let usb = UsbAdapter {
+        vendor_id: 0x0403,
+        product_id: 0x6001,
+        serial_number: Some(adapter_number.to_owned()),
+        manufacturer: None,
+        product: Some("emulated adapter".into()),
+    };
+    Some(PortEntry { name: device.to_string_lossy().into_owned(), stable_name: None, usb: Some(usb), likely: true })
+}
+
+/// A name for the port of an emulated sensor of this process.
+fn private_name() -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(1);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    env::temp_dir().join(format!("vn100-sim-{}-{number}", process::id()))
 }

@@ -4,31 +4,25 @@
 mod args;
 mod attach;
 mod compare;
-mod completions;
-mod conditions;
 mod configure;
-mod datasheet;
-mod emulated_port;
+mod documentation;
 mod exit;
 mod files;
 mod info;
 mod interrupt;
 mod live_source;
 mod log;
-mod man;
-mod measured;
 mod plan;
 mod ports;
-mod progress;
-mod remedy_words;
 mod replay;
 mod report;
-mod result_writer;
-mod session_words;
+mod result;
 mod sim;
 mod status;
 mod text;
+mod user_files;
 mod view;
+mod words;
 
 use std::process::ExitCode;
 
@@ -52,8 +46,8 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Sim(args) => sim::sim(&args),
         Command::Ports(args) => ports::ports(&args),
-        Command::Completions(args) => completions::completions(&args),
-        Command::Man(args) => man::man(&args),
+        Command::Completions(args) => documentation::completions(&args),
+        Command::Man(args) => documentation::man(&args),
     };
     let exit = match result {
         Ok(exit) => exit,

@@ -1,15 +1,18 @@
 //! `vn100 plan`: how to set the sensor, and how long to measure, for what shall be known.
 
+use std::fmt::{self, Write};
+
 use anyhow::Result;
-use vn100_analysis::{Given, Plan, Want};
+use imu_noise::BoxcarWindow;
+use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan, SENSORS, Want, axes_name, letter};
 use vn100_protocol::BaudRate;
-use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, vn100_datasheet};
+use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
     args::PlanArgs,
-    datasheet,
     exit::{Exit, print, print_json},
-    text,
+    text::{WIDTH, fill, text},
+    user_files::open_datasheet,
 };
 
 /// What is usually wanted: the table where no goal is given.
@@ -37,20 +40,20 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     } else {
         USUAL.iter().map(|want| want.parse()).collect::<Result<Vec<Want>, _>>()?
     };
-    let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), datasheet::open)?;
+    let sheet = args.datasheet.as_deref().map_or_else(|| Ok(vn100_datasheet()?), open_datasheet)?;
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
         let commands = commands(&plan, given, asked);
         print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked, commands))?)?;
     } else {
-        print(&text::plan(&plan, given, &sheet, asked))?;
+        print(&text(|out| write_plan(out, &plan, given, &sheet, asked)))?;
     }
     Ok(Exit::Good)
 }
 
 /// The commands that do what was planned; with a length only if it was `asked` for something in
 /// particular that is within reach.
-pub(crate) fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
+fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
     let message = plan.message.header().unwrap_or_default();
     let (rate_hz, window) = (plan.rate.hz(), plan.window);
     // a baud rate that is given is the one the port has
@@ -73,4 +76,148 @@ pub(crate) fn commands(plan: &Plan, given: Given, asked: bool) -> PlanCommands {
             set_baud(BaudRate::DEFAULT)
         ),
     }
+}
+
+const METHOD: &str = "By the fit's own covariance of the octaves. N ±P%: half the width of its interval, over the value. B and K: about nine of \
+                      ten records estimate them (83 to 91 % of simulated ones); K beside the B assumed, which hides it. A resting sensor, no vibration, no gaps.";
+
+/// Of a length.
+const OUT_OF_REACH: &str = "more than 100 days";
+
+const MOUNTING: [&str; 5] = [
+    "a rigid, heavy base (stone or concrete floor); the sensor screwed or clamped, its cable held near it so that it cannot pull",
+    "no fans, pumps or disks on the same base, no footsteps or doors: nights and weekends; nobody touches the table",
+    "a steady temperature: no sun, no draught, no heater that switches; VNIMU carries the temperature, look at it afterwards",
+    "no iron and no changing current near it, if the magnetometer is to be judged",
+    "a computer that does not sleep, the line at its short latency, room on the disk",
+];
+
+fn write_plan(out: &mut String, plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> fmt::Result {
+    write_wants(out, plan, given.confidence, asked)?;
+    write_assumed(out, datasheet)?;
+    write_settings(out, plan)?;
+    writeln!(out, "\nmounting")?;
+    for line in MOUNTING {
+        writeln!(out, "{}", fill(line, "  - ", "    "))?;
+    }
+    let commands = commands(plan, given, asked);
+    writeln!(out, "\nset the sensor; nothing is kept through switching it off")?;
+    write_command(out, &commands.configure)?;
+    writeln!(out, "measure, and keep the raw bytes")?;
+    write_command(out, &commands.attach)?;
+    if !asked || plan.record_s.is_none() {
+        writeln!(out, "  (T: {} of warm-up, and the length wanted)", span(plan.warm_up_s, " "))?;
+    }
+    writeln!(out, "undo: switch the sensor off and on, or, to what it is sold with")?;
+    write_command(out, &commands.undo)
+}
+
+/// With a backslash where the line continues, as shells read it.
+fn write_command(out: &mut String, command: &str) -> fmt::Result {
+    let mut line = String::new();
+    for part in command.split_inclusive(' ').collect::<Vec<_>>().chunk_by(|_, next| !next.starts_with("--")) {
+        let part = part.concat();
+        if line.len() + part.len() + 4 > WIDTH {
+            writeln!(out, "  {line}\\")?;
+            line = "    ".into();
+        }
+        line.push_str(&part);
+    }
+    writeln!(out, "  {line}")
+}
+
+fn write_wants(out: &mut String, plan: &Plan, confidence: f64, asked: bool) -> fmt::Result {
+    writeln!(out, "how long, behind the warm-up, with intervals at {confidence}")?;
+    for planned in &plan.wants {
+        let length = planned.record_s.map_or(OUT_OF_REACH.into(), coarse);
+        writeln!(out, "  {:<34} {length}", planned.want.to_string())?;
+        if let Some(rule_s) = planned.by_rule_s {
+            let without = planned.without_bias_instability_s.map_or(OUT_OF_REACH.into(), coarse);
+            writeln!(out, "    without any B {without}; by the rule 20 sqrt(3) N/K {}", coarse(rule_s))?;
+        }
+    }
+    if asked {
+        let all = plan.record_s.map_or(OUT_OF_REACH.into(), |record_s| format!("{}, rounded up", span(record_s, " ")));
+        writeln!(out, "  {:<34} {all}", "all of them")?;
+    }
+    writeln!(out, "{}", fill(METHOD, "", ""))
+}
+
+/// The noise behind every length.
+fn write_assumed(out: &mut String, datasheet: &Datasheet) -> fmt::Result {
+    let note = datasheet.note.as_ref().map_or(String::new(), |note| format!(" ({})", printable(note)));
+    let figure = |sensor: &str, quoted: &DatasheetFigure| {
+        format!("{sensor} {} {}", letter(quoted.term), printable(&quoted.printed))
+    };
+    let figures: Vec<String> = SENSORS
+        .into_iter()
+        .flat_map(|(_, sensor)| datasheet.typical_figures(sensor).map(move |quoted| figure(axes_name(sensor), quoted)))
+        .collect();
+    let text = format!(
+        "Assumed, by the data sheet {}{note}: {}; of a range the lower end. A B that is printed as the minimum of the deviation is that over 0.664; \
+         a smaller B takes longer to see.",
+        printable(&datasheet.name),
+        figures.join("; ")
+    );
+    writeln!(out, "{}", fill(&text, "", ""))
+}
+
+fn write_settings(out: &mut String, plan: &Plan) -> fmt::Result {
+    let (rate_hz, baud) = (plan.rate.hz(), plan.baud.bits_per_s());
+    let mag = BoxcarWindow { length: 1, decimation: Onboard::MAG_REFRESH_HZ / f64::from(rate_hz) };
+    let load = plan.line_length * rate_hz;
+    let rows = [
+        (
+            "message",
+            "VNIMU: the gyro of VNYMR has its bias taken out by the attitude filter, and cannot show B, K or R however long it is recorded".into(),
+        ),
+        (
+            "rate",
+            format!("{rate_hz} Hz: B and K show at long averaging times, where a higher rate adds nothing"),
+        ),
+        (
+            "window",
+            format!(
+                "{} = 800/{rate_hz} exactly, for gyro and accelerometer: their white noise then neither folds nor is smoothed, and N is their own. The \
+                 magnetometer is not averaged: its N reads {:.2} times its own, sqrt({}/{rate_hz})",
+                plan.window,
+                mag.white_factor(),
+                Onboard::MAG_REFRESH_HZ
+            ),
+        ),
+        (
+            "line",
+            format!(
+                "{baud} baud carry {} bytes a second; {} bytes, counter included, {rate_hz} times a second are {load} ({:.0} %)",
+                baud / 10,
+                plan.line_length,
+                100.0 * f64::from(load) / (f64::from(baud) / 10.0)
+            ),
+        ),
+        ("counter", "on: a lost line is then counted, not guessed".into()),
+        (
+            "warm-up",
+            format!(
+                "{} left out: published practice leaves out 10 to 30 minutes, the longer where B or K is wanted; the maker's figure is not \
+                 known. The record is kept whole: look where the temperature settles, and replay with another --skip",
+                span(plan.warm_up_s, " ")
+            ),
+        ),
+    ];
+    writeln!(out, "\nsettings")?;
+    for (name, text) in rows {
+        writeln!(out, "{}", fill(&format!("{name:<9}{text}"), "  ", "           "))?;
+    }
+    Ok(())
+}
+
+/// To two units of time.
+fn coarse(seconds: f64) -> String {
+    let step = match seconds {
+        ..120.0 => 1.0,
+        ..7200.0 => 60.0,
+        ..172_800.0 => 600.0,
+        _ => 3600.0,
+    };
+    span((seconds / step).ceil() * step, " ")
 }

@@ -1,25 +1,30 @@
 //! `vn100 report`: one page with every figure and table of a noise measurement, and its numbers in
 //! the forms other programs read.
 
-mod capture_file;
 mod exports;
-mod options;
 mod output;
 
+use std::{
+    fmt::Write,
+    fs::{self, File},
+    io::{self, Read},
+    path::Path,
+    time::Duration,
+};
+
 use anyhow::{Result, bail};
-use vn100_analysis::DEFAULT_CONFIDENCE;
+use sha2::{Digest, Sha256};
+use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{Figures, Measured, PageOptions, Program, Record, record_letter, write_page};
 
 use crate::{
     args::ReportArgs,
-    datasheet::evaluation,
     exit::{Exit, report as complain},
     files::{EachSecond, measure_files},
-    remedy_words::remedy_words,
+    user_files::evaluation,
+    words::remedy_words,
 };
-use capture_file::capture_file;
 use exports::Exports;
-use options::option_text;
 use output::Output;
 
 /// What makes the report.
@@ -72,4 +77,80 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
     }
     exports.write(&records, &figures, &together)?;
     Ok(all.iter().map(|measured| measured.completion.into()).max().unwrap_or(Exit::Good))
+}
+
+/// The options that repeat the measurement.
+fn option_text(args: &ReportArgs) -> String {
+    let measure = &args.files.measure;
+    let mut words: Vec<String> = Vec::new();
+    let mut option = |name: &str, value: Option<String>| {
+        words.extend(
+            value.map(|value| if value.is_empty() { format!("--{name}") } else { format!("--{name} {value}") }),
+        );
+    };
+    let flag = |set: bool| set.then(String::new);
+    let length = |length: Duration| humantime::format_duration(length).to_string();
+    option("rate", measure.rate.map(|hz| hz.to_string()));
+    option("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
+    option("deviation", Some(format!("{:?}", measure.deviation).to_lowercase()));
+    option("skip", Some(length(measure.skip)).filter(|_| !measure.skip.is_zero()));
+    option("duration", measure.duration.map(length));
+    for goal in &measure.until {
+        option("until", Some(format!("\"{goal}\"")));
+    }
+    option("detrend", measure.detrend.map(|_| "linear".into()));
+    option("quantization", flag(measure.quantization));
+    option("confidence", measure.confidence.map(|level| level.to_string()));
+    for figure in &measure.fail_on {
+        option("fail-on", Some(format!("\"{figure}\"")));
+    }
+    // without its folder: the page says the same wherever the files lie
+    let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
+    option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));
+    option("filter-models", flag(args.filter_models));
+    option("accept-unchecked", flag(measure.accept_unchecked));
+    words.join(" ")
+}
+
+/// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be
+/// read.
+fn capture_file(path: &Path) -> Option<FileFacts> {
+    // a second reading of anything but a file would wait, or bring something else
+    let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());
+    if is_file { digest(path).ok() } else { None }
+}
+
+fn digest(path: &Path) -> io::Result<FileFacts> {
+    const PIECE: usize = 1 << 18;
+    let mut file = File::open(path)?;
+    let (mut digest, mut bytes, mut piece) = (Sha256::new(), 0, vec![0; PIECE]);
+    loop {
+        let read = file.read(&mut piece)?;
+        if read == 0 {
+            break;
+        }
+        digest.update(&piece[..read]);
+        bytes += read as u64;
+    }
+    let sha256 = digest.finalize().iter().fold(String::new(), |mut text, byte| {
+        // a String takes everything
+        let _ = write!(text, "{byte:02x}");
+        text
+    });
+    Ok(FileFacts { bytes, sha256 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_the_published_one() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), "abc").unwrap();
+        // FIPS 180-4, example of the standard
+        let sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned();
+        assert_eq!(capture_file(Path::new("-")), None);
+        assert_eq!(capture_file(file.path()), Some(FileFacts { bytes: 3, sha256 }));
+    }
 }

@@ -1,31 +1,14 @@
 //! A capture's result as text for people: what is wrong first, then the statistics, then the
 //! deviations.
 
-pub(crate) mod comparison;
-mod deviations;
-mod distribution;
-mod filter_models;
-mod layout;
 mod noise;
-mod plan;
 mod statistics;
 mod verdict;
 
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
-use vn100_analysis::{
-    Assessment, Comparison, CsvFacts, Datasheet, Given, MissingFrom, Plan, RateFrom, Snapshot, SourceFacts,
-};
-
-use crate::remedy_words::remedy_words;
-use deviations::write_deviations;
-use distribution::{write_distribution, write_parts};
-use filter_models::write_filter_models;
-use layout::{WIDTH, fill};
-use noise::write_noise;
-use statistics::write_statistics;
-use verdict::write_verdicts;
+use vn100_analysis::{Assessment, CsvFacts, MissingFrom, RateFrom, Snapshot, SourceFacts};
 use vn100_report::{
     Measured, RecordingDocument,
     names::{echoes, rejected_lines},
@@ -33,34 +16,54 @@ use vn100_report::{
     printable,
     units::channel_values,
 };
-/// The whole result. Ends with a line feed.
-pub(crate) fn result(measured: &Measured) -> String {
+
+use crate::words::remedy_words;
+use noise::{write_filter_models, write_noise};
+use statistics::{write_deviations, write_distribution, write_parts, write_statistics};
+use verdict::write_verdicts;
+
+/// Columns a line may take; what every terminal has.
+pub(crate) const WIDTH: usize = 80;
+
+/// Of the column that names the rows of a table with an axis in each of the others.
+const LABEL: usize = 24;
+
+/// Of the column of an axis.
+const COLUMN: usize = 17;
+
+/// What `write` puts into a text.
+pub(crate) fn text(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
     let mut out = String::new();
     // a String takes everything
-    let _ = write_result(&mut out, measured);
+    let _ = write(&mut out);
     out
+}
+
+/// A paragraph.
+pub(crate) fn fill(text: &str, first_indent: &str, indent: &str) -> String {
+    let options = textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent);
+    // an exponent stays with its number
+    textwrap::fill(text, options.word_splitter(textwrap::WordSplitter::NoHyphenation))
+}
+
+/// A row of a table with an axis in each column.
+fn row<T>(out: &mut String, label: &str, cells: &[T], cell: impl Fn(&T) -> String) -> fmt::Result {
+    let mut line = format!("{label:<LABEL$}");
+    for value in cells {
+        write!(line, " {:>COLUMN$}", cell(value))?;
+    }
+    writeln!(out, "{}", line.trim_end())
+}
+
+/// The whole result. Ends with a line feed.
+pub(crate) fn result(measured: &Measured) -> String {
+    text(|out| write_result(out, measured))
 }
 
 /// What came and what may be wrong with it, without statistics and deviations. Ends with a line
 /// feed.
 pub(crate) fn summary(facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> String {
-    let mut out = String::new();
-    let _ = write_summary(&mut out, facts, snapshot, assessment);
-    out
-}
-
-/// Several captures side by side. Ends with a line feed.
-pub(crate) fn comparison(all: &[Measured], comparison: &Comparison) -> String {
-    let mut out = String::new();
-    let _ = comparison::write(&mut out, all, comparison);
-    out
-}
-
-/// How to measure. Ends with a line feed.
-pub(crate) fn plan(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool) -> String {
-    let mut out = String::new();
-    let _ = plan::write(&mut out, plan, given, datasheet, asked);
-    out
+    text(|out| write_summary(out, facts, snapshot, assessment))
 }
 
 fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {

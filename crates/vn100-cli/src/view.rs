@@ -1,35 +1,25 @@
 //! The live view: what is measured, on the whole terminal, until the user quits.
 //!
 //! One thread has the terminal ([`task`]). It looks at the states of the sessions
-//! ([`mod@monitor`]), and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits
+//! ([`mod@source`]), and draws plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits
 //! for its terminal, and no other thread waits for it.
 
 mod allan;
+mod channels;
 mod curve;
 mod draw;
-mod footer;
-mod header;
-mod help;
-mod history;
-mod messages;
-mod monitor;
-mod mouse;
-mod overview;
+mod health;
+mod keys;
 mod parameters;
-mod plot;
 mod save;
-mod scene;
-mod signal;
 mod source;
 mod state;
-mod statistics;
 mod task;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod theme;
 mod units;
-mod waiting;
 mod warnings;
 
 use std::{
@@ -42,8 +32,8 @@ use anyhow::{Context, Result, anyhow};
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use messages::MessageQueue;
-pub(crate) use monitor::SourceMonitor;
+pub(crate) use source::SourceMonitor;
+pub(crate) use task::MessageQueue;
 pub(crate) use terminal::{give_back, is_there};
 
 use crate::exit::{print, report};

@@ -16,7 +16,7 @@ use vn100_report::{
 use super::{PROGRAM, output::Output};
 use crate::{
     args::{ExportForm, FileArgs, ReportArgs},
-    remedy_words::remedy_words,
+    words::remedy_words,
 };
 
 /// What comes out of a report beside its page.

@@ -1,18 +1,18 @@
 //! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use
-//! below the interval.
+//! below the interval; and the models for filters, where asked for.
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
-use vn100_analysis::{Assessment, ChannelNoise, DetectableRrw, LongTauValidity, Motion};
+use imu_noise::{Deviation, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, conventions};
+use vn100_analysis::{Assessment, ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, Motion};
 use vn100_report::{
     names::{in_words, sensor},
     numbers::plain::{four_digits, short},
-    units::ChannelValues,
+    units::{ChannelValues, si_unit},
     verdict_words::shown_in,
 };
 
-use super::layout::{fill, row};
+use super::{fill, row};
 
 /// In the order in which results are given.
 const TERMS: [(Term, &str); 5] = [
@@ -168,5 +168,81 @@ fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
             Some("Only the white noise is the sensor's: at long tau the curve shows the field around it.")
         }
         LongTauValidity::Motion => Some("B, K and R are not given, and N is that of the motion: the sensor was moved."),
+    }
+}
+
+/// One table for each sensor, its axes side by side, in the units of the channels.
+pub(super) fn write_filter_models(
+    out: &mut String,
+    channels: &[ChannelValues],
+    models: &[Option<FilterModels>],
+) -> fmt::Result {
+    let axes: Vec<AxisModels<'_>> =
+        channels.iter().zip(models).filter_map(|(channel, models)| Some((channel, models.as_ref()?))).collect();
+    for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
+        let Some(noise) = group[0].0.noise.as_ref() else { continue };
+        let unit = |term| si_unit(noise.sensor, term);
+        writeln!(out, "\n{}, for filters", sensor(group[0].0.quantity))?;
+        row(out, "", group, |(channel, _)| channel.name.clone())?;
+        writeln!(out, "white + Gauss-Markov")?;
+        write_fitted(out, &format!("  N {}", unit(Term::White)), group, |fit| fit.white)?;
+        write_fitted(out, &format!("  sigma {}", group[0].0.unit), group, |fit| fit.sigma)?;
+        write_fitted(out, "  correlation time s", group, |fit| fit.correlation_time_s)?;
+        writeln!(out, "above all bounds")?;
+        row(out, &format!("  N {}", unit(Term::White)), group, bound(|bound| bound.white))?;
+        row(out, &format!("  K {}", unit(Term::RateRandomWalk)), group, bound(|bound| bound.rate_random_walk))?;
+    }
+    Ok(())
+}
+
+type AxisModels<'a> = (&'a ChannelValues, &'a FilterModels);
+
+/// A parameter, and below it the interval where an axis has one.
+fn write_fitted(
+    out: &mut String,
+    label: &str,
+    group: &[AxisModels<'_>],
+    of: fn(&GaussMarkovFit) -> Parameter,
+) -> fmt::Result {
+    let fitted = |(_, models): &AxisModels<'_>| models.gauss_markov.as_ref().map(of);
+    row(out, label, group, |axis| value_or_bound(fitted(axis)))?;
+    let estimated = |axis: &AxisModels<'_>| fitted(axis).filter(|parameter| parameter.value.is_some());
+    if group.iter().any(|axis| estimated(axis).is_some()) {
+        let end = |value: Option<f64>| value.map_or("-".into(), four_digits);
+        row(out, "    from", group, |axis| end(estimated(axis).and_then(|parameter| parameter.lower)))?;
+        row(out, "    to", group, |axis| end(estimated(axis).and_then(|parameter| parameter.upper)))?;
+    }
+    Ok(())
+}
+
+fn value_or_bound(parameter: Option<Parameter>) -> String {
+    match parameter {
+        Some(Parameter { value: Some(value), .. }) => four_digits(value),
+        Some(Parameter { upper: Some(upper), .. }) => format!("<= {}", four_digits(upper)),
+        Some(Parameter { lower: Some(lower), .. }) => format!(">= {}", four_digits(lower)),
+        Some(_) => "not observable".into(),
+        None => "-".into(),
+    }
+}
+
+fn bound(of: fn(&OverBound) -> f64) -> impl Fn(&AxisModels<'_>) -> String {
+    // one of the two alone may lie above all: the other is nothing, not a small number
+    let written = |value: f64| if value == 0.0 { "0".into() } else { four_digits(value) };
+    move |(_, models)| models.over_bound.as_ref().map(of).map_or("-".into(), written)
+}
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::Status;
+
+    use super::*;
+
+    #[test]
+    fn what_lies_at_an_end_is_a_bound() {
+        let nothing = Parameter::without_value(Status::Bounded);
+        assert_eq!(value_or_bound(Some(Parameter { lower: Some(900.0), ..nothing })), ">= 900.0");
+        assert_eq!(value_or_bound(Some(Parameter { upper: Some(1.5), ..nothing })), "<= 1.500");
+        assert_eq!(value_or_bound(Some(Parameter::without_value(Status::NotObservable))), "not observable");
+        assert_eq!(value_or_bound(None), "-");
     }
 }

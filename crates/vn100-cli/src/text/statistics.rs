@@ -1,14 +1,19 @@
-//! Means and standard deviations, and what they say of a sensor at rest.
+//! Means, standard deviations and distributions, what they say of a sensor at rest, and the
+//! deviations.
 
 use std::fmt::{self, Write};
 
-use imu_noise::STANDARD_GRAVITY_M_S2;
+use imu_noise::{Deviation, Estimator, STANDARD_GRAVITY_M_S2};
 use vn100_analysis::Snapshot;
 use vn100_protocol::Quantity;
-use vn100_report::EARTH_RATE_RAD_S;
-use vn100_report::units::{ChannelValues, fitted, norm_values};
+use vn100_report::{
+    EARTH_RATE_RAD_S,
+    names::sensor,
+    numbers::plain::short,
+    units::{BlockValues, ChannelValues, LEAST_EDF, Point, fitted, norm_values},
+};
 
-use super::layout::fill;
+use super::{COLUMN, fill};
 
 /// Every channel, and the length of each vector.
 pub(super) fn write_statistics(out: &mut String, snapshot: &Snapshot, channels: &[ChannelValues]) -> fmt::Result {
@@ -58,4 +63,183 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
 fn number(value: Option<f64>, decimals: usize) -> String {
     // a column, and a blank before it
     value.map_or("-".into(), |value| fitted(value, decimals, 14))
+}
+
+/// Parts into which the record is divided.
+const PARTS: usize = 8;
+
+/// Skewness and excess kurtosis, and whether the values may be normal.
+pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
+    writeln!(out, "\n{:<13}{:>8}{:>9}  normally distributed?", "distribution", "skew", "kurtosis")?;
+    for channel in channels {
+        let shape =
+            |value: Option<f64>, decimals: usize| value.map_or("-".into(), |value| format!("{value:+.decimals$}"));
+        let normal = match channel.signal.as_ref().and_then(|signal| signal.normality) {
+            Some(Ok(normality)) if normality.is_consistent() => "may be".into(),
+            Some(Ok(normality)) => format!(
+                "no: {:.0} and {:.0} standard errors off",
+                (normality.skewness / normality.skewness_error).abs(),
+                (normality.excess_kurtosis / normality.excess_kurtosis_error).abs()
+            ),
+            Some(Err(reason)) => format!("? {reason}"),
+            None => "-".into(),
+        };
+        let row = format!(
+            "{:<13}{:>8}{:>9}  {normal}",
+            channel.name,
+            shape(channel.skewness, 3),
+            shape(channel.excess_kurtosis, 3)
+        );
+        writeln!(out, "{}", fill(&row, "", "                                  "))?;
+    }
+    Ok(())
+}
+
+/// The standard deviation of each part of the record, in percent of that of the whole; `skipped_s`
+/// lie before the first.
+pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues], skipped_s: f64) -> fmt::Result {
+    let blocks = |channel: &ChannelValues| channel.signal.as_ref().map(|signal| parts(&signal.blocks));
+    let Some(first) = channels.iter().find_map(blocks).filter(|parts| parts.len() == PARTS) else { return Ok(()) };
+    writeln!(out, "\nstandard deviation along the record, in percent of the whole; parts begin at (s)")?;
+    write!(out, "{:<13}", "")?;
+    for part in &first {
+        write!(out, "{:>8}", short(((skipped_s + part.start_s) * 10.0).round() / 10.0))?;
+    }
+    writeln!(out)?;
+    for channel in channels {
+        let (Some(parts), Some(whole)) = (blocks(channel), channel.std.filter(|std| *std > 0.0)) else { continue };
+        write!(out, "{:<13}", channel.name)?;
+        for part in parts {
+            write!(out, "{:>8}", part.std.map_or("-".into(), |std| format!("{:.0}", 100.0 * std / whole)))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// So many blocks of equal length, of those of a record in time order; fewer where it has fewer.
+fn parts(blocks: &[BlockValues]) -> Vec<BlockValues> {
+    let (Some(first), Some(last)) = (blocks.first(), blocks.last()) else { return Vec::new() };
+    let span_s = last.start_s + last.duration_s - first.start_s;
+    let part = |block: &BlockValues| {
+        let middle_s = block.start_s + block.duration_s / 2.0 - first.start_s;
+        ((middle_s / span_s * PARTS as f64) as usize).min(PARTS - 1)
+    };
+    blocks.chunk_by(|a, b| part(a) == part(b)).filter_map(joined).collect()
+}
+
+/// The statistics of neighbours together: squares within and between them add up.
+fn joined(blocks: &[BlockValues]) -> Option<BlockValues> {
+    let (first, last) = (blocks.first()?, blocks.last()?);
+    let count: u64 = blocks.iter().map(|block| block.count).sum();
+    let n = count as f64;
+    let mean = blocks.iter().map(|block| block.count as f64 * block.mean).sum::<f64>() / n;
+    let squares: f64 = blocks
+        .iter()
+        .map(|block| {
+            let of = block.count as f64;
+            (of - 1.0) * block.std.unwrap_or(0.0).powi(2) + of * (block.mean - mean).powi(2)
+        })
+        .sum();
+    Some(BlockValues {
+        start_s: first.start_s,
+        duration_s: last.start_s + last.duration_s - first.start_s,
+        count,
+        mean,
+        std: (count > 1).then(|| (squares / (n - 1.0)).sqrt()),
+        min: blocks.iter().map(|block| block.min).fold(f64::INFINITY, f64::min),
+        max: blocks.iter().map(|block| block.max).fold(f64::NEG_INFINITY, f64::max),
+    })
+}
+
+/// One table for each sensor, its axes side by side.
+pub(super) fn write_deviations(
+    out: &mut String,
+    snapshot: &Snapshot,
+    channels: &[ChannelValues],
+    confidence: f64,
+) -> fmt::Result {
+    let deviation = match snapshot.deviation {
+        Deviation::Allan => "Allan deviation",
+        Deviation::Hadamard => "Hadamard deviation",
+    };
+    let windows = match snapshot.estimator {
+        Estimator::Strided => "windows at stride tau/16, all overlaps up to m = 16",
+        Estimator::Full => "all overlaps",
+        Estimator::Plain => "no overlap",
+    };
+    let detrended = if snapshot.detrended { ", a line removed from each channel" } else { "" };
+    writeln!(out, "\n{deviation}, {windows}{detrended}")?;
+    let legend = format!(
+        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: octaves share samples, \
+         and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",
+        short(confidence)
+    );
+    writeln!(out, "{}", fill(&legend, "", ""))?;
+    // what was asked for between the lines has no deviation
+    let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
+    for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
+        write!(out, "\n{}, {}\n{:>8} {:>7} {:>7}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
+        for channel in group {
+            write!(out, " {:>COLUMN$}", channel.name)?;
+        }
+        writeln!(out)?;
+        let octaves = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
+        for octave in 0..octaves {
+            let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
+                continue;
+            };
+            write!(out, "{:>8} {:>7} {:>7}", short(first.tau_s), first.m, first.terms)?;
+            for channel in group {
+                write!(out, " {:>COLUMN$}", channel.deviations.get(octave).map_or("-".into(), with_bounds))?;
+            }
+            writeln!(out)?;
+        }
+    }
+    Ok(())
+}
+
+fn with_bounds(point: &Point) -> String {
+    let Some(deviation) = point.deviation else { return "-".into() };
+    let percent = |bound: f64| 100.0 * (bound / deviation - 1.0);
+    match (point.lower, point.upper) {
+        (Some(lower), Some(upper)) if point.is_known() && deviation > 0.0 => {
+            let (above, below) = (percent(upper), percent(lower));
+            let decimals = usize::from(above < 9.95);
+            format!("{deviation:.3e} {:>7}", format!("{above:+.decimals$}{below:+.decimals$}"))
+        }
+        _ => format!("{deviation:.3e} {:>7}", "few"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_together_have_the_statistics_of_their_samples() {
+        let block = |start_s: f64, values: &[f64]| {
+            let n = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / n;
+            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            BlockValues {
+                start_s,
+                duration_s: 1.0,
+                count: values.len() as u64,
+                mean,
+                std: (n > 1.0).then(|| (squares / (n - 1.0)).sqrt()),
+                min: values.iter().copied().fold(f64::INFINITY, f64::min),
+                max: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            }
+        };
+        let whole = block(0.0, &[1.0, 4.0, 2.5, 7.0, -3.0]);
+        let found = joined(&[block(0.0, &[1.0, 4.0]), block(1.0, &[2.5]), block(2.0, &[7.0, -3.0])]).unwrap();
+        assert_eq!((found.count, found.min, found.max, found.duration_s), (5, -3.0, 7.0, 3.0));
+        assert!((found.mean - whole.mean).abs() < 1e-12 && (found.std.unwrap() - whole.std.unwrap()).abs() < 1e-12);
+        assert_eq!(joined(&[]), None);
+        assert_eq!(parts(&[]), []);
+        let many: Vec<_> = (0..20).map(|i| block(f64::from(i), &[1.0, 2.0])).collect();
+        assert_eq!(parts(&many).len(), PARTS);
+        assert_eq!(parts(&many).iter().map(|part| part.count).sum::<u64>(), 40);
+    }
 }

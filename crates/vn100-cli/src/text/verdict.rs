@@ -9,7 +9,7 @@ use vn100_report::{
     verdict_words::{WHY_CONSISTENT, grade_text, sentence, verdict_name},
 };
 
-use super::layout::fill;
+use super::fill;
 
 /// Every figure of the data sheet beside each axis, or why there is none; nothing without a sheet.
 pub(super) fn write_verdicts(

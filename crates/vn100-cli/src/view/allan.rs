@@ -17,11 +17,10 @@ use ratatui::{
 use vn100_report::numbers::plain::{digits, tau, time};
 
 use super::{
-    curve::{Curve, Plot, next_octave},
+    curve::{Curve, LogAxis, Plot, next_octave},
+    draw::{Regions, Scene, framed},
     parameters,
-    plot::LogAxis,
-    scene::{Regions, Scene, framed},
-    source::{Source, Stage, short_name},
+    source::{Phase, Source, short_name},
     state::Panel,
     theme::{SIGNS, Theme},
 };
@@ -80,7 +79,7 @@ fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'stat
         spans.push(Span::styled(text, theme.faint()));
     }
     // nothing is to be waited for behind the end
-    let over = matches!(source.stage, Stage::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
+    let over = matches!(source.phase, Phase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
     if let Some(next) = next_octave(source).filter(|_| !over) {
         let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
         let when = match (next.broken, whole) {

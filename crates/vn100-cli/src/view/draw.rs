@@ -4,18 +4,58 @@
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
+    style::{Modifier, Style},
     text::{Line, Span},
-    widgets::Paragraph,
+    widgets::{Block, Borders, Paragraph},
 };
 
 use super::{
-    allan, footer, header, help, overview, parameters,
-    scene::{Regions, Scene},
-    signal,
-    source::Source,
-    state::Panel,
-    statistics, waiting, warnings,
+    allan, channels, health, keys, parameters,
+    source::{Source, short_name},
+    state::{Panel, State},
+    theme::Theme,
+    warnings,
 };
+
+/// Where on the screen what a mouse may point at is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Regions {
+    pub(crate) panels: Vec<(Rect, Panel)>,
+    pub(crate) tabs: Vec<(Rect, Panel)>,
+    /// Names of the sensors, by their places.
+    pub(crate) sensors: Vec<(Rect, usize)>,
+    /// Columns of the octaves of the curve, and the rows they stand in.
+    pub(crate) octaves: Vec<(u16, usize)>,
+    pub(crate) chart: Rect,
+    /// Rows of the channels, by their places.
+    pub(crate) channels: Vec<(u16, usize)>,
+    /// The progress bar of a replay.
+    pub(crate) progress: Rect,
+}
+
+/// What everything is drawn from.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) state: &'a State,
+    pub(crate) sources: &'a [Source],
+    pub(crate) theme: Theme,
+}
+
+impl<'a> Scene<'a> {
+    /// The source shown.
+    pub(crate) fn source(self) -> Option<&'a Source> {
+        self.sources.get(self.state.source)
+    }
+}
+
+/// A frame with a title, that of the panel chosen brighter.
+pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'static> {
+    let chosen = scene.state.panel == panel;
+    let title = format!(" {title} ");
+    let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
+    let border = if chosen { Style::new() } else { scene.theme.faint() };
+    Block::new().borders(Borders::ALL).border_style(border).title(title)
+}
 
 /// The least that shows anything.
 pub(crate) const LEAST: (u16, u16) = (60, 16);
@@ -30,11 +70,11 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     if area.width < LEAST.0 || area.height < LEAST.1 {
         too_small(frame, area, scene);
     } else if let Some(page) = scene.state.help {
-        help::draw(frame, area, scene, page);
+        keys::draw_help(frame, area, scene, page);
     } else if scene.state.overview {
         let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
-        overview::draw(frame, body, scene);
-        footer::draw(frame, keys, scene);
+        health::draw_overview(frame, body, scene);
+        keys::draw_footer(frame, keys, scene);
     } else if let Some(source) = scene.source() {
         one_source(frame, area, scene, source, &mut regions);
     }
@@ -54,11 +94,11 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
         Constraint::Length(1),
     ])
     .areas(area);
-    regions.progress = header::draw(frame, top, scene, source);
+    regions.progress = health::draw_header(frame, top, scene, source);
     warnings::draw_lines(frame, warned, scene, source);
-    footer::draw(frame, keys, scene);
+    keys::draw_footer(frame, keys, scene);
     if source.snapshot.timing.samples == 0 {
-        waiting::draw(frame, tabs.union(body), scene, source);
+        warnings::draw_waiting(frame, tabs.union(body), scene, source);
         return;
     }
     draw_tabs(frame, tabs, scene, source, all && !scene.state.expanded, regions);
@@ -75,7 +115,7 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
     let [allan, noise] = Layout::horizontal(columns).areas(upper);
     // a warning is read where the signal is otherwise; the signal leaves some columns to the sparklines
     let warned = scene.state.panel == Panel::Warnings;
-    let right = if warned { right } else { right.min((area.width * 2 / 5).max(signal::WIDTH)) };
+    let right = if warned { right } else { right.min((area.width * 2 / 5).max(channels::SIGNAL_WIDTH)) };
     let [statistics, signal] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(right)]).areas(lower);
     panel(frame, allan, scene, source, Panel::Allan, regions, false);
     panel(frame, noise, scene, source, Panel::Parameters, regions, false);
@@ -96,8 +136,8 @@ fn panel(
     match panel {
         Panel::Allan => allan::draw(frame, area, scene, source, regions, alone),
         Panel::Parameters => parameters::draw(frame, area, scene, source),
-        Panel::Statistics => statistics::draw(frame, area, scene, source, regions),
-        Panel::Signal => signal::draw(frame, area, scene, source),
+        Panel::Statistics => channels::draw_statistics(frame, area, scene, source, regions),
+        Panel::Signal => channels::draw_signal(frame, area, scene, source),
         Panel::Warnings => warnings::draw_panel(frame, area, scene, source),
     }
 }
@@ -119,7 +159,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
         x += 1;
     }
     for (place, group) in source.groups().iter().enumerate() {
-        let name = super::source::short_name(group.quantity);
+        let name = short_name(group.quantity);
         let text = format!(" {} {name} ", place + 1);
         let width = text.chars().count() as u16;
         regions.sensors.push((Rect::new(x, area.y, width, 1), place));

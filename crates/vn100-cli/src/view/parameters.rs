@@ -19,7 +19,7 @@ use vn100_report::{
 };
 
 use super::{
-    scene::{Scene, framed},
+    draw::{Scene, framed},
     source::{Group, Source, short_name},
     state::{Axes, Panel},
     theme::SIGNS,

@@ -14,7 +14,7 @@ use super::{
     source::{Source, short_name},
     state::State,
 };
-use crate::remedy_words::remedy_words;
+use crate::words::remedy_words;
 use vn100_analysis::Assessment;
 use vn100_report::{
     Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, units::ChannelValues,

@@ -1,16 +1,19 @@
-//! What is shown of one source, as plain data.
+//! What is shown of one source, as plain data, and the session that it is read from.
 
 use std::{sync::Arc, time::Duration};
 
+use tokio::sync::{mpsc, watch};
 use vn100_analysis::{Assessment, Snapshot, SourceFacts, Verdicts, Warning};
 use vn100_capture::RecordingState;
 use vn100_driver::LinkState;
-use vn100_pipeline::Playback;
+use vn100_pipeline::{Command, EndReason, Playback, Session, SourceState, Stage};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    printable,
+    Evaluation, no_sample, printable,
     units::{ChannelValues, channel_values},
 };
+
+use crate::words;
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -19,7 +22,7 @@ pub(crate) struct Source {
     pub(crate) name: String,
     /// Where the samples come from, as the result will say; only of what is known by now.
     pub(crate) origin: Arc<SourceFacts>,
-    pub(crate) stage: Stage,
+    pub(crate) phase: Phase,
     /// `None` for what is no link.
     pub(crate) link: Option<LinkState>,
     pub(crate) recording: Option<RecordingState>,
@@ -39,7 +42,7 @@ pub(crate) struct Source {
 
 /// How far a source has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Stage {
+pub(crate) enum Phase {
     /// Before it is measured.
     Preparing,
     Measuring,
@@ -72,7 +75,7 @@ impl Source {
         Self {
             name,
             origin: Arc::new(origin),
-            stage: Stage::Preparing,
+            phase: Phase::Preparing,
             link: None,
             recording: None,
             snapshot,
@@ -159,5 +162,80 @@ pub(crate) fn short_name(quantity: Quantity) -> &'static str {
         Quantity::Quaternion => "quat",
         Quantity::Temperature => "temp",
         Quantity::Pressure => "baro",
+    }
+}
+
+/// A source of the view. Reading its state delays no other task.
+#[derive(Debug)]
+pub(crate) struct SourceMonitor {
+    state: watch::Receiver<SourceState>,
+    commands: mpsc::Sender<Command>,
+    /// As it was looked at last.
+    pub(crate) shown: Source,
+}
+
+impl SourceMonitor {
+    /// The source of a session.
+    pub(crate) fn of(session: &Session) -> Self {
+        let (state, commands) = (session.state.clone(), session.commands.clone());
+        let now = state.borrow().clone();
+        let name = printable(now.name());
+        let shown = Source::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
+        Self { state, commands, shown }
+    }
+
+    /// Takes what is new; whether anything was.
+    pub(crate) fn look(&mut self, elapsed: Duration, evaluation: &Evaluation) -> bool {
+        let state = self.state.borrow_and_update().clone();
+        let shown = &mut self.shown;
+        let is_new_second = elapsed.as_secs() != shown.elapsed.as_secs();
+        shown.elapsed = elapsed;
+        let phase = phase(&state);
+        let mut changed =
+            is_new_second || shown.phase != phase || shown.link != state.link || shown.playback != state.playback;
+        shown.phase = phase;
+        shown.link.clone_from(&state.link);
+        shown.playback = state.playback;
+        shown.recording.clone_from(&state.recording);
+        shown.origin = Arc::new(state.facts());
+        if !Arc::ptr_eq(&state.snapshot, &shown.snapshot) {
+            let assessment = state.assessment();
+            if !Arc::ptr_eq(&assessment, &shown.assessment) {
+                shown.verdicts = evaluation.verdicts(&state.snapshot, &assessment);
+            }
+            shown.show(state.snapshot, assessment);
+            changed = true;
+        }
+        changed
+    }
+
+    /// The assessment of this very snapshot.
+    pub(crate) fn assess(&self, snapshot: &Snapshot) -> Assessment {
+        // the state is not kept locked meanwhile
+        let assessor = self.state.borrow().assessor();
+        assessor.exact(snapshot)
+    }
+
+    /// Sends a command to the session; the answer for the user, if there is one.
+    pub(crate) fn command(&self, command: Command) -> Option<String> {
+        if !matches!(self.state.borrow().stage, Stage::Measuring) {
+            return Some("nothing is measured there".into());
+        }
+        // who presses a key again finds room
+        self.commands.try_send(command).err().map(|_| "that cannot be done now".into())
+    }
+}
+
+fn phase(state: &SourceState) -> Phase {
+    match &state.stage {
+        Stage::Preparing => Phase::Preparing,
+        Stage::Measuring | Stage::Finishing => Phase::Measuring,
+        Stage::Ended(end) => {
+            let (name, snapshot) = (state.name(), &state.snapshot);
+            let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
+            let error = words::end(name, end, snapshot);
+            let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
+            Phase::Ended(error.map(|error| printable(&error)))
+        }
     }
 }

@@ -1,9 +1,15 @@
-//! What is shown and chosen, and what each key does to it. Pure: keys in, requests out.
+//! What is shown and chosen, and what each key and the mouse do to it. Pure: input in, requests out.
 
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::{
+    crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind},
+    layout::Position,
+};
 use vn100_pipeline::Command;
 
-use super::source::{Group, Source};
+use super::{
+    draw::Regions,
+    source::{Group, Source},
+};
 
 /// A part of the screen that may have it to itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -313,4 +319,49 @@ impl State {
 /// The next of `count` places, or the one before; no further than the ends.
 pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
+}
+
+/// Does what a click or a turn of the wheel asks.
+pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sources: &[Source]) -> Option<Request> {
+    let at = Position::new(event.column, event.row);
+    let source = sources.get(state.source)?;
+    if state.help.is_some() || state.question.is_some() {
+        return None;
+    }
+    match event.kind {
+        MouseEventKind::Down(MouseButton::Left) => {
+            if regions.progress.contains(at) {
+                let part = f64::from(at.x - regions.progress.x) / f64::from(regions.progress.width.max(1));
+                return source.progress().map(|_| Request::Control(Command::GoTo(part)));
+            }
+            let panels = regions.tabs.iter().chain(&regions.panels);
+            if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {
+                state.panel = *panel;
+            }
+            if let Some((_, sensor)) = regions.sensors.iter().find(|(area, _)| area.contains(at)) {
+                state.sensor = *sensor;
+            }
+            let statistics = regions.panels.iter().find(|(_, panel)| *panel == Panel::Statistics);
+            if let Some((_, channel)) = regions.channels.iter().find(|(row, _)| *row == at.y)
+                && statistics.is_some_and(|(area, _)| area.contains(at))
+            {
+                state.choose_channel(*channel, source);
+            }
+            if regions.chart.contains(at) {
+                let nearest = regions.octaves.iter().min_by_key(|(column, _)| column.abs_diff(at.x));
+                state.cursor = nearest.map(|(_, octave)| *octave);
+            }
+        }
+        MouseEventKind::ScrollUp | MouseEventKind::ScrollDown => {
+            let down = event.kind == MouseEventKind::ScrollDown;
+            if state.panel == Panel::Warnings {
+                state.warning = step(state.warning, down, source.warnings.len());
+            } else {
+                let octaves = regions.octaves.len();
+                state.cursor = Some(step(state.octave(octaves).unwrap_or(0), down, octaves));
+            }
+        }
+        _ => {}
+    }
+    None
 }

@@ -2,8 +2,9 @@
 //! waits for it.
 
 use std::{
+    collections::VecDeque,
     io,
-    sync::{Arc, atomic::Ordering},
+    sync::{Arc, Mutex, PoisonError, atomic::Ordering},
     time::{Duration, Instant},
 };
 
@@ -12,18 +13,14 @@ use ratatui::{
     crossterm::event::{Event, KeyEventKind},
 };
 use tokio_util::sync::CancellationToken;
-use vn100_report::Evaluation;
+use vn100_report::{Evaluation, printable};
 
 use super::{
     Signals,
-    draw::draw,
-    messages::MessageQueue,
-    monitor::SourceMonitor,
-    mouse::mouse,
+    draw::{Regions, Scene, draw},
     save::save,
-    scene::{Regions, Scene},
-    source::Source,
-    state::{Request, State},
+    source::{Source, SourceMonitor},
+    state::{Request, State, mouse},
     terminal::{Screen, next_event},
     theme::Theme,
 };
@@ -177,4 +174,45 @@ fn text(buffer: &Buffer) -> String {
 /// The error of a terminal that cannot be drawn on.
 pub(crate) fn cannot_show(error: &io::Error) -> String {
     format!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
+}
+
+/// Messages that are kept until the end; the oldest are dropped first.
+const MOST_MESSAGES: usize = 100;
+
+/// What would be written to the terminal if it were free: shown in the view, and written when that
+/// is over.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MessageQueue {
+    messages: Arc<Mutex<Messages>>,
+}
+
+#[derive(Debug, Default)]
+struct Messages {
+    all: VecDeque<String>,
+    seen: bool,
+}
+
+impl MessageQueue {
+    /// Adds one.
+    pub(crate) fn push(&self, message: String) {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.all.len() == MOST_MESSAGES {
+            messages.all.pop_front();
+        }
+        messages.all.push_back(message);
+        messages.seen = false;
+    }
+
+    /// The latest, if it was not taken here before.
+    pub(crate) fn news(&self) -> Option<String> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let seen = std::mem::replace(&mut messages.seen, true);
+        if seen { None } else { messages.all.back().map(|message| printable(message)) }
+    }
+
+    /// All, to be written down.
+    pub(crate) fn take(&self) -> Vec<String> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        messages.all.drain(..).collect()
+    }
 }

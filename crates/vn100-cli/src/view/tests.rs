@@ -18,9 +18,8 @@ use vn100_pipeline::{Playback, Speed};
 
 use super::{
     curve::NextOctave,
-    draw::draw,
-    scene::{Regions, Scene},
-    source::{Source, Stage},
+    draw::{Regions, Scene, draw},
+    source::{Phase, Source},
     state::{Axes, Panel, Question, State},
     theme::{Colours, Theme},
 };
@@ -187,19 +186,19 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         ("probing", LinkState::Probing { port: port(), baud: Some(57_600) }),
         ("heard", up()),
     ] {
-        let source = Source { stage: Stage::Measuring, link: Some(link), ..nothing() };
+        let source = Source { phase: Phase::Measuring, link: Some(link), ..nothing() };
         check(&format!("waiting-{name}"), &one(), &[source]);
     }
     let of_server = SourceFacts { kind: Some("tcp"), ..(*nothing().origin).clone() };
     let server = Source {
         name: "tcp://bench.local:4000".into(),
-        stage: Stage::Measuring,
+        phase: Phase::Measuring,
         link: Some(LinkState::Opening),
         origin: of_server.into(),
         ..nothing()
     };
     check("waiting-server", &one(), &[server]);
-    let mut held = Source { stage: Stage::Measuring, link: Some(up()), ..nothing() };
+    let mut held = Source { phase: Phase::Measuring, link: Some(up()), ..nothing() };
     let mut snapshot = (*held.snapshot).clone();
     (snapshot.link.tally.samples, snapshot.link.tally.valid_sentence_bytes) = (336, 336 * 122);
     let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
@@ -215,7 +214,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     check("waiting-held", &one(), &[held]);
     check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
-    check("waiting-failed", &one(), &[Source { stage: Stage::Ended(Some(error)), ..nothing() }]);
+    check("waiting-failed", &one(), &[Source { phase: Phase::Ended(Some(error)), ..nothing() }]);
 }
 
 #[test]
@@ -275,7 +274,7 @@ fn several_sources_have_an_overview() {
     let sources = [measured(), damaged(), nothing()];
     check("overview", &State { source: 1, ..State::new(3) }, &sources);
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
-    let sources_one_ended = [measured(), Source { stage: Stage::Ended(Some(reason)), ..nothing() }];
+    let sources_one_ended = [measured(), Source { phase: Phase::Ended(Some(reason)), ..nothing() }];
     check("overview-ended", &State::new(2), &sources_one_ended);
     let question = Some(Question::EndWarmUp);
     check("overview-question", &State { source: 1, question, ..State::new(3) }, &sources);

@@ -14,7 +14,7 @@ use vn100_protocol::stream::{Batch, Mark, MarkKind, RegisterReply, StreamCounts}
 use vn100_protocol::{Layout, VNIMU, VNYMR};
 use vn100_report::Evaluation;
 
-use crate::view::source::{Source, Stage};
+use crate::view::source::{Phase, Source};
 
 const SAMPLES: usize = 20_000;
 
@@ -100,7 +100,7 @@ fn source(mut snapshot: Snapshot) -> Source {
     let mut source = nothing();
     source.show(Arc::new(snapshot), Arc::new(assessment));
     Source {
-        stage: Stage::Measuring,
+        phase: Phase::Measuring,
         link: Some(up()),
         recording: Some(recording),
         verdicts,

@@ -6,9 +6,8 @@ use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
-    mouse::mouse,
     source::Source,
-    state::{Axes, Panel, Question, Request, State},
+    state::{Axes, Panel, Question, Request, State, mouse},
 };
 
 fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {

@@ -26,7 +26,7 @@ use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
 use crate::view::{
-    source::{Source, Stage},
+    source::{Phase, Source},
     state::{Axes, Panel, State},
     theme::{Colours, Theme},
 };
@@ -89,7 +89,7 @@ fn emulated() -> Source {
         source.show(snapshot, Arc::new(assessment));
         Source {
             name: "emulated-2h.vnimu".into(),
-            stage: Stage::Measuring,
+            phase: Phase::Measuring,
             verdicts,
             elapsed: Duration::from_secs(720),
             playback: Some(Playback { samples: SAMPLES, total, speed, paused: false, at_end: true }),

@@ -1,14 +1,16 @@
-//! The health of a source in three lines: where it is, how regularly its lines come, what was lost.
+//! The health of a source: where it is, how regularly its lines come, what was lost. In three lines
+//! above the panels, and in four for each of several sources side by side.
 
+use imu_noise::Term;
 use indicatif::HumanBytes;
 use ratatui::{
     Frame,
     layout::Rect,
     style::Style,
     text::{Line, Span},
-    widgets::Paragraph,
+    widgets::{Block, Borders, Paragraph},
 };
-use vn100_analysis::RateFrom;
+use vn100_analysis::{RateFrom, sensor_of};
 use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
@@ -19,12 +21,13 @@ use vn100_report::{
 };
 
 use super::{
-    scene::Scene,
-    source::{Source, Stage},
+    draw::Scene,
+    source::{Phase, Source, short_name},
     theme::Theme,
+    units::{convention, written},
     warnings::shortened,
 };
-use crate::status::link_name;
+use crate::{status::link_name, words::remedy_words};
 
 /// How much is spelled out, the most first: the first that has room is drawn.
 const DETAILS: [Detail; 3] = [Detail::All, Detail::Some, Detail::Least];
@@ -40,7 +43,7 @@ enum Detail {
 }
 
 /// Draws it; gives the place of the progress bar, empty without one.
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) -> Rect {
+pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) -> Rect {
     let width = usize::from(area.width);
     let lines = vec![
         first(scene, source, width),
@@ -85,11 +88,11 @@ fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static
 /// A word for the link, and whether it is well.
 pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
     let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
-    match (&source.stage, &source.link) {
-        (Stage::Preparing, _) => ("preparing".into(), theme.warning()),
-        (Stage::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
-        (Stage::Ended(None), _) => ("ended".into(), Style::new()),
-        (Stage::Measuring, None) => match source.playback {
+    match (&source.phase, &source.link) {
+        (Phase::Preparing, _) => ("preparing".into(), theme.warning()),
+        (Phase::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
+        (Phase::Ended(None), _) => ("ended".into(), Style::new()),
+        (Phase::Measuring, None) => match source.playback {
             // as much as was to be measured
             Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
                 ("read as far as asked".into(), Style::new())
@@ -98,7 +101,7 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
             Some(playback) if playback.paused => ("paused".into(), theme.warning()),
             _ => ("reading".into(), theme.good()),
         },
-        (Stage::Measuring, Some(link)) => match link {
+        (Phase::Measuring, Some(link)) => match link {
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.bad()),
             LinkState::Down { was_up: true, .. } => (link_name(link), theme.bad()),
@@ -247,4 +250,81 @@ fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Play
     ]);
     frame.render_widget(Paragraph::new(line), area);
     bar
+}
+
+/// Lines of a source, with one below.
+const LINES: usize = 5;
+
+pub(crate) fn draw_overview(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let frozen = if scene.state.frozen { ", FROZEN, measuring goes on" } else { "" };
+    let block = Block::new().borders(Borders::ALL).title(format!(" {} sources{frozen} ", scene.sources.len()));
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let room = usize::from(inner.height) / LINES;
+    let first = (scene.state.source + 1).saturating_sub(room.max(1));
+    let lines: Vec<Line<'_>> = (scene.sources.iter().enumerate().skip(first).take(room.max(1)))
+        .flat_map(|(place, source)| one(scene, place, source, usize::from(inner.width)))
+        .collect();
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Line<'static>> {
+    let theme = scene.theme;
+    let (word, style) = link_word(source, theme);
+    let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
+    let chosen = if place == scene.state.source { theme.chosen() } else { Style::new().bold() };
+    let measured = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
+    let lost = snapshot.link.tally.rejected.total() + timing.missing;
+    let health =
+        format!("  bad lines {}  missing {}", grouped(snapshot.link.tally.rejected.total()), grouped(timing.missing));
+    let head = |name: &str| {
+        Line::from(vec![
+            Span::styled(format!(" {} {name} ", place + 1), chosen),
+            Span::raw(" "),
+            Span::styled(word.clone(), style),
+            Span::styled(health.clone(), if lost > 0 { theme.warning() } else { Style::new() }),
+        ])
+    };
+    // what stands behind the name changes, and it does not
+    let beside = head("").width();
+    let head = head(&shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)));
+    let counts = format!("   {} samples in {}", grouped(timing.samples), time(timing.duration_s()));
+    let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
+    let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
+    let mut warned: Vec<String> = match &source.phase {
+        Phase::Ended(reason) => reason.iter().cloned().collect(),
+        Phase::Preparing | Phase::Measuring => Vec::new(),
+    };
+    warned.extend(source.errors());
+    let broken = !warned.is_empty();
+    warned.extend(source.warnings.iter().map(|warning| theme.spelled(warning.in_words(remedy_words))));
+    let more = warned.len().saturating_sub(1);
+    let warned = warned.into_iter().next();
+    let more = if more > 0 { format!(" +{more} more") } else { String::new() };
+    let warned = warned.map_or(String::new(), |text| {
+        format!("{}{more}", shortened(&format!("   ! {text}"), width.saturating_sub(more.len())))
+    });
+    vec![
+        head,
+        Line::raw(counts),
+        Line::raw(format!("   {}", noise.join("   "))),
+        Line::styled(warned, if broken { theme.bad() } else { theme.warning() }),
+        Line::raw(""),
+    ]
+}
+
+/// N of all axes, with its unit.
+fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String {
+    let Some(unit) = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
+        return String::new();
+    };
+    let axes = source.values.iter().filter(|channel| channel.quantity == quantity);
+    let values: Vec<String> = axes
+        .filter_map(|channel| channel.noise.as_ref()?.parameter(Term::White))
+        .map(|white| white.value.map_or("-".into(), |value| digits(value * unit.factor, 2)))
+        .collect();
+    if values.is_empty() {
+        return String::new();
+    }
+    format!("{} N {} {}", short_name(quantity), values.join(" "), scene.theme.spelled(written(unit)))
 }

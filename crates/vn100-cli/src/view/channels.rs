@@ -1,32 +1,99 @@
-//! One channel in time and by value: the last minutes, and how often which value came beside the
-//! normal curve of the same spread.
+//! All channels in numbers, with the last minutes of each as a line of bars; and one of them in
+//! time and by value.
 
+use imu_noise::counts_to_unit;
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
     symbols::Marker,
-    text::Line,
+    text::{Line, Span},
     widgets::{
-        Paragraph,
+        Paragraph, Row, Table,
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
-use vn100_report::{numbers::plain::time, units::ChannelValues};
+use vn100_analysis::Slot;
+use vn100_protocol::Quantity;
+use vn100_report::{
+    numbers::plain::time,
+    units::{ChannelValues, fitted},
+};
 
 use super::{
-    scene::{Scene, framed},
+    draw::{Regions, Scene, framed},
     source::{Group, Source},
     state::Panel,
     theme::Theme,
 };
 
+pub(crate) fn draw_statistics(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    scene: Scene<'_>,
+    source: &Source,
+    regions: &mut Regions,
+) {
+    let block = framed(scene, Panel::Statistics, "Statistics".into());
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let chosen = scene.state.channel(source);
+    // the places of names, units and numbers; what is left belongs to the bars
+    let longest = source.values.iter().map(|channel| channel.name.len()).max().unwrap_or(0) as u16;
+    let name = if inner.width >= 100 { longest.clamp(8, 24) } else { 8 };
+    let widths = [name, 6, 11, 10, 9, 9];
+    let fixed: u16 = widths.iter().sum::<u16>() + widths.len() as u16;
+    let bars = inner.width.saturating_sub(fixed);
+    let axes: Vec<(usize, usize)> = (source.groups().iter())
+        .flat_map(|group| group.channels.iter().copied().enumerate().collect::<Vec<_>>())
+        .map(|(axis, channel)| (channel, axis))
+        .collect();
+    // what was asked for between the lines is no axis
+    let mut polled: Vec<usize> = (axes.len()..source.values.len()).collect();
+    polled.sort_by_key(|place| !matches!(source.values[*place].quantity, Quantity::Temperature | Quantity::Pressure));
+    let placed: Vec<(usize, usize)> =
+        axes.into_iter().chain(polled.into_iter().map(|place| (place, usize::MAX))).collect();
+    regions.channels = placed.iter().enumerate().map(|(row, (place, _))| (inner.y + 1 + row as u16, *place)).collect();
+    let rows = placed.into_iter().map(|(place, axis)| {
+        let channel = &source.values[place];
+        let number = |value: Option<f64>, decimals: usize, column: usize| {
+            let text = value.map_or("-".into(), |value| fitted(value, decimals, widths[column].into()));
+            Line::raw(text).right_aligned()
+        };
+        // averages resolve more than one sample
+        let finer = channel.decimals + 2;
+        let row = Row::new(vec![
+            Line::from(Span::styled(channel.name.clone(), scene.theme.axis(axis))),
+            Line::raw(channel.unit.clone()),
+            number(channel.mean, finer, 2),
+            number(channel.std, finer, 3),
+            number(channel.min, channel.decimals, 4),
+            number(channel.max, channel.decimals, 5),
+            Line::from(Span::styled(source.sparkline(place, usize::from(bars)), scene.theme.axis(axis))),
+        ]);
+        if Some(place) == chosen { row.style(scene.theme.chosen()) } else { row }
+    });
+    let header = ["channel", "unit", "mean", "std", "min", "max"]
+        .iter()
+        .enumerate()
+        .map(|(place, name)| if place < 2 { Line::raw(*name) } else { Line::raw(*name).right_aligned() });
+    let recent = match bars {
+        0..8 => "",
+        8..12 => "recent",
+        _ => "last minutes",
+    };
+    let header = header.chain([Line::raw(recent)]);
+    let header = Row::new(header).style(scene.theme.faint());
+    let widths = widths.into_iter().map(Constraint::Length).chain([Constraint::Length(bars)]);
+    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(header), inner);
+}
+
 /// Slots of the whole history, halved by each step of the zoom.
 const MOST_SLOTS: usize = 480;
 
-/// The least columns, with the frame.
-pub(crate) const WIDTH: u16 = 44;
+/// The least columns of the signal, with the frame.
+pub(crate) const SIGNAL_WIDTH: u16 = 44;
 
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.values[place];
     let block = framed(scene, Panel::Signal, format!("Signal of {}, {}", channel.name, channel.unit));
@@ -189,9 +256,87 @@ fn draw_histogram(
     );
 }
 
+/// Values of one column, in the unit of the channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Column {
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    pub(crate) mean: f64,
+}
+
+/// The oldest column first; `None` where nothing came.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct History {
+    pub(crate) columns: Vec<Option<Column>>,
+    /// Data time of a column, in seconds.
+    pub(crate) column_s: f64,
+}
+
+/// The heights of the bars of a sparkline.
+const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+impl Source {
+    /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed
+    /// times, so that they do not flicker.
+    pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
+        let recent = self.snapshot.recent.as_ref()?;
+        let layout = self.snapshot.layout.as_ref()?.channels.get(channel)?;
+        let branch = self.snapshot.channels.get(channel)?.branch_counts;
+        let slots = recent.slots(channel);
+        let kept = slots.len().min(most_slots);
+        // one column may be cut short at either end
+        let together = kept.div_ceil(columns.checked_sub(1)?.max(1)).max(1) as u64;
+        let first = recent.end() - kept as u64;
+        let mut history = Vec::new();
+        let mut number = None;
+        let mut merged: Vec<Option<Slot>> = Vec::new();
+        for (place, slot) in slots.skip(recent.slots(channel).len() - kept).enumerate() {
+            let column = (first + place as u64) / together;
+            if number != Some(column) {
+                number = Some(column);
+                merged.push(None);
+            }
+            if let (Some(last), Some(slot)) = (merged.last_mut(), slot) {
+                *last = Some(last.map_or(slot, |sum| merge(sum, slot)));
+            }
+        }
+        let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
+        history.extend(merged.into_iter().map(|slot| {
+            slot.map(|slot| Column {
+                min: value(slot.min as f64),
+                max: value(slot.max as f64),
+                mean: value(slot.sum as f64 / f64::from(slot.count)),
+            })
+        }));
+        let column_s = (recent.samples_per_slot() * together) as f64 / self.snapshot.timing.rate_hz;
+        Some(History { columns: history, column_s })
+    }
+
+    /// The means of the last minutes as bars, between the lowest and the highest of them.
+    pub(crate) fn sparkline(&self, channel: usize, columns: usize) -> String {
+        let Some(history) = (columns >= 8).then(|| self.history(channel, columns, usize::MAX)).flatten() else {
+            return String::new();
+        };
+        let means = history.columns.iter().flatten().map(|column| column.mean);
+        let (low, high) =
+            means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| (low.min(mean), high.max(mean)));
+        let bar = |column: &Option<Column>| {
+            column.map_or(' ', |column| {
+                let height = (column.mean - low) / (high - low);
+                BARS[if height.is_finite() { (height * 7.0).round() as usize } else { 3 }.min(7)]
+            })
+        };
+        history.columns.iter().map(bar).collect()
+    }
+}
+
+fn merge(a: Slot, b: Slot) -> Slot {
+    Slot { min: a.min.min(b.min), max: a.max.max(b.max), sum: a.sum + b.sum, count: a.count + b.count }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::labelled_rows;
+    use super::*;
 
     #[test]
     fn a_label_is_the_value_of_its_row() {

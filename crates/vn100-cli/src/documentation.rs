@@ -1,4 +1,5 @@
-//! `vn100 man`: the manual pages, made of the same words as `--help`.
+//! `vn100 completions` and `vn100 man`: the command line for shells and as manual pages, made of
+//! the same words as `--help`.
 
 use std::{fs::File, io::Write, path::Path};
 
@@ -7,9 +8,17 @@ use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
 use crate::{
-    args::{Args, ManArgs},
+    args::{Args, CompletionsArgs, ManArgs},
     exit::{Exit, print},
 };
+
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<Exit> {
+    // written to memory first: clap_complete panics where its output cannot be written
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Args::command(), "vn100", &mut script);
+    print(&String::from_utf8(script)?)?;
+    Ok(Exit::Good)
+}
 
 pub(crate) fn man(args: &ManArgs) -> Result<Exit> {
     let mut vn100 = Args::command().disable_help_subcommand(true);

@@ -1,0 +1,140 @@
+//! What sessions came to, evaluated and written to standard output.
+
+use std::{io, sync::Arc};
+
+use anyhow::{Context, Result};
+use indicatif::HumanBytes;
+use tokio::task::{self, JoinHandle};
+use vn100_capture::RecordingState;
+use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
+use vn100_report::{Completion, Document, Evaluation, Measured};
+
+use crate::{
+    args::OutputFormat,
+    exit::{Exit, print, print_json, report},
+    text,
+    words::{self, remedy_words},
+};
+
+/// A task of the measurement died.
+pub(crate) const FAULT: &str = "the measurement stopped by a fault of this program";
+
+/// The result of a session, evaluated.
+pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
+    let evaluation = Arc::clone(evaluation);
+    // it takes its time, in which other sources are measured
+    Ok(task::spawn_blocking(move || evaluation.complete(measured(result))).await?)
+}
+
+/// The result of a replay, evaluated; one that was interrupted says so.
+pub(crate) async fn evaluated_replay(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
+    let is_stopped = matches!(*result.end, EndReason::Stopped);
+    let mut measured = evaluated(result, evaluation).await?;
+    if is_stopped {
+        measured.note_interrupted();
+    }
+    Ok(measured)
+}
+
+fn measured(result: SessionResult) -> Measured {
+    let SessionResult { mut facts, snapshot, assessment, end, unmet, .. } = result;
+    let error = words::end(&facts.name, &end, &snapshot);
+    let (failed, cut_short) = match *end {
+        EndReason::NotStarted(_) | EndReason::SourceFailed(_) => (error, None),
+        _ => (None, error),
+    };
+    facts.error = failed;
+    let mut measured = Measured::ended(facts, snapshot, assessment, &unmet);
+    if matches!(*end, EndReason::NotStarted(StartError::Recording(_))) {
+        // the source itself may be well
+        measured.completion = Completion::Failed;
+    }
+    cut_short.into_iter().for_each(|text| measured.note_failure(text));
+    if let Some(recording) = &result.recording {
+        note_recording(&mut measured, recording, result.unrecorded_bytes);
+    }
+    if !result.is_restored {
+        measured.completion = measured.completion.max(Completion::Failed);
+    }
+    measured
+}
+
+/// What became of the recording that was made meanwhile. Where it failed the result says so, and
+/// the command has failed.
+fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorded_bytes: u64) {
+    let path = recording.path.display();
+    let text = match &recording.error {
+        Some(error) => {
+            let advice = match error.kind() {
+                io::ErrorKind::NotFound => "leave it in its place until the end",
+                _ => "free the disk, or record elsewhere",
+            };
+            let bytes = HumanBytes(recording.bytes);
+            format!("{path} ends after {bytes} of the bytes read: {error}. The result does not depend on it; {advice}")
+        }
+        None if unrecorded_bytes > 0 => format!(
+            "{path} lacks {unrecorded_bytes} bytes, which the disk did not take in time, and says where; the result does not depend on it"
+        ),
+        None => return,
+    };
+    measured.note_failed_recording(text);
+}
+
+/// Writes results in the order of the sources.
+pub(crate) struct ResultWriter {
+    format: OutputFormat,
+    documents: Vec<Document>,
+    exit: Exit,
+}
+
+impl ResultWriter {
+    pub(crate) fn new(format: OutputFormat) -> Self {
+        Self { format, documents: Vec::new(), exit: Exit::Good }
+    }
+
+    /// Writes the next one, or keeps its document for the end.
+    pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
+        self.exit = self.exit.max(measured.completion.into());
+        measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
+        match self.format {
+            OutputFormat::Json => self.documents.push(Document::of(measured, remedy_words)),
+            OutputFormat::Text if measured.facts.kind.is_some() => {
+                print(&text::result(measured))?;
+            }
+            OutputFormat::Summary => print(&text::summary(&measured.facts, &measured.snapshot, &measured.assessment))?,
+            OutputFormat::Text | OutputFormat::Ndjson => {}
+        }
+        Ok(())
+    }
+
+    /// After the last: writes what was kept, and gives the exit of the command.
+    pub(crate) fn finish(self) -> Result<Exit> {
+        if self.format == OutputFormat::Json {
+            let document = match &self.documents[..] {
+                [document] => serde_json::to_string_pretty(document),
+                documents => serde_json::to_string_pretty(documents),
+            };
+            print_json(&document?)?;
+        }
+        Ok(self.exit)
+    }
+}
+
+/// Writes a document in a line.
+pub(crate) fn print_line(document: &Document) -> Result<()> {
+    print_json(&serde_json::to_string(document)?)
+}
+
+/// Writes the document of a session under way in a line.
+pub(crate) fn print_state(state: &SourceState) -> Result<()> {
+    print_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
+}
+
+/// The results of all sources of a command, in their order.
+pub(crate) async fn all_of(sources: Vec<JoinHandle<Result<Measured>>>) -> Result<Vec<Measured>> {
+    let mut all = Vec::new();
+    for source in sources {
+        all.push(source.await.context(FAULT)??);
+    }
+    Ok(all)
+}

@@ -1,0 +1,73 @@
+//! What users write as TOML: the conditions of a measurement, kept with its data, and the data
+//! sheet of a sensor.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use anyhow::{Context, Result, bail};
+use toml::Value;
+use vn100_analysis::Datasheet;
+use vn100_pipeline::is_reserved;
+use vn100_report::{Evaluation, parse_datasheet, parse_toml};
+
+use crate::args::MeasureArgs;
+
+/// The conditions in the user's file; none without one.
+pub(crate) fn read_conditions(file: Option<&Path>) -> Result<BTreeMap<String, String>> {
+    let Some(file) = file else { return Ok(BTreeMap::new()) };
+    let text = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    parse_conditions(&text).with_context(|| format!("{}", file.display()))
+}
+
+fn parse_conditions(text: &str) -> Result<BTreeMap<String, String>> {
+    let table: toml::Table = parse_toml(text)?;
+    let entry = |(name, value): (String, Value)| {
+        let text = match value {
+            Value::String(text) => text,
+            Value::Integer(number) => number.to_string(),
+            Value::Float(number) => number.to_string(),
+            Value::Boolean(yes) => yes.to_string(),
+            Value::Datetime(time) => time.to_string(),
+            Value::Array(_) | Value::Table(_) => {
+                bail!("{name} should be a text or a number, as in {name} = \"bench 3\"")
+            }
+        };
+        if is_reserved(&name) {
+            bail!("{name} is a name of the program's own");
+        }
+        Ok((name, text))
+    };
+    table.into_iter().map(entry).collect()
+}
+
+/// A user's.
+///
+/// # Errors
+/// When the file cannot be read, is not TOML, or a figure makes no sense; with file, line and the
+/// choices there are.
+pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read the data sheet {}", path.display()))?;
+    parse_datasheet(&text).with_context(|| format!("the data sheet {}", path.display()))
+}
+
+/// What completes every result, as asked for.
+///
+/// # Errors
+/// When the data sheet cannot be read.
+pub(crate) fn evaluation(args: &MeasureArgs) -> Result<Evaluation> {
+    let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
+    Evaluation::new(datasheet, args.fail_on.clone()).context("the built-in data sheet")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conditions_are_names_and_values() {
+        let parsed = parse_conditions("place = \"bench 3\"\ntemperature = 21.5\naxis_up = \"-z\"\n").unwrap();
+        assert_eq!(parsed["temperature"], "21.5");
+        for wrong in ["place", "[place]\nname = 1", "place = [1, 2]", "\"measured.duration\" = \"1h\""] {
+            assert!(parse_conditions(wrong).is_err(), "{wrong}");
+        }
+    }
+}
