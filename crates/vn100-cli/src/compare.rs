@@ -6,8 +6,8 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use vn100_analysis::{Chance, ComparedRecord, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
 use vn100_report::{
-    ComparisonDocument, Measured, folding,
-    names::sensor,
+    ComparisonDocument, Measured,
+    names::{folding, sensor},
     numbers::plain::{counted, four_digits, short},
     printable, record_letter,
     units::{sensor_group, tests_by_channel},

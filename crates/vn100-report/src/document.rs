@@ -3,10 +3,8 @@
 pub(crate) mod comparison;
 pub(crate) mod noise;
 pub(crate) mod plan;
-pub(crate) mod recording;
 mod signal;
-mod source;
-mod verdict;
+pub(crate) mod source;
 
 use std::collections::BTreeMap;
 
@@ -18,10 +16,9 @@ use crate::{
     measured::Measured,
     units::{BarValues, ChannelValues, NormValues, Point, channel_values, norm_values},
 };
-use noise::NoiseDocument;
+use noise::{GradeDocument, NoiseDocument, VerdictDocument};
 use signal::{Block, NormalityDocument, SpectrumDocument, StationarityDocument};
 use source::SourceDocument;
-use verdict::{GradeDocument, VerdictDocument};
 
 /// The JSON document of one source.
 #[derive(Debug, Serialize)]

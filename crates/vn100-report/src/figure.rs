@@ -7,11 +7,10 @@
 mod allan;
 mod axes;
 mod drawing;
-mod envelope;
 mod font;
 mod histogram;
+mod over_time;
 mod png;
-mod segments;
 mod spectrum;
 mod svg;
 
@@ -19,9 +18,8 @@ use thiserror::Error;
 
 pub use allan::allan_in_unit;
 pub(crate) use allan::{allan_of_axes, allan_of_axis, allan_of_records};
-pub(crate) use envelope::envelope;
 pub(crate) use histogram::histogram;
-pub(crate) use segments::segments;
+pub(crate) use over_time::{envelope, segments};
 pub(crate) use spectrum::spectrum;
 
 pub(crate) use axes::superscript;

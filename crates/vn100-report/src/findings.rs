@@ -6,7 +6,7 @@ use vn100_analysis::{
 };
 
 use super::record::Record;
-use crate::{units::ChannelValues, verdict_words::sentence};
+use crate::{names::sentence, units::ChannelValues};
 
 /// Of one record.
 #[derive(Debug, Clone)]

@@ -10,12 +10,10 @@
 
 mod datasheet;
 mod document;
-mod evaluation;
 mod export;
 mod figure;
 mod figures;
 mod findings;
-mod folding;
 mod measured;
 pub mod names;
 pub mod numbers;
@@ -24,7 +22,6 @@ mod printable;
 mod record;
 mod toml_text;
 pub mod units;
-pub mod verdict_words;
 mod words;
 
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
@@ -32,9 +29,8 @@ pub use document::{
     Document,
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
-    recording::RecordingDocument,
+    source::RecordingDocument,
 };
-pub use evaluation::Evaluation;
 pub use export::{
     kalibr::{KalibrError, KalibrYaml},
     ros2::{Ros2Error, Ros2Messages},
@@ -42,8 +38,7 @@ pub use export::{
 };
 pub use figure::{DrawingError, Figure, allan_in_unit};
 pub use figures::Figures;
-pub use folding::folding;
-pub use measured::{Completion, Measured, no_sample};
+pub use measured::{Completion, Evaluation, Measured, no_sample};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable, steers_terminal};
 pub use record::{Record, record_letter};

@@ -1,22 +1,15 @@
 //! The page: one HTML file that needs nothing else.
 
-mod fact_table;
 mod facts;
 mod figures;
-mod method;
 mod parameters;
-mod points;
-mod readings;
-mod references;
 mod several;
 mod statistics;
 mod summary;
-mod table;
-mod verdicts;
 
 use std::io::{self, Write};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use vn100_analysis::RemedyWords;
 
 use crate::{
@@ -28,7 +21,6 @@ use crate::{
     record::{Record, record_letter},
     words::conclusions,
 };
-use fact_table::NOT_RECORDED;
 
 /// The Earth's turning, in rad/s (IERS Conventions, 2010).
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
@@ -75,7 +67,7 @@ pub fn write_page(
         _ => format!("Noise report of {} captures", records.len()),
     };
     let is_empty = |record: &Record<'_>| record.snapshot().timing.samples == 0;
-    let readings = readings::readings(figures.iter().chain([together]).flat_map(Figures::all));
+    let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all));
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -100,9 +92,9 @@ pub fn write_page(
                             }
                         }
                     }
-                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } (references::references()) } }
+                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } (references()) } }
                 }
-                footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
+                footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
                 script { (PreEscaped(SCRIPT)) }
             }
@@ -146,7 +138,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         (summary::summary(record, &findings))
         (section(0, answers(&findings, options.words)))
         (section(1, warnings(record, options.words)))
-        (section(2, html! { (parameters::parameters(record)) (verdicts::verdicts(record, options.words)) }))
+        (section(2, html! { (parameters::parameters(record)) (parameters::verdicts(record, options.words)) }))
         (section(3, figures::allan(record, figures)))
         (section(4, statistics::statistics(record, options.words)))
         (section(5, figures::time(figures)))
@@ -203,5 +195,38 @@ fn filters(record: &Record<'_>) -> Markup {
              the stream too much. Kalibr takes N and K in continuous time, in SI units [8]; it knows no bias instability."
         }
         pre { (KalibrYaml::of(record, true).text()) }
+    }
+}
+
+pub(super) fn table(class: Option<&str>, columns: &[&str], rows: &Markup) -> Markup {
+    html! {
+        div.scroll {
+            table class=[class] {
+                thead { tr { @for name in columns { th scope="col" { (name) } } } }
+                tbody { (rows) }
+            }
+        }
+    }
+}
+
+/// A row whose first cell names it.
+pub(super) fn row(name: impl Render, cells: impl IntoIterator<Item = String>) -> Markup {
+    html! { tr { th scope="row" { (name) } @for cell in cells { td { (cell) } } } }
+}
+
+const REFERENCES: [&str; 8] = [
+    "D. W. Allan, \"Statistics of atomic frequency standards\", Proc. IEEE 54 (1966), 221-230.",
+    "W. J. Riley, \"Handbook of Frequency Stability Analysis\", NIST Special Publication 1065 (2008).",
+    "C. A. Greenhall and W. J. Riley, \"Uncertainty of stability variances based on finite differences\", 35th PTTI Meeting (2003).",
+    "IEEE Std 952-1997, \"IEEE Standard Specification Format Guide and Test Procedure for Single-Axis Interferometric Fiber Optic Gyros\", annex C; IEEE Std 1293 for accelerometers.",
+    "P. D. Welch, \"The use of fast Fourier transform for the estimation of power spectra\", IEEE Trans. Audio Electroacoust. 15 (1967), 70-73.",
+    "A. C. Harvey, \"Forecasting, Structural Time Series Models and the Kalman Filter\" (1989): steps and warm-up.",
+    "Z. A. Lomnicki, \"Tests for departure from normality in the case of linear stochastic processes\", Metrika 4 (1961), 37-62.",
+    "Kalibr, \"IMU noise model\", the page of that name in the project's documentation: continuous-time densities and their units.",
+];
+
+pub(super) fn references() -> Markup {
+    html! {
+        ol.references { @for reference in REFERENCES { li { (reference) } } }
     }
 }

@@ -1,8 +1,6 @@
 //! Conclusions in words. Every sentence rests on a number of the record; where there is none, it
 //! says so.
 
-mod advice;
-mod filters;
 mod limits;
 mod noise;
 #[cfg(test)]
@@ -27,8 +25,8 @@ pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> Vec<Answer
         ("Can these numbers be trusted?", trust::trust(findings)),
         ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings, words)),
         ("What limits this record?", limits::limits(findings)),
-        ("What would make a better one?", advice::advice(findings, words)),
-        ("What do I give a filter, or Kalibr?", filters::filters(findings, words)),
+        ("What would make a better one?", limits::advice(findings, words)),
+        ("What do I give a filter, or Kalibr?", noise::filters(findings, words)),
         ("What was not tested?", limits::not_tested(findings)),
     ];
     answers.into_iter().map(|(question, sentences)| Answer { question, sentences }).collect()

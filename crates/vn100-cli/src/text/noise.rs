@@ -6,10 +6,9 @@ use std::fmt::{self, Write};
 use imu_noise::{Deviation, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, conventions};
 use vn100_analysis::{Assessment, ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, Motion};
 use vn100_report::{
-    names::{in_words, sensor},
+    names::{in_words, sensor, shown_in},
     numbers::plain::{four_digits, short},
     units::{ChannelValues, si_unit},
-    verdict_words::shown_in,
 };
 
 use super::{fill, row};

@@ -5,8 +5,8 @@ use std::fmt::{self, Write};
 use imu_noise::{Claim, Verdict};
 use vn100_analysis::{FigureVerdict, Motion, Verdicts, letter};
 use vn100_report::{
+    names::{WHY_CONSISTENT, grade_text, sentence, verdict_name},
     units::ChannelValues,
-    verdict_words::{WHY_CONSISTENT, grade_text, sentence, verdict_name},
 };
 
 use super::fill;

@@ -13,9 +13,9 @@ use vn100_analysis::{
 };
 use vn100_protocol::Quantity;
 use vn100_report::{
+    names::verdict_name,
     numbers::plain::{digits, digits_trimmed, spread, tau, time},
     units::ChannelValues,
-    verdict_words::verdict_name,
 };
 
 use super::{

@@ -1,12 +1,13 @@
-//! What a document says of the source: which it was, which sensor, and what became of the lines of
-//! a CSV file.
+//! What a document says of the source: which it was, which sensor, what its recording says of
+//! itself, and what became of the lines of a CSV file.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    time::{Duration, SystemTime},
+};
 
 use serde::Serialize;
-use vn100_analysis::{CsvFacts, Snapshot, SourceFacts};
-
-use super::recording::RecordingDocument;
+use vn100_analysis::{CsvFacts, RecordingFacts, Snapshot, SourceFacts};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct SourceDocument {
@@ -95,5 +96,85 @@ fn csv(facts: &CsvFacts) -> Csv {
         odd: odd.collect(),
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
+    }
+}
+
+/// A recording, with its times in UTC.
+#[derive(Debug, Serialize)]
+pub struct RecordingDocument {
+    pub(crate) program: Option<String>,
+    pub(crate) started: Option<String>,
+    pub(crate) ended: Option<String>,
+    complete: Option<bool>,
+    pub(crate) end_reason: Option<String>,
+}
+
+impl RecordingDocument {
+    /// What is known so far; how the recording ended is known when it was read to there.
+    #[must_use]
+    pub fn new(recording: &RecordingFacts) -> Self {
+        let end = recording.end.as_ref();
+        Self {
+            program: recording.program.clone(),
+            started: recording.started_ns.and_then(utc),
+            ended: end.and_then(|end| end.ended_ns).and_then(utc),
+            complete: end.map(|end| end.complete),
+            end_reason: end.and_then(|end| end.reason.clone()),
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let unknown = || "an unknown time".to_owned();
+        let when = match (&self.started, &self.ended) {
+            (None, None) => format!("at {}", unknown()),
+            (started, ended) => {
+                let told = |time: &Option<String>| time.clone().unwrap_or_else(unknown);
+                format!("{} to {}", told(started), told(ended))
+            }
+        };
+        let how = match (&self.end_reason, self.complete) {
+            (Some(reason), Some(true)) => format!(", ended: {reason}"),
+            (_, Some(false)) => ", cut there: the file has no end".to_owned(),
+            _ => String::new(),
+        };
+        format!("{when}{how}")
+    }
+}
+
+/// To the millisecond, as the clock of a host is not better than that; `None` for a time before
+/// 1971: it is that of a clock that was not set, or of no clock.
+fn utc(at_ns: i64) -> Option<String> {
+    const YEAR: Duration = Duration::from_secs(365 * 24 * 3600);
+    let since_1970 = Duration::from_nanos(at_ns.try_into().ok()?);
+    (since_1970 >= YEAR).then(|| humantime::format_rfc3339_millis(SystemTime::UNIX_EPOCH + since_1970).to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use vn100_analysis::RecordingEndFacts;
+
+    use super::*;
+
+    #[test]
+    fn times_are_utc_and_a_cut_is_said() {
+        let mut recording = RecordingFacts { started_ns: Some(1_763_700_000_123_456_789), ..RecordingFacts::default() };
+        let started = "2025-11-21T04:40:00.123Z";
+        assert_eq!(RecordingDocument::new(&recording).text(), format!("{started} to an unknown time"));
+        let end = RecordingEndFacts { ended_ns: Some(-1), complete: false, reason: None };
+        recording.end = Some(end);
+        let text = RecordingDocument::new(&recording).text();
+        assert_eq!(text, format!("{started} to an unknown time, cut there: the file has no end"));
+    }
+
+    #[test]
+    fn a_time_that_counts_from_zero_is_no_date() {
+        let mut recording = RecordingFacts { started_ns: Some(0), ..RecordingFacts::default() };
+        let end = RecordingEndFacts { ended_ns: Some(60_000_000_000), complete: true, reason: None };
+        recording.end = Some(end);
+        let document = RecordingDocument::new(&recording);
+        assert_eq!((&document.started, &document.ended), (&None, &None));
+        assert_eq!(document.text(), "at an unknown time");
     }
 }

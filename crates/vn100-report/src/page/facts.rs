@@ -1,6 +1,7 @@
-//! What was measured, with what, and how: everything needed to repeat it.
+//! What was measured, with what, and how: everything needed to repeat it. As tables with a name and
+//! a value in each row.
 
-use imu_noise::Arrivals;
+use imu_noise::{Arrivals, Deviation, Estimator};
 use maud::{Markup, html};
 use vn100_analysis::{MissingFrom, RateFrom};
 use vn100_protocol::{
@@ -8,13 +9,9 @@ use vn100_protocol::{
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
 
-use super::{
-    PageOptions, Program,
-    fact_table::{NOT_RECORDED, Row, or_not_recorded, row, table},
-    method,
-};
+use super::{PageOptions, Program};
 use crate::{
-    document::recording::RecordingDocument,
+    document::source::RecordingDocument,
     names::echoes,
     numbers::{duration, grouped, trimmed},
     record::Record,
@@ -48,11 +45,11 @@ const REGISTERS: [Register; 10] = [
 
 pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>) -> Markup {
     html! {
-        h3 { "Capture" } (table(&capture(record, options.program)))
-        h3 { "Sensor" } (table(&sensor(record)))
-        h3 { "Conditions" } (table(&conditions(record)))
-        h3 { "Time base and losses" } (table(&timing(record)))
-        h3 { "Method" } (table(&method::method(record, options.asked)))
+        h3 { "Capture" } (facts_table(&capture(record, options.program)))
+        h3 { "Sensor" } (facts_table(&sensor(record)))
+        h3 { "Conditions" } (facts_table(&conditions(record)))
+        h3 { "Time base and losses" } (facts_table(&timing(record)))
+        h3 { "Method" } (facts_table(&method(record, options.asked)))
     }
 }
 
@@ -62,15 +59,15 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
     let recorded = facts.recording.as_ref().map(RecordingDocument::new);
     let of = |part: fn(&RecordingDocument) -> Option<String>| recorded.as_ref().and_then(part);
     vec![
-        row("File", facts.name.clone()),
-        row("Form", facts.kind.unwrap_or("not recognised")),
+        fact("File", facts.name.clone()),
+        fact("Form", facts.kind.unwrap_or("not recognised")),
         or_not_recorded("Size", file.map(|file| format!("{} bytes", grouped(file.bytes)))),
         or_not_recorded("SHA-256", file.map(|file| file.sha256.clone())),
         or_not_recorded("Start (UTC)", of(|recorded| recorded.started.clone())),
         or_not_recorded("End (UTC)", of(|recorded| recorded.ended.clone())),
         or_not_recorded("How it ended", of(|recorded| recorded.end_reason.clone())),
         or_not_recorded("Recorded by", of(|recorded| recorded.program.clone())),
-        row("Report by", format!("{}, commit {}", program.name, program.commit.unwrap_or(NOT_RECORDED))),
+        fact("Report by", format!("{}, commit {}", program.name, program.commit.unwrap_or(NOT_RECORDED))),
         or_not_recorded("Message", snapshot.layout.as_ref().map(|layout| layout.message.to_string())),
         or_not_recorded(
             "Compensated by the sensor",
@@ -183,7 +180,7 @@ fn conditions(record: &Record<'_>) -> Vec<Row> {
     let temperature = temperature.map(|(min, max)| format!("{min:.1} to {max:.1} °C"));
     rows.push(or_not_recorded("Temperature of the sensor", temperature));
     let others = meta.into_iter().flatten().filter(|(name, _)| CONDITIONS.iter().all(|(known, _)| known != name));
-    rows.extend(others.map(|(name, value)| row(name, value.clone())));
+    rows.extend(others.map(|(name, value)| fact(name, value.clone())));
     rows
 }
 
@@ -210,13 +207,13 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
     let (link, tally) = (&snapshot.link, &snapshot.link.tally);
     let bad = &tally.rejected;
     vec![
-        row("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
-        row("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
+        fact("Samples", format!("{} in {}", grouped(timing.samples), duration(timing.duration_s()))),
+        fact("Sample rate", format!("{} Hz, {from}", trimmed(timing.rate_hz, 6))),
         or_not_recorded("Measured rate", measured),
         or_not_recorded("Between arrivals", steps),
-        row("Missing samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
-        row("Segments", timing.segments.to_string()),
-        row(
+        fact("Missing samples", format!("{} in {} gaps, {by}", grouped(timing.missing), timing.gaps)),
+        fact("Segments", timing.segments.to_string()),
+        fact(
             "Left out",
             match (timing.excluded, record.skipped_s() > 0.0) {
                 (0, _) => "nothing".into(),
@@ -230,7 +227,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
                 }
             },
         ),
-        row(
+        fact(
             "Damaged lines",
             format!(
                 "{} (checksum {}, without checksum {}, grammar {}, range {}, truncated {}, too long {})",
@@ -243,7 +240,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
                 bad.too_long
             ),
         ),
-        row(
+        fact(
             "Good lines",
             format!(
                 "{} ({} replies, {}{} other messages)",
@@ -253,7 +250,7 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
                 link.other_messages()
             ),
         ),
-        row(
+        fact(
             "Bytes",
             format!(
                 "{} ({} in no line, {} lost before this program)",
@@ -262,13 +259,79 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
                 link.overrun_bytes
             ),
         ),
-        row("Reconnections", link.connects.saturating_sub(1).to_string()),
+        fact("Reconnections", link.connects.saturating_sub(1).to_string()),
     ]
 }
 
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Stands where a thing is absent.
+pub(super) const NOT_RECORDED: &str = "not recorded";
+
+/// A name and its value.
+pub(super) type Row = (String, String);
+
+pub(super) fn facts_table(rows: &[Row]) -> Markup {
+    html! {
+        div.scroll {
+            table.facts {
+                @for (name, value) in rows {
+                    tr { th scope="row" { (name) } td.absent[value == NOT_RECORDED] { (value) } }
+                }
+            }
+        }
+    }
+}
+
+pub(super) fn fact(name: &str, value: impl Into<String>) -> Row {
+    (name.to_owned(), value.into())
+}
+
+pub(super) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
+    fact(name, value.filter(|value| !value.trim().is_empty()).unwrap_or_else(|| NOT_RECORDED.into()))
+}
+
+pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
+    let snapshot = record.snapshot();
+    vec![
+        fact(
+            "Deviation",
+            match snapshot.deviation {
+                Deviation::Allan => "Allan, over octaves τ = 1, 2, 4, … sample intervals [1, 2]",
+                Deviation::Hadamard => "Hadamard, over octaves τ = 1, 2, 4, … sample intervals [2]",
+            },
+        ),
+        fact(
+            "Estimator",
+            match snapshot.estimator {
+                Estimator::Strided => {
+                    "windows at stride τ/16: all overlaps up to τ = 16 samples, within 1 % of the information of all overlaps beyond"
+                }
+                Estimator::Full => "all overlaps (OADEV)",
+                Estimator::Plain => "no overlap (ADEV)",
+            },
+        ),
+        fact("Detrended", if snapshot.detrended { "a regression line was taken from each channel" } else { "no" }),
+        fact(
+            "Confidence",
+            format!(
+                "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; each interval holds alone",
+                trimmed(100.0 * record.assessment().confidence, 2)
+            ),
+        ),
+        fact(
+            "Model",
+            "N²/τ + 0.4413·B² + K²τ/3 + R²τ²/2 [4], squared amplitudes not negative, all octaves weighed by their joint covariance; the shortest are left out until p ≥ 0.01",
+        ),
+        fact(
+            "Conventions",
+            "N is two-sided, as data sheets and Kalibr print it; a one-sided amplitude density is √2 N. B is the flat part of the curve over 0.664",
+        ),
+        fact("Options", asked),
+    ]
 }
 
 #[cfg(test)]

@@ -1,10 +1,17 @@
-//! The figures, each with what it shows in words.
+//! The figures, each with what it shows in words, and their numbers.
 
 use imu_noise::Deviation;
 use maud::{Markup, PreEscaped, html};
+use serde_json::{Value, json};
 
-use super::points::points;
-use crate::{figure::Figure, figures::Figures, numbers::trimmed, record::Record};
+use super::{statistics::ORDER, table};
+use crate::{
+    figure::{Axis, Figure, Scale, Series, pretty_unit},
+    figures::Figures,
+    numbers::{NOTHING, digits, four_digits, trimmed},
+    record::Record,
+    units::{ChannelValues, Point},
+};
 
 pub(super) fn allan(record: &Record<'_>, figures: &Figures) -> Markup {
     let level = trimmed(100.0 * record.assessment().confidence, 2);
@@ -56,4 +63,93 @@ pub(super) fn grid(figures: &[Figure]) -> Markup {
             }
         }
     }
+}
+
+pub(super) fn points(record: &Record<'_>) -> Markup {
+    html! {
+        details {
+            summary { "The deviations as numbers" }
+            @for (quantity, name) in ORDER {
+                @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
+                @if let Some(first) = channels.first() {
+                    h4 { (name) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
+                    @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
+                    (table(None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
+                }
+            }
+        }
+    }
+}
+
+/// A row for each octave of the `first` channel.
+fn octaves(channels: &[&ChannelValues], first: &ChannelValues) -> Markup {
+    html! {
+        @for (index, point) in first.deviations.iter().enumerate() {
+            tr {
+                th scope="row" { (trimmed(point.tau_s, 6)) } td { (point.m) } td { (point.terms) }
+                @for channel in channels {
+                    @let point = channel.deviations.get(index);
+                    td { (point.map_or_else(|| NOTHING.into(), value)) }
+                    td { (point.and_then(|point| point.edf).map_or_else(|| NOTHING.into(), |edf| digits(edf, 3))) }
+                }
+            }
+        }
+    }
+}
+
+fn value(point: &Point) -> String {
+    let Some(deviation) = point.deviation else { return NOTHING.into() };
+    match (point.lower, point.upper) {
+        (Some(lower), Some(upper)) => {
+            format!("{} ({} to {})", four_digits(deviation), digits(lower, 3), digits(upper, 3))
+        }
+        _ => four_digits(deviation),
+    }
+}
+
+/// A JSON array that may stand in a script element.
+pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> String {
+    figures.map(reading).collect::<Value>().to_string().replace('<', "\\u003c")
+}
+
+fn reading(figure: &Figure) -> Value {
+    let area = figure.area;
+    json!({
+        "id": figure.id,
+        // of the plot
+        "area": [six_digits(area.left), six_digits(area.top), six_digits(area.width), six_digits(area.height)],
+        "x": side(&figure.x),
+        "y": side(&figure.y),
+        "series": figure.series.iter().map(curve).collect::<Value>(),
+    })
+}
+
+fn side(axis: &Axis) -> Value {
+    let (from, to) = axis.scale.ends();
+    json!({
+        "name": axis.name,
+        "unit": axis.unit,
+        "log": matches!(axis.scale, Scale::Log { .. }),
+        "from": six_digits(from),
+        "to": six_digits(to),
+    })
+}
+
+fn curve(series: &Series) -> Value {
+    let values = &series.values;
+    let mut curve = json!({
+        "name": series.name,
+        "x": values.iter().map(|value| six_digits(value.x)).collect::<Value>(),
+        "y": values.iter().map(|value| six_digits(value.y)).collect::<Value>(),
+    });
+    if values.iter().any(|value| value.reach.is_some()) {
+        let reach = values.iter().map(|value| value.reach.map(|(lower, upper)| [six_digits(lower), six_digits(upper)]));
+        curve["reach"] = json!(reach.collect::<Vec<_>>());
+    }
+    curve
+}
+
+/// Rounded in decimals, so that the shortest form of the number is short.
+fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(f64::NAN)
 }

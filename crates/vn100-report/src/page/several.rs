@@ -3,15 +3,11 @@
 use maud::{Markup, html};
 use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, RemedyWords};
 
-use super::PageOptions;
-use super::{
-    figures::grid,
-    table::{row, table},
-};
+use super::{PageOptions, figures::grid, row, table};
 use crate::{
     figure::pretty_unit,
     figures::Figures,
-    folding::folding,
+    names::folding,
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
     record::{Record, record_letter},
     units::tests_by_channel,

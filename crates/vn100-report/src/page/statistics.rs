@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use vn100_analysis::{Remedy, RemedyWords};
 use vn100_protocol::Quantity;
 
-use super::table::{row, table};
+use super::{row, table};
 use crate::{
     figure::pretty_unit,
     findings::shakes,

@@ -7,10 +7,9 @@ use vn100_analysis::Motion;
 use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
-    names::in_words,
+    names::{in_words, shown_in, verdict_name},
     numbers::{NOTHING, digits, with_interval},
     record::Record,
-    verdict_words::{shown_in, verdict_name},
 };
 
 const COLUMNS: [&str; 5] =
