@@ -245,7 +245,7 @@ mod tests {
             text,
             "/dev/ttyUSB0: VN-100S-CR\n  serial no. 0100130608, firmware 3.1.0.0, hardware 7\n  \
              sends      VNYMR at 40 Hz, 8-bit checksum\n  line       115200 baud, 4880 of 11520 bytes/s in use (42 %)\n  \
-             at most    VNIMU 100 Hz, VNYMR 50 Hz at this speed\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
+             at most    VNIMU 100 Hz, VNMAR 100 Hz, VNQMR 50 Hz, VNYMR 50 Hz at this speed\n  averages   4 gyroscope, 4 accelerometer, 0 magnetometer refreshes\n             \
              of 800 a second: noise is folded in at 40 Hz; --window 20 averages all\n"
         );
     }
