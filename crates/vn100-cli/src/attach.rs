@@ -13,15 +13,15 @@ use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_pipeline::{EndReason, LiveSpec, RecordingSpec, Session, SessionResult, Stage, StartError};
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::{Document, Evaluation, Measured};
+use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, RecordArgs, SourceName},
-    exit::Exit,
+    exit::print_json_line,
     interrupt::{HangUp, stop_on_interrupt},
     live_source::{EmulatedPort, live_source},
     log::{Entries, Log, takes_terminal},
-    result::{FAULT, ResultWriter, all_of, evaluated, print_line, print_state},
+    result::{FAULT, ResultWriter, all_of, evaluated, print_state},
     status::{Status, StatusLine},
     user_files::{evaluation, read_conditions},
     view::{self, MessageQueue, SourceMonitor, View},
@@ -31,16 +31,16 @@ use crate::{
 /// Data time in which the temperature is asked for twice at least.
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
-pub(crate) fn attach(args: AttachArgs) -> Result<Exit> {
+pub(crate) fn attach(args: AttachArgs) -> Result<Completion> {
     let format = args.result.format();
     run(args, format)
 }
 
-pub(crate) fn record(args: RecordArgs) -> Result<Exit> {
+pub(crate) fn record(args: RecordArgs) -> Result<Completion> {
     run(args.into(), OutputFormat::Summary)
 }
 
-fn run(args: AttachArgs, format: OutputFormat) -> Result<Exit> {
+fn run(args: AttachArgs, format: OutputFormat) -> Result<Completion> {
     if !args.record.is_empty() && args.record.len() != args.sources.len() {
         bail!(
             "--record is given {} times for {} sources: give it once for each, in their order",
@@ -64,7 +64,7 @@ async fn attach_all(
     format: OutputFormat,
     conditions: BTreeMap<String, String>,
     log: Entries,
-) -> Result<Exit> {
+) -> Result<Completion> {
     let evaluation = Arc::new(evaluation(&args.measure)?.with_filter_models(args.result.filter_models));
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format == OutputFormat::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
@@ -189,7 +189,7 @@ async fn attach_one(
     }
     if job.format == OutputFormat::Ndjson && was_opened {
         let document = Document::of(&measured, remedy_words);
-        write_aside(move || print_line(&document)).await?;
+        write_aside(move || print_json_line(&document)).await?;
     }
     Ok(measured)
 }

@@ -6,7 +6,7 @@ use std::fmt::{self, Write};
 use anyhow::Result;
 use vn100_analysis::{Chance, ComparedRecord, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
 use vn100_report::{
-    ComparisonDocument, Measured,
+    ComparisonDocument, Completion, Measured,
     names::{folding, sensor},
     numbers::plain::{counted, four_digits, short},
     printable, record_letter,
@@ -15,17 +15,17 @@ use vn100_report::{
 
 use crate::{
     args::CompareArgs,
-    exit::{Exit, print, print_json, report},
-    files::{EachSecond, measure_files},
+    exit::{print, print_json, report},
+    files::measure_files,
     text::{fill, text},
     user_files::evaluation,
     words::remedy_words,
 };
 
-pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
+pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
     let evaluation = evaluation(&args.files.measure)?;
     let mut all: Vec<Measured> = Vec::new();
-    measure_files(&args.files, evaluation, EachSecond::Unseen, |measured| {
+    measure_files(&args.files, evaluation, false, |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         all.push(measured);
         Ok(())
@@ -33,12 +33,11 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Exit> {
     let records: Vec<ComparedRecord<'_>> = all.iter().map(record).collect();
     let comparison = Comparison::of(&records, args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
     if args.json {
-        let document = ComparisonDocument::new(&all, &comparison, remedy_words);
-        print_json(&serde_json::to_string_pretty(&document)?)?;
+        print_json(&ComparisonDocument::new(&all, &comparison, remedy_words))?;
     } else {
         print(&text(|out| write_comparison(out, &all, &comparison)))?;
     }
-    Ok(all.iter().map(|measured| measured.completion.into()).max().unwrap_or(Exit::Good))
+    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }
 
 fn record(measured: &Measured) -> ComparedRecord<'_> {

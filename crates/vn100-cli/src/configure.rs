@@ -3,17 +3,17 @@
 use anyhow::{Context, Result, bail};
 use tokio::runtime::Runtime;
 use vn100_driver::{Configured, OutputSettings};
-use vn100_report::printable;
+use vn100_report::{Completion, printable};
 
 use crate::{
     args::ConfigureArgs,
-    exit::{Exit, print},
+    exit::print,
     interrupt::{HangUp, stop_on_interrupt},
     live_source::live_source,
     log::Log,
 };
 
-pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
+pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
     let settings = OutputSettings {
         baud: args.set_baud,
         count: args.count,
@@ -46,7 +46,7 @@ pub(crate) fn configure(args: ConfigureArgs) -> Result<Exit> {
         (false, true) => "",
     };
     print(&format!("{}: {}{kept}\n", printable(&name), describe(&configured)))?;
-    Ok(if configured.rate_is_kept() { Exit::Good } else { Exit::Failed })
+    Ok(if configured.rate_is_kept() { Completion::Complete } else { Completion::Failed })
 }
 
 /// What was changed, and whether the sensor does what it is set to.

@@ -6,21 +6,22 @@ use std::{fs::File, io::Write, path::Path};
 use anyhow::{Context, Result};
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
+use vn100_report::Completion;
 
 use crate::{
     args::{Args, CompletionsArgs, ManArgs},
-    exit::{Exit, print},
+    exit::print,
 };
 
-pub(crate) fn completions(args: &CompletionsArgs) -> Result<Exit> {
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<Completion> {
     // written to memory first: clap_complete panics where its output cannot be written
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), "vn100", &mut script);
     print(&String::from_utf8(script)?)?;
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
-pub(crate) fn man(args: &ManArgs) -> Result<Exit> {
+pub(crate) fn man(args: &ManArgs) -> Result<Completion> {
     let mut vn100 = Args::command().disable_help_subcommand(true);
     // gives the commands their whole names
     vn100.build();
@@ -31,7 +32,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<Exit> {
         }
         None => print(&page(&vn100)?)?,
     }
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
 fn page(command: &Command) -> Result<String> {

@@ -7,41 +7,17 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use serde::Serialize;
 use vn100_report::{Completion, json_line, printable};
 
-/// What became of a command, the best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Exit {
-    /// All is well: 0.
-    Good,
-    /// It finished, but what `--until` asked for was not met: 4.
-    NotMet,
-    /// It could not be finished: 1.
-    Failed,
-    /// A source cannot be opened, or gave nothing valid: 3. (2 is a wrong command line.)
-    NoData,
-}
-
-impl From<Completion> for Exit {
-    fn from(completion: Completion) -> Self {
-        match completion {
-            Completion::Complete => Self::Good,
-            Completion::NotMet => Self::NotMet,
-            Completion::Failed => Self::Failed,
-            Completion::NoData => Self::NoData,
-        }
-    }
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        ExitCode::from(match exit {
-            Exit::Good => 0,
-            Exit::NotMet => 4,
-            Exit::Failed => 1,
-            Exit::NoData => 3,
-        })
-    }
+/// The exit code; 2 is a wrong command line.
+pub(crate) fn code(completion: Completion) -> ExitCode {
+    ExitCode::from(match completion {
+        Completion::Complete => 0,
+        Completion::Failed => 1,
+        Completion::NoData => 3,
+        Completion::NotMet => 4,
+    })
 }
 
 /// Reports an error on stderr.
@@ -56,8 +32,13 @@ pub(crate) fn print(text: &str) -> Result<()> {
 }
 
 /// Writes a JSON document and a line end to standard output, at once.
-pub(crate) fn print_json(json: &str) -> Result<()> {
-    write(&json_line(json))
+pub(crate) fn print_json(document: &impl Serialize) -> Result<()> {
+    write(&json_line(&serde_json::to_string_pretty(document)?))
+}
+
+/// The same in one line.
+pub(crate) fn print_json_line(document: &impl Serialize) -> Result<()> {
+    write(&json_line(&serde_json::to_string(document)?))
 }
 
 fn write(text: &str) -> Result<()> {

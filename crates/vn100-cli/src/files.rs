@@ -22,31 +22,24 @@ use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
     args::FileArgs,
+    exit::print_json_line,
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
-    result::{FAULT, evaluated_replay, print_line, print_state},
+    result::{FAULT, evaluated_replay, print_state},
     words::remedy_words,
 };
 
-/// Whether the documents of every second are written on the way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum EachSecond {
-    /// As lines on standard output.
-    Printed,
-    /// Only the end counts.
-    Unseen,
-}
-
-/// Measures each file and hands the results to `take`, in the order given.
+/// Measures each file and passes the results to `take`, in the order given; the documents of every
+/// second and of the end are `printed` on the way as lines, or only the end counts.
 pub(crate) fn measure_files(
     args: &FileArgs,
     evaluation: Evaluation,
-    each_second: EachSecond,
+    printed: bool,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
     let log = Log::open(&args.log)?;
     let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let result = runtime.block_on(measure_all(args, evaluation, each_second, log.entries(), take));
+    let result = runtime.block_on(measure_all(args, evaluation, printed, log.entries(), take));
     // a thread may hang in a read of standard input that is no longer needed
     runtime.shutdown_background();
     result
@@ -55,11 +48,10 @@ pub(crate) fn measure_files(
 async fn measure_all(
     args: &FileArgs,
     evaluation: Evaluation,
-    each_second: EachSecond,
+    printed: bool,
     log: Entries,
     mut take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
-    let printed = each_second == EachSecond::Printed;
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
         progress: Progress::new(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
@@ -105,7 +97,7 @@ async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
     let result = follow(Session::replay(spec), &job.progress).await?;
     let measured = evaluated_replay(result, &job.evaluation).await?;
     if printed {
-        print_line(&Document::of(&measured, remedy_words))?;
+        print_json_line(&Document::of(&measured, remedy_words))?;
     }
     Ok(measured)
 }

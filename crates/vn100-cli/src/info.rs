@@ -10,11 +10,11 @@ use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MESSAGES, OUTPUT_RATES_HZ,
     ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
 };
-use vn100_report::printable;
+use vn100_report::{Completion, printable};
 
 use crate::{
     args::InfoArgs,
-    exit::{Exit, print, print_json},
+    exit::{print, print_json},
     interrupt::{HangUp, stop_on_interrupt},
     live_source::live_source,
     log::Log,
@@ -26,7 +26,7 @@ const REGISTERS: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 30, 35, 75, 76, 77, 82, 85]
 /// The refreshes of gyroscope and accelerometer in a second.
 const REFRESH_HZ: u32 = 800;
 
-pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
+pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     if args.link.listen_only {
         bail!("--listen-only sends nothing to the sensor, so that it cannot be asked");
     }
@@ -42,11 +42,11 @@ pub(crate) fn info(args: InfoArgs) -> Result<Exit> {
         asked.await
     })?;
     if args.json {
-        print_json(&serde_json::to_string_pretty(&info)?)?
+        print_json(&info)?
     } else {
         print(&info.text())?
     }
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
 /// A sensor, as it was asked.

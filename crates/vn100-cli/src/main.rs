@@ -28,11 +28,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use vn100_pipeline::LiveError;
+use vn100_report::Completion;
 
-use crate::{
-    args::{Args, Command},
-    exit::Exit,
-};
+use crate::args::{Args, Command};
 
 fn main() -> ExitCode {
     let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {
@@ -49,15 +47,15 @@ fn main() -> ExitCode {
         Command::Completions(args) => documentation::completions(&args),
         Command::Man(args) => documentation::man(&args),
     };
-    let exit = match result {
-        Ok(exit) => exit,
-        Err(error) if exit::is_broken_pipe(&error) => Exit::Good,
+    let completion = match result {
+        Ok(completion) => completion,
+        Err(error) if exit::is_broken_pipe(&error) => Completion::Complete,
         Err(error) => {
             exit::report(&format!("{error:#}"));
-            if has_no_sensor(&error) { Exit::NoData } else { Exit::Failed }
+            if has_no_sensor(&error) { Completion::NoData } else { Completion::Failed }
         }
     };
-    exit.into()
+    exit::code(completion)
 }
 
 /// Whether no sensor was found.

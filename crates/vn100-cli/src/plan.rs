@@ -6,11 +6,11 @@ use anyhow::Result;
 use imu_noise::BoxcarWindow;
 use vn100_analysis::{Datasheet, DatasheetFigure, Given, Onboard, Plan, SENSORS, Want, axes_name, letter};
 use vn100_protocol::BaudRate;
-use vn100_report::{PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
+use vn100_report::{Completion, PlanCommands, PlanDocument, numbers::plain::span, printable, vn100_datasheet};
 
 use crate::{
     args::PlanArgs,
-    exit::{Exit, print, print_json},
+    exit::{print, print_json},
     text::{WIDTH, fill, text},
     user_files::open_datasheet,
 };
@@ -32,7 +32,7 @@ const USUAL: [&str; 13] = [
     "mag N ±5%",
 ];
 
-pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
+pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let given = Given { rate: args.rate, baud: args.baud, confidence: args.confidence };
     let asked = !args.want.is_empty();
     let wants = if asked {
@@ -44,11 +44,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Exit> {
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
         let commands = commands(&plan, given, asked);
-        print_json(&serde_json::to_string_pretty(&PlanDocument::new(&plan, given, &sheet, asked, commands))?)?;
+        print_json(&PlanDocument::new(&plan, given, &sheet, asked, commands))?;
     } else {
         print(&text(|out| write_plan(out, &plan, given, &sheet, asked)))?;
     }
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
 /// The commands that do what was planned; with a length only if it was `asked` for something in

@@ -10,12 +10,11 @@ use tokio::{
 };
 use vn100_analysis::Settings;
 use vn100_pipeline::{ReplaySpec, Session, Speed};
-use vn100_report::{Evaluation, Measured};
+use vn100_report::{Completion, Evaluation, Measured};
 
 use crate::{
     args::ReplayArgs,
-    exit::Exit,
-    files::{EachSecond, measure_files, replay_spec},
+    files::{measure_files, replay_spec},
     interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, Log, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay},
@@ -24,20 +23,19 @@ use crate::{
     words,
 };
 
-pub(crate) fn replay(args: &ReplayArgs) -> Result<Exit> {
+pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     let files = &args.files;
     if let Some(speed) = args.speed {
         return replay_in_view(args, speed);
     }
     let evaluation = evaluation(&files.measure)?.with_filter_models(args.result.filter_models);
-    let each_second = if args.result.ndjson { EachSecond::Printed } else { EachSecond::Unseen };
     let mut writer = ResultWriter::new(args.result.format());
-    measure_files(files, evaluation, each_second, |measured| writer.write(&measured))?;
+    measure_files(files, evaluation, args.result.ndjson, |measured| writer.write(&measured))?;
     writer.finish()
 }
 
 /// Replays in the view until the user quits it, and writes the results as any replay does.
-fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
+fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
     if !view::is_there() {
         bail!(
             "--speed is for the view, which needs a terminal before and behind it; without --speed the result is printed at once"
@@ -54,7 +52,7 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Exit> {
     exit
 }
 
-async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Exit> {
+async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Completion> {
     let files = &args.files;
     let stop = stop_on_interrupt(HangUp::HandledByView)?;
     let messages = MessageQueue::default();

@@ -15,14 +15,10 @@ use std::{
 use anyhow::{Result, bail};
 use sha2::{Digest, Sha256};
 use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
-use vn100_report::{Figures, Measured, PageOptions, Program, Record, record_letter, write_page};
+use vn100_report::{Completion, Figures, Measured, PageOptions, Program, Record, record_letter, write_page};
 
 use crate::{
-    args::ReportArgs,
-    exit::{Exit, report as complain},
-    files::{EachSecond, measure_files},
-    user_files::evaluation,
-    words::remedy_words,
+    args::ReportArgs, exit::report as complain, files::measure_files, user_files::evaluation, words::remedy_words,
 };
 use exports::Exports;
 use output::Output;
@@ -31,7 +27,7 @@ use output::Output;
 const PROGRAM: Program<'_> =
     Program { name: concat!("vn100 ", env!("CARGO_PKG_VERSION")), commit: option_env!("VN100_COMMIT") };
 
-pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
+pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let files = &args.files;
     let output = Output::new(&args.output, args.force);
     match output.page() {
@@ -47,7 +43,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
     let exports = Exports::new(args, &output)?;
     let mut all: Vec<Measured> = Vec::new();
     let evaluation = evaluation(&files.measure)?.with_filter_models(args.filter_models);
-    measure_files(files, evaluation, EachSecond::Unseen, |measured| {
+    measure_files(files, evaluation, false, |measured| {
         if let Some(error) = &measured.facts.error {
             complain(error);
         }
@@ -76,7 +72,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Exit> {
         output.write(path, |file| Ok(write_page(file, &records, &figures, &together, options)?))?;
     }
     exports.write(&records, &figures, &together)?;
-    Ok(all.iter().map(|measured| measured.completion.into()).max().unwrap_or(Exit::Good))
+    Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }
 
 /// The options that repeat the measurement.

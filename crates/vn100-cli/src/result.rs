@@ -11,7 +11,7 @@ use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
     args::OutputFormat,
-    exit::{Exit, print, print_json, report},
+    exit::{print, print_json, print_json_line, report},
     text,
     words::{self, remedy_words},
 };
@@ -84,17 +84,17 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
 pub(crate) struct ResultWriter {
     format: OutputFormat,
     documents: Vec<Document>,
-    exit: Exit,
+    completion: Completion,
 }
 
 impl ResultWriter {
     pub(crate) fn new(format: OutputFormat) -> Self {
-        Self { format, documents: Vec::new(), exit: Exit::Good }
+        Self { format, documents: Vec::new(), completion: Completion::Complete }
     }
 
     /// Writes the next one, or keeps its document for the end.
     pub(crate) fn write(&mut self, measured: &Measured) -> Result<()> {
-        self.exit = self.exit.max(measured.completion.into());
+        self.completion = self.completion.max(measured.completion);
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.format {
             OutputFormat::Json => self.documents.push(Document::of(measured, remedy_words)),
@@ -107,27 +107,21 @@ impl ResultWriter {
         Ok(())
     }
 
-    /// After the last: writes what was kept, and gives the exit of the command.
-    pub(crate) fn finish(self) -> Result<Exit> {
+    /// After the last: writes what was kept, and gives what became of the command.
+    pub(crate) fn finish(self) -> Result<Completion> {
         if self.format == OutputFormat::Json {
-            let document = match &self.documents[..] {
-                [document] => serde_json::to_string_pretty(document),
-                documents => serde_json::to_string_pretty(documents),
-            };
-            print_json(&document?)?;
+            match &self.documents[..] {
+                [document] => print_json(document)?,
+                _ => print_json(&self.documents)?,
+            }
         }
-        Ok(self.exit)
+        Ok(self.completion)
     }
-}
-
-/// Writes a document in a line.
-pub(crate) fn print_line(document: &Document) -> Result<()> {
-    print_json(&serde_json::to_string(document)?)
 }
 
 /// Writes the document of a session under way in a line.
 pub(crate) fn print_state(state: &SourceState) -> Result<()> {
-    print_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
+    print_json_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
 }
 
 /// The results of all sources of a command, in their order.

@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use tokio::{runtime::Runtime, task, time};
 use vn100_capture::RecordingWriter;
 use vn100_protocol::stream::Chunk;
+use vn100_report::Completion;
 use vn100_sim::{
     Generator, Message,
     capture::write_next,
@@ -21,7 +22,7 @@ use vn100_sim::{
 
 use crate::{
     args::{SimArgs, SimSensorArgs},
-    exit::{Exit, print, report},
+    exit::{print, report},
     interrupt::{HangUp, stop_on_interrupt},
 };
 
@@ -31,7 +32,7 @@ const CAPTURE_DURATION: Duration = Duration::from_secs(60);
 /// The rate of a capture in hertz, unless asked for: the sensor's own.
 const CAPTURE_RATE_HZ: u32 = 40;
 
-pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
+pub(crate) fn sim(args: &SimArgs) -> Result<Completion> {
     match &args.output {
         Some(output) => capture(args, output),
         None => emulate(args),
@@ -39,7 +40,7 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Exit> {
 }
 
 /// Serves the emulated port until stopped.
-fn emulate(args: &SimArgs) -> Result<Exit> {
+fn emulate(args: &SimArgs) -> Result<Completion> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
         let stop = stop_on_interrupt(HangUp::Stops)?;
@@ -53,7 +54,7 @@ fn emulate(args: &SimArgs) -> Result<Exit> {
         }
         let stats = task::spawn_blocking(|| sensor.stop()).await.context("the emulator stopped by a fault")??;
         report(&summary(&stats));
-        Ok(Exit::Good)
+        Ok(Completion::Complete)
     })
 }
 
@@ -77,7 +78,7 @@ pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
     PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
 }
 
-fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
+fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     let (duration, rate_hz) = (args.duration.unwrap_or(CAPTURE_DURATION), args.rate.unwrap_or(CAPTURE_RATE_HZ));
     let message = args.message;
     let mut generator = Generator::new(&args.sensor.profile, rate_hz, args.sensor.seed)?;
@@ -87,7 +88,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
     }
     if output == Path::new("-") {
         write(io::stdout().lock(), &mut generator, message, samples).context("cannot write to standard output")?;
-        return Ok(Exit::Good);
+        return Ok(Completion::Complete);
     }
     let context = || format!("cannot write {}", output.display());
     if args.force {
@@ -104,7 +105,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Exit> {
     } else {
         write(file, &mut generator, message, samples).with_context(context)?;
     }
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
 /// Removes the capture that shall be replaced. Only a file of that very name: through a link
