@@ -1,25 +1,25 @@
 //! `vn100 ports`: the serial ports of this machine, the likely ones first.
 
-use std::fmt::Write;
+use std::{borrow::Cow, fmt::Write};
 
 use anyhow::Result;
-use serde_json::{Value, json};
-use vn100_driver::{PortEntry, list_ports};
-use vn100_report::printable;
+use serde::Serialize;
+use vn100_driver::{PortEntry, UsbAdapter, list_ports};
+use vn100_report::{Completion, printable};
 
 use crate::{
     args::PortsArgs,
-    exit::{Exit, print, print_json},
+    exit::{print, print_json},
 };
 
-pub(crate) fn ports(args: &PortsArgs) -> Result<Exit> {
+pub(crate) fn ports(args: &PortsArgs) -> Result<Completion> {
     let ports = list_ports();
     if args.json {
-        print_json(&serde_json::to_string_pretty(&ports.iter().map(port).collect::<Value>())?)?;
+        print_json(&ports.iter().map(document).collect::<Vec<_>>())?;
     } else {
         print(&listing(&ports))?;
     }
-    Ok(Exit::Good)
+    Ok(Completion::Complete)
 }
 
 /// A table; or what to do where there is nothing to list.
@@ -49,25 +49,36 @@ fn listing(ports: &[PortEntry]) -> String {
     out
 }
 
-fn port(entry: &PortEntry) -> Value {
-    json!({
-        "name": entry.name,
-        "likely": entry.likely,
-        "stable_name": entry.stable_name.as_ref().map(|path| path.to_string_lossy()),
-        "usb": entry.usb.as_ref().map(|usb| json!({
-            "vendor_id": usb.vendor_id,
-            "product_id": usb.product_id,
-            "manufacturer": usb.manufacturer,
-            "product": usb.product,
-            "serial_number": usb.serial_number,
-        })),
-    })
+#[derive(Serialize)]
+struct PortDocument<'a> {
+    name: &'a str,
+    likely: bool,
+    stable_name: Option<Cow<'a, str>>,
+    usb: Option<UsbDocument<'a>>,
+}
+
+#[derive(Serialize)]
+struct UsbDocument<'a> {
+    vendor_id: u16,
+    product_id: u16,
+    manufacturer: &'a Option<String>,
+    product: &'a Option<String>,
+    serial_number: &'a Option<String>,
+}
+
+fn document(PortEntry { name, stable_name, usb, likely }: &PortEntry) -> PortDocument<'_> {
+    PortDocument {
+        name,
+        likely: *likely,
+        stable_name: stable_name.as_ref().map(|path| path.to_string_lossy()),
+        usb: usb.as_ref().map(|UsbAdapter { vendor_id, product_id, manufacturer, product, serial_number }| {
+            UsbDocument { vendor_id: *vendor_id, product_id: *product_id, manufacturer, product, serial_number }
+        }),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use vn100_driver::UsbAdapter;
-
     use super::*;
 
     #[test]

@@ -25,7 +25,8 @@ pub(crate) use spectrum::spectrum;
 pub(crate) use axes::superscript;
 pub(crate) use axes::{Axis, Scale};
 use axes::{LETTERS, Place, frame};
-use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Mark, Rectangle, Shape, Stroke};
+pub(crate) use drawing::Rectangle;
+use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Mark, Shape, Stroke};
 use font::Font;
 
 const WIDTH: f64 = 480.0;

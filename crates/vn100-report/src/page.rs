@@ -67,7 +67,7 @@ pub fn write_page(
         _ => format!("Noise report of {} captures", records.len()),
     };
     let is_empty = |record: &Record<'_>| record.snapshot().timing.samples == 0;
-    let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all));
+    let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {

@@ -2,11 +2,11 @@
 
 use imu_noise::Deviation;
 use maud::{Markup, PreEscaped, html};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::{statistics::ORDER, table};
 use crate::{
-    figure::{Axis, Figure, Scale, Series, pretty_unit},
+    figure::{Axis, Figure, Rectangle, Scale, Series, pretty_unit},
     figures::Figures,
     numbers::{NOTHING, digits, four_digits, trimmed},
     record::Record,
@@ -107,46 +107,67 @@ fn value(point: &Point) -> String {
     }
 }
 
+/// What can be read off a figure, for the script of the page: numbers to six digits.
+#[derive(Serialize)]
+struct Reading<'a> {
+    id: &'a str,
+    /// Of the plot: left, top, width, height.
+    area: [f64; 4],
+    x: Side<'a>,
+    y: Side<'a>,
+    series: Vec<Curve<'a>>,
+}
+
+#[derive(Serialize)]
+struct Side<'a> {
+    name: &'a str,
+    unit: &'a str,
+    log: bool,
+    from: f64,
+    to: f64,
+}
+
+#[derive(Serialize)]
+struct Curve<'a> {
+    name: &'a str,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reach: Option<Vec<Option<[f64; 2]>>>,
+}
+
 /// A JSON array that may stand in a script element.
-pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> String {
-    figures.map(reading).collect::<Value>().to_string().replace('<', "\\u003c")
+pub(super) fn readings<'a>(figures: impl Iterator<Item = &'a Figure>) -> serde_json::Result<String> {
+    let readings: Vec<Reading<'_>> = figures.map(reading).collect();
+    Ok(serde_json::to_string(&readings)?.replace('<', "\\u003c"))
 }
 
-fn reading(figure: &Figure) -> Value {
-    let area = figure.area;
-    json!({
-        "id": figure.id,
-        // of the plot
-        "area": [six_digits(area.left), six_digits(area.top), six_digits(area.width), six_digits(area.height)],
-        "x": side(&figure.x),
-        "y": side(&figure.y),
-        "series": figure.series.iter().map(curve).collect::<Value>(),
-    })
-}
-
-fn side(axis: &Axis) -> Value {
-    let (from, to) = axis.scale.ends();
-    json!({
-        "name": axis.name,
-        "unit": axis.unit,
-        "log": matches!(axis.scale, Scale::Log { .. }),
-        "from": six_digits(from),
-        "to": six_digits(to),
-    })
-}
-
-fn curve(series: &Series) -> Value {
-    let values = &series.values;
-    let mut curve = json!({
-        "name": series.name,
-        "x": values.iter().map(|value| six_digits(value.x)).collect::<Value>(),
-        "y": values.iter().map(|value| six_digits(value.y)).collect::<Value>(),
-    });
-    if values.iter().any(|value| value.reach.is_some()) {
-        let reach = values.iter().map(|value| value.reach.map(|(lower, upper)| [six_digits(lower), six_digits(upper)]));
-        curve["reach"] = json!(reach.collect::<Vec<_>>());
+fn reading(figure: &Figure) -> Reading<'_> {
+    let Rectangle { left, top, width, height } = figure.area;
+    Reading {
+        id: &figure.id,
+        area: [left, top, width, height].map(six_digits),
+        x: side(&figure.x),
+        y: side(&figure.y),
+        series: figure.series.iter().map(curve).collect(),
     }
-    curve
+}
+
+fn curve(series: &Series) -> Curve<'_> {
+    let values = &series.values;
+    let reach = || values.iter().map(|value| value.reach.map(|(low, high)| [low, high].map(six_digits))).collect();
+    Curve {
+        name: &series.name,
+        x: values.iter().map(|value| six_digits(value.x)).collect(),
+        y: values.iter().map(|value| six_digits(value.y)).collect(),
+        reach: values.iter().any(|value| value.reach.is_some()).then(reach),
+    }
+}
+
+fn side(axis: &Axis) -> Side<'_> {
+    let (from, to) = axis.scale.ends();
+    let log = matches!(axis.scale, Scale::Log { .. });
+    Side { name: &axis.name, unit: &axis.unit, log, from: six_digits(from), to: six_digits(to) }
 }
 
 /// Rounded in decimals, so that the shortest form of the number is short.
