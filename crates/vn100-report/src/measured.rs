@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use imu_noise::Verdict;
 use vn100_analysis::{
-    Assessment, Datasheet, FigureVerdict, FilterModels, NoiseFigure, Snapshot, SourceFacts, UnmetGoal, Verdicts, Warning,
-    WarningKind, WhyUnmet, not_passed,
+    Assessment, Datasheet, FigureVerdict, FilterModels, NoiseFigure, Snapshot, SourceFacts, UnmetGoal, Verdicts,
+    Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
