@@ -209,13 +209,13 @@ fn each_published_frame_is_valid_or_not_as_listed() {
         let mut input = &bytes[..];
         let mut valid_here = false;
         loop {
-            let step = framer.next(input, true);
-            match step.item {
+            let (consumed, frame) = framer.next(input, true);
+            match frame {
                 Some(Frame::Sentence(sentence)) => valid_here |= sentence.check != Check::None,
                 Some(_) => {}
                 None => break,
             }
-            input = &input[step.consumed..];
+            input = &input[consumed..];
         }
         assert_eq!(valid_here, valid == "yes", "{frame}");
         seen += 1;

@@ -146,7 +146,7 @@ impl Info {
                 _ => "not told".into(),
             },
             rate_hz: rate.map(AsyncRate::hz),
-            window: filter.map(|filter| [filter.window.mag, filter.window.accel, filter.window.gyro]),
+            window: filter.map(|filter| [filter.mag_window, filter.accel_window, filter.gyro_window]),
             checksum_bits: control.as_ref().and_then(|control| match control.check()? {
                 Check::Xor8 => Some(8),
                 Check::Crc16 => Some(16),
@@ -214,7 +214,7 @@ impl Info {
 
 fn value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
     let fields = RegisterFields::new(registers.get(&register)?.as_str()).ok()?;
-    RegisterContents { register: Register(register), fields, check: Check::Xor8 }.value().ok()
+    RegisterContents { register: Register(register), fields }.value().ok()
 }
 
 #[cfg(test)]

@@ -216,7 +216,7 @@ impl Output {
             let allowed = || format!("1 to {SAMPLES_PER_S} samples");
             let samples = u16::try_from(window).ok().filter(|samples| (1..=SAMPLES_PER_S).contains(samples));
             let samples = samples.ok_or_else(|| not_allowed("the window", window, allowed()))?;
-            (filter.window.accel, filter.window.gyro) = (samples, samples);
+            (filter.accel_window, filter.gyro_window) = (samples, samples);
         }
         new.set_count(settings.count, self.counts_lines())?;
         Ok(new)

@@ -8,7 +8,7 @@
 //! let mut decoder = Decoder::new(Options::default());
 //! decoder.push(bytes, |item| match item {
 //!     Item::Sample(sample) => {
-//!         assert_eq!((&*sample.layout().message, sample.counts()[5]), ("VNIMU", 9948)); // in units of its last printed digit
+//!         assert_eq!((&*sample.layout.message, sample.counts()[5]), ("VNIMU", 9948)); // in units of its last printed digit
 //!         assert_eq!(sample.values().nth(5), Some(9.948)); // the same in the unit of its channel
 //!     }
 //!     Item::Rejected(line) => panic!("at byte {}: {}", line.offset, line.kind),
@@ -103,7 +103,7 @@ pub mod stream;
 
 pub use framing::{
     checksum::{Check, CheckDigits, crc16, xor8},
-    framer::{Frame, Framer, Options, Step},
+    framer::{Frame, Framer, Options},
     packet::{MAX_PACKET, Packet},
     rejected_sentence::{RejectReason, RejectedSentence},
     sentence::{MAX_BODY, Sentence},
@@ -111,19 +111,17 @@ pub use framing::{
 };
 pub use link_budget::{LineForm, LinkLoad};
 pub use message::{
-    GrammarError, MessageError, RangeError,
+    GrammarError, RangeError,
     decimal::DecimalError,
     decoder::{Decoder, Item},
-    layout::{Channel, Layout, OUTPUT_RATES_HZ, Quantity},
-    print_format::PrintFormat,
+    layout::{Channel, Layout, OUTPUT_RATES_HZ, PrintFormat, Quantity},
     sample::Sample,
     suffix::Suffix,
     table::{MESSAGES, VNIMU, VNMAR, VNQMR, VNYMR},
 };
 pub use register::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Calibration, ImuFilter, PerSensor,
-    ProtocolControl, ReferenceFrameRotation, Register, RegisterContents, RegisterValue, StartupGyroBias, SyncControl,
-    ValueError, VpeControl, WritableValue,
+    AsyncRate, AsyncType, BaudRate, BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation,
+    Register, RegisterContents, RegisterValue, StartupGyroBias, SyncControl, ValueError, VpeControl, WritableValue,
     fields::{RegisterFields, RegisterFieldsError},
 };
 pub use request::{

@@ -2,10 +2,8 @@
 
 pub(crate) mod decimal;
 pub(crate) mod decoder;
-mod digits;
 pub(crate) mod layout;
 mod numbers;
-pub(crate) mod print_format;
 pub(crate) mod sample;
 pub(crate) mod suffix;
 pub(crate) mod table;
@@ -61,15 +59,4 @@ pub struct RangeError {
     pub channel: &'static Channel,
     /// What the line says, in units of the last decimal of the channel.
     pub count: i64,
-}
-
-/// Why a valid sentence is not a valid measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum MessageError {
-    /// It does not have the form of the message.
-    #[error(transparent)]
-    Grammar(#[from] GrammarError),
-    /// A value cannot be.
-    #[error(transparent)]
-    Range(#[from] RangeError),
 }

@@ -1,13 +1,9 @@
 //! The registers of the sensor: their numbers, and what is common to their values.
 
-mod async_type;
-mod baud_rate;
 mod binary_output;
-mod calibration;
-mod controls;
-mod field_reader;
 pub(crate) mod fields;
-mod imu_filter;
+mod port;
+mod values;
 
 use alloc::string::{String, ToString};
 use core::fmt;
@@ -15,17 +11,13 @@ use core::fmt;
 use thiserror::Error;
 
 pub use self::{
-    async_type::{AsyncRate, AsyncType},
-    baud_rate::BaudRate,
-    binary_output::{BinaryOutput, BinaryOutputNumber},
-    calibration::{Calibration, ReferenceFrameRotation, StartupGyroBias},
-    controls::{ProtocolControl, SyncControl, VpeControl},
-    imu_filter::{ImuFilter, PerSensor},
+    binary_output::BinaryOutput,
+    port::{AsyncRate, AsyncType, BaudRate},
+    values::{
+        Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation, StartupGyroBias, SyncControl, VpeControl,
+    },
 };
-use crate::{
-    framing::checksum::Check,
-    register::{field_reader::FieldReader, fields::RegisterFields},
-};
+use crate::register::fields::{FieldReader, RegisterFields};
 
 /// The number of a register; displays with two digits at least, as on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,8 +30,6 @@ pub struct RegisterContents {
     pub register: Register,
     /// Its fields.
     pub fields: RegisterFields,
-    /// What protected the line that brought them.
-    pub check: Check,
 }
 
 /// A value that one register holds, or several alike.
@@ -50,18 +40,6 @@ pub trait RegisterValue: Sized {
     /// Takes the fields of the value.
     #[doc(hidden)]
     fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError>;
-
-    /// Reads the value of one of these registers, as a read answers it or a write echoes it.
-    ///
-    /// # Errors
-    /// [`ValueError`] for another register, fields too few or too many, or one of them that is not
-    /// what it should be.
-    fn from_contents(contents: &RegisterContents) -> Result<Self, ValueError> {
-        let mut fields = FieldReader::of::<Self>(contents)?;
-        let value = Self::read(&mut fields)?;
-        fields.end()?;
-        Ok(value)
-    }
 }
 
 /// A value that can be written; displays as its fields with commas between them.
@@ -86,7 +64,7 @@ pub enum ValueError {
     Register {
         /// The registers that hold the value.
         expected: &'static [Register],
-        /// The register of the contents.
+        /// That register.
         found: Register,
     },
     /// Fewer fields than the value has.
@@ -131,15 +109,6 @@ macro_rules! registers {
             pub fn name(self) -> Option<&'static str> {
                 match self.0 {
                     $($number => Some($name),)*
-                    _ => None,
-                }
-            }
-
-            /// What it holds, in a line; `None` where that is not known here.
-            #[must_use]
-            pub fn meaning(self) -> Option<&'static str> {
-                match self.0 {
-                    $($number => Some($meaning),)*
                     _ => None,
                 }
             }
@@ -194,12 +163,16 @@ registers! {
 }
 
 impl RegisterContents {
-    /// The fields as the value that they make.
+    /// The value that the fields make, as a read answers it or a write echoes it.
     ///
     /// # Errors
-    /// As [`RegisterValue::from_contents`].
+    /// [`ValueError`] for the value of another register, fields too few or too many, or one of them
+    /// that is not what it should be.
     pub fn value<T: RegisterValue>(&self) -> Result<T, ValueError> {
-        T::from_contents(self)
+        let mut fields = FieldReader::of::<T>(self)?;
+        let value = T::read(&mut fields)?;
+        fields.end()?;
+        Ok(value)
     }
 
     /// Whether this is what a write of `fields` leaves behind: numbers may be printed otherwise,
@@ -215,15 +188,4 @@ impl fmt::Display for Register {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:02}", self.0)
     }
-}
-
-/// Writes values with commas between them.
-fn write_list(f: &mut fmt::Formatter<'_>, values: impl IntoIterator<Item = impl fmt::Display>) -> fmt::Result {
-    for (index, value) in values.into_iter().enumerate() {
-        if index > 0 {
-            f.write_str(",")?;
-        }
-        value.fmt(f)?;
-    }
-    Ok(())
 }

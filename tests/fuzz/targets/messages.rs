@@ -67,7 +67,7 @@ fn only_item(line: &[u8], mut expect: impl FnMut(Item<'_>)) {
 /// Each value is the one that the standard library reads in its field, and in range.
 fn assert_printed(sample: &Sample, body: &[u8]) {
     let text = std::str::from_utf8(body).unwrap();
-    let channels = &sample.layout().channels;
+    let channels = &sample.layout.channels;
     assert_eq!(sample.counts().len(), channels.len());
     for (((field, value), count), channel) in
         text.split(',').skip(1).zip(sample.values()).zip(sample.counts()).zip(&**channels)
@@ -83,7 +83,7 @@ fn check_register(contents: &RegisterContents) {
     }
     fn comes_back<T: WritableValue + PartialEq + Debug>(contents: &RegisterContents) {
         if let Ok(value) = contents.value::<T>() {
-            let written = RegisterContents { register: value.register(), fields: value.fields(), ..contents.clone() };
+            let written = RegisterContents { register: value.register(), fields: value.fields() };
             assert_eq!(written.value::<T>().as_ref(), Ok(&value), "{written:?}");
             assert_eq!(written.register, contents.register);
         }
@@ -96,7 +96,7 @@ fn check_register(contents: &RegisterContents) {
     comes_back::<AsyncRate>(contents);
     comes_back::<AsyncType>(contents);
     comes_back::<BaudRate>(contents);
-    comes_back::<BinaryOutput>(contents);
+    reads::<BinaryOutput>(contents);
     comes_back::<ImuFilter>(contents);
     comes_back::<ProtocolControl>(contents);
     comes_back::<SyncControl>(contents);

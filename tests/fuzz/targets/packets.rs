@@ -1,6 +1,6 @@
 //! Bytes with a right CRC behind them: a packet or none, and the lines around it stay lines.
 
-use vn100_protocol::{BinaryOutput, BinaryOutputNumber, Decoder, Item, MAX_PACKET, Options, crc16};
+use vn100_protocol::{BinaryOutput, Decoder, Item, MAX_PACKET, Options, crc16};
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
@@ -40,6 +40,5 @@ fn announced_length(packet: &[u8]) -> Option<usize> {
     let groups = *packet.get(1)?;
     let words = packet.get(2..2 + 2 * groups.count_ones() as usize)?;
     let field_words = words.chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
-    let number = BinaryOutputNumber::First;
-    BinaryOutput { number, async_mode: 1, rate_divisor: 1, groups, field_words }.packet_length()
+    BinaryOutput { async_mode: 1, rate_divisor: 1, groups, field_words }.packet_length()
 }

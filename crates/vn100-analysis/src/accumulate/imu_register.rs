@@ -3,7 +3,7 @@
 
 use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
-use vn100_protocol::{Channel, Check, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
+use vn100_protocol::{Channel, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
 
 use crate::snapshot::{ChannelSnapshot, RegisterChannel};
 
@@ -56,7 +56,7 @@ impl ImuRegister {
 fn measurement(reply: &Reply) -> Option<Sample> {
     let register = Register(reply.register);
     let fields = RegisterFields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
-    Sample::from_contents(&RegisterContents { register, fields, check: Check::Xor8 }, &VNIMU).ok()
+    Sample::from_contents(&RegisterContents { register, fields }, &VNIMU).ok()
 }
 
 /// A name of its own, because the stream may have a channel of the plain name.

@@ -2,7 +2,7 @@
 //! every so manyth average.
 
 use imu_noise::BoxcarWindow;
-use vn100_protocol::{Channel, Check, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
+use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
 
 use crate::{accumulate::rate_authority::rates_hz, snapshot::Snapshot};
 
@@ -55,11 +55,11 @@ impl Onboard {
     pub(super) fn of(channel: &Channel, snapshot: &Snapshot) -> Option<Self> {
         let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
         let filter = filter(snapshot);
-        let ImuFilter { window, mode } = filter.unwrap_or_default();
+        let averaging = filter.unwrap_or_default();
         let (refresh_hz, window, mode) = match channel.quantity {
-            Quantity::MagneticField => (Self::MAG_REFRESH_HZ, window.mag, mode.mag),
-            Quantity::Acceleration => (IMU_REFRESH_HZ, window.accel, mode.accel),
-            Quantity::AngularRate => (IMU_REFRESH_HZ, window.gyro, mode.gyro),
+            Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
+            Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),
+            Quantity::AngularRate => (IMU_REFRESH_HZ, averaging.gyro_window, averaging.gyro_mode),
             Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return None,
         };
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
@@ -74,5 +74,5 @@ impl Onboard {
 fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     let register = Register::IMU_FILTER;
     let fields = RegisterFields::new(snapshot.registers.get(&register.0)?.as_str()).ok()?;
-    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+    RegisterContents { register, fields }.value().ok()
 }

@@ -21,9 +21,9 @@ impl FrameScanner {
         self.incomplete.extend_from_slice(bytes);
         let mut at = 0;
         loop {
-            let step = self.framer.next(&self.incomplete[at..], false);
-            at += step.consumed;
-            match step.item {
+            let (consumed, frame) = self.framer.next(&self.incomplete[at..], false);
+            at += consumed;
+            match frame {
                 Some(frame) => handle(frame),
                 None => break,
             }

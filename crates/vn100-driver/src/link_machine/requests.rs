@@ -398,7 +398,7 @@ mod tests {
     const MODEL: &[u8] = b"$VNRRG,01*72\r\n";
 
     fn register(register: Register, fields: &str) -> Reply {
-        Reply::Register(RegisterContents { register, fields: RegisterFields::new(fields).unwrap(), check: Check::Xor8 })
+        Reply::Register(RegisterContents { register, fields: RegisterFields::new(fields).unwrap() })
     }
 
     const fn s(s: u64) -> Duration {

@@ -1,12 +1,11 @@
 //! What is planned, in which order, and what cannot be.
 
 use proptest::{option, prelude::*, sample::select};
-use vn100_protocol::Check;
 
 use super::*;
 
 fn contents(register: Register, fields: &str) -> RegisterContents {
-    RegisterContents { register, fields: RegisterFields::new(fields).unwrap(), check: Check::Xor8 }
+    RegisterContents { register, fields: RegisterFields::new(fields).unwrap() }
 }
 
 fn current(baud: u32, code: u8, rate_hz: u32) -> Vec<RegisterContents> {

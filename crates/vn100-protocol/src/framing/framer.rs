@@ -42,17 +42,6 @@ pub struct Framer {
     line_end_of: LineEndOf,
 }
 
-/// What [`Framer::next`] found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[must_use]
-pub struct Step<'a> {
-    /// The bytes at the head of the input that are done with.
-    pub consumed: usize,
-    /// What they end with; `None` when there is nothing in the input, or nothing without more
-    /// bytes.
-    pub item: Option<Frame<'a>>,
-}
-
 /// A piece of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Frame<'a> {
@@ -90,12 +79,14 @@ impl Framer {
     }
 
     /// Looks for the next sentence or packet in `input`, the bytes of the stream from the last one
-    /// consumed.
+    /// consumed. Gives the number of bytes at its head that are done with, and the frame that they
+    /// end with; `None` when there is none without more bytes.
     ///
     /// `end_of_input` says that no more bytes will follow: then what is incomplete is classified as
-    /// it stands, and all is consumed when `item` is `None`.
+    /// it stands, and all is consumed when there is no frame.
     #[inline]
-    pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> Step<'a> {
+    #[must_use]
+    pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Frame<'a>>) {
         let mut at = self.take_line_end(input);
         while let Some(skipped) = memchr2(b'$', packet::START, &input[at..]) {
             self.skip(skipped);
@@ -107,12 +98,8 @@ impl Framer {
                 self.packet(candidate, end_of_input)
             };
             match found {
-                Found::Frame(length, frame) => {
-                    return Step { consumed: at + length, item: Some(frame) };
-                }
-                Found::Incomplete if !end_of_input => {
-                    return Step { consumed: at, item: None };
-                }
+                Found::Frame(length, frame) => return (at + length, Some(frame)),
+                Found::Incomplete if !end_of_input => return (at, None),
                 Found::Incomplete | Found::Nothing => {
                     self.skip(1);
                     at += 1;
@@ -123,7 +110,7 @@ impl Framer {
         if end_of_input {
             self.line_end_of = LineEndOf::Nothing;
         }
-        Step { consumed: input.len(), item: None }
+        (input.len(), None)
     }
 
     /// Counts a valid sentence of `length` bytes that the fast path has found.
@@ -135,6 +122,7 @@ impl Framer {
     }
 
     /// Rejects the sentence found last.
+    #[cold]
     pub(crate) fn reject<'a>(&mut self, sentence: Sentence<'a>, kind: RejectReason) -> RejectedSentence<'a> {
         self.tally.valid_sentence_bytes -= sentence.raw.len() as u64;
         self.tally.rejected_sentence_bytes += sentence.raw.len() as u64;

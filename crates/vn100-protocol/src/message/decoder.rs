@@ -2,13 +2,13 @@
 
 use crate::{
     framing::checksum::Check,
-    framing::framer::{Frame, Framer, Options, Step},
+    framing::framer::{Frame, Framer, Options},
     framing::packet::{MAX_PACKET, Packet},
-    framing::rejected_sentence::{RejectReason, RejectedSentence},
+    framing::rejected_sentence::RejectedSentence,
     framing::sentence::Sentence,
     framing::tally::Tally,
+    message::sample::Sample,
     message::template,
-    message::{MessageError, sample::Sample},
 };
 
 /// Decodes a byte stream.
@@ -35,7 +35,7 @@ use crate::{
 /// ```
 #[derive(Debug, Clone)]
 pub struct Decoder {
-    stepper: Stepper,
+    framer: Framer,
     /// The beginning of a sentence or packet, between calls of `push`.
     carry: [u8; CARRY],
     carried: usize,
@@ -64,7 +64,7 @@ impl Decoder {
     /// A decoder at the beginning of a stream.
     #[must_use]
     pub fn new(options: Options) -> Self {
-        Self { stepper: Stepper { framer: Framer::new(options) }, carry: [0; CARRY], carried: 0 }
+        Self { framer: Framer::new(options), carry: [0; CARRY], carried: 0 }
     }
 
     /// Takes the next piece of the stream, of any size, and calls `sink` with each item that it
@@ -73,19 +73,11 @@ impl Decoder {
     /// Nothing is copied but the beginning of a sentence or packet at the end of the piece, at most
     /// about 850 bytes.
     pub fn push(&mut self, bytes: &[u8], mut sink: impl FnMut(Item<'_>)) {
-        let Some(mut rest) = self.finish_carried(bytes, &mut sink) else {
-            return;
-        };
-        loop {
-            let (consumed, item) = self.stepper.next(rest, false);
-            rest = &rest[consumed..];
-            match item {
-                Some(item) => sink(item),
-                None => break,
-            }
+        if let Some(rest) = self.finish_carried(bytes, &mut sink) {
+            let incomplete = decode(&mut self.framer, rest, false, &mut sink);
+            self.carry[..incomplete.len()].copy_from_slice(incomplete);
+            self.carried = incomplete.len();
         }
-        self.carry[..rest.len()].copy_from_slice(rest);
-        self.carried = rest.len();
     }
 
     /// Ends the stream: bytes kept back are decoded as they stand.
@@ -93,15 +85,7 @@ impl Decoder {
     /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally)
     /// continue.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
-        let mut rest = &self.carry[..self.carried];
-        loop {
-            let (consumed, item) = self.stepper.next(rest, true);
-            rest = &rest[consumed..];
-            match item {
-                Some(item) => sink(item),
-                None => break,
-            }
-        }
+        decode(&mut self.framer, &self.carry[..self.carried], true, &mut sink);
         self.carried = 0;
     }
 
@@ -113,13 +97,13 @@ impl Decoder {
     #[inline]
     #[must_use]
     pub fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
-        self.stepper.next(input, end_of_input)
+        self.framer.next_item(input, end_of_input)
     }
 
     /// What the stream has carried so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
-        Tally { buffered_bytes: self.carried as u64, ..self.stepper.framer.tally }
+        Tally { buffered_bytes: self.carried as u64, ..self.framer.tally }
     }
 
     /// Decodes the carried bytes with as much of `bytes` behind them as it takes. Returns the part
@@ -133,7 +117,7 @@ impl Decoder {
         self.carry[self.carried..filled].copy_from_slice(&bytes[..added]);
         let mut at = 0;
         while at < self.carried {
-            let (consumed, item) = self.stepper.next(&self.carry[at..filled], false);
+            let (consumed, item) = self.framer.next_item(&self.carry[at..filled], false);
             at += consumed;
             match item {
                 Some(item) => sink(item),
@@ -151,31 +135,38 @@ impl Decoder {
     }
 }
 
-/// The decoder without its memory of incomplete input.
-#[derive(Debug, Clone)]
-struct Stepper {
-    framer: Framer,
+/// Calls `sink` with each item; returns what is left, which is incomplete.
+#[inline]
+fn decode<'a>(framer: &mut Framer, mut rest: &'a [u8], end: bool, sink: &mut impl FnMut(Item<'_>)) -> &'a [u8] {
+    loop {
+        let (consumed, item) = framer.next_item(rest, end);
+        rest = &rest[consumed..];
+        match item {
+            Some(item) => sink(item),
+            None => return rest,
+        }
+    }
 }
 
-impl Stepper {
+impl Framer {
     #[inline]
-    fn next<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
-        let at = self.framer.take_line_end(input);
+    fn next_item<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
+        let at = self.take_line_end(input);
         if let Some(line) = input[at..].first_chunk()
             && let Some(sample) = template::ymr(line)
         {
-            self.framer.accept(template::LENGTH);
-            self.framer.tally.samples += 1;
+            self.accept(template::LENGTH);
+            self.tally.samples += 1;
             return (at + template::LENGTH, Some(Item::Sample(sample)));
         }
-        let (consumed, item) = self.any(&input[at..], end_of_input);
+        let (consumed, item) = self.any_item(&input[at..], end_of_input);
         (at + consumed, item)
     }
 
     #[inline(never)]
-    fn any<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
-        let Step { consumed, item } = self.framer.next(input, end_of_input);
-        let item = item.map(|frame| match frame {
+    fn any_item<'a>(&mut self, input: &'a [u8], end_of_input: bool) -> (usize, Option<Item<'a>>) {
+        let (consumed, frame) = self.next(input, end_of_input);
+        let item = frame.map(|frame| match frame {
             Frame::Sentence(sentence) => self.message(sentence),
             Frame::Packet(packet) => Item::Packet(packet),
             Frame::Rejected(bad) => Item::Rejected(bad),
@@ -186,22 +177,13 @@ impl Stepper {
     #[inline]
     fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
         let (item, count) = match Sample::parse(&sentence) {
-            Some(Ok(sample)) => (Item::Sample(sample), &mut self.framer.tally.samples),
-            Some(Err(error)) => return self.refuse(sentence, error),
-            None if sentence.is_reply() => (Item::Reply(sentence), &mut self.framer.tally.replies),
-            None => (Item::Other(sentence), &mut self.framer.tally.other),
+            Some(Ok(sample)) => (Item::Sample(sample), &mut self.tally.samples),
+            Some(Err(kind)) => return Item::Rejected(self.reject(sentence, kind)),
+            None if sentence.is_reply() => (Item::Reply(sentence), &mut self.tally.replies),
+            None => (Item::Other(sentence), &mut self.tally.other),
         };
         *count += 1;
-        self.framer.tally.unchecked_sentences += u64::from(sentence.check == Check::None);
+        self.tally.unchecked_sentences += u64::from(sentence.check == Check::None);
         item
-    }
-
-    #[cold]
-    fn refuse<'a>(&mut self, sentence: Sentence<'a>, error: MessageError) -> Item<'a> {
-        let kind = match error {
-            MessageError::Grammar(error) => RejectReason::Grammar(error),
-            MessageError::Range(error) => RejectReason::Range(error),
-        };
-        Item::Rejected(self.framer.reject(sentence, kind))
     }
 }

@@ -6,9 +6,7 @@
 
 use crate::{
     framing::sentence::Sentence,
-    message::digits::eight_digits,
-    message::layout::{Channel, Layout},
-    message::print_format::PrintFormat,
+    message::layout::{Channel, Layout, PrintFormat},
     message::sample::{MAX_CHANNELS, Sample},
     message::suffix::Suffix,
 };
@@ -42,13 +40,7 @@ fn read_as<R: ConstLayout, const OLD: bool>(sentence: &Sentence<'_>) -> Option<S
     }
     each!(0 1 2 3 4 5 6 7 8 9 10 11 12);
     let Numbers { counts, body, at } = numbers;
-    Some(Sample {
-        layout: R::LAYOUT,
-        counts,
-        print_format: format(OLD),
-        check: sentence.check,
-        suffix: Suffix::parse(&body[at..])?,
-    })
+    Some(Sample { layout: R::LAYOUT, counts, print_format: format(OLD), suffix: Suffix::parse(&body[at..])? })
 }
 
 const fn format(old: bool) -> PrintFormat {
@@ -128,4 +120,13 @@ impl Numbers<'_> {
 #[inline(always)]
 fn word_before(end: usize, bytes: &[u8]) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(..end)?.last_chunk()?))
+}
+
+/// The number whose digits, the first one lowest, are the bytes of `digits`: neighbours are joined
+/// to pairs, fours and eight.
+#[inline]
+pub(super) fn eight_digits(digits: u64) -> u32 {
+    let pairs = (digits * 10 + (digits >> 8)) & 0x00FF_00FF_00FF_00FF;
+    let fours = (pairs * 100 + (pairs >> 16)) & 0x0000_FFFF_0000_FFFF;
+    (fours * 10_000 + (fours >> 32)) as u32
 }

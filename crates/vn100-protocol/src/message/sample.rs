@@ -6,13 +6,12 @@
 use alloc::format;
 
 use super::{
-    GrammarError, MessageError, RangeError,
+    GrammarError, RangeError,
     decimal::Decimal,
-    layout::{Channel, Layout},
-    print_format::PrintFormat,
+    layout::{Channel, Layout, PrintFormat},
     suffix::Suffix,
 };
-use crate::{framing::checksum::Check, framing::sentence::Sentence, register::RegisterContents};
+use crate::{framing::rejected_sentence::RejectReason, framing::sentence::Sentence, register::RegisterContents};
 
 /// The most channels that a message has.
 pub(super) const MAX_CHANNELS: usize = 13;
@@ -29,12 +28,14 @@ pub(super) const MAX_CHANNELS: usize = 13;
 /// than its usual length, and a [`Suffix`] may stand before the `*`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    pub(super) layout: &'static Layout,
+    /// The message, with the channels of the counts.
+    pub layout: &'static Layout,
+    /// How the sentence was printed.
+    pub print_format: PrintFormat,
+    /// The optional fields behind the numbers.
+    pub suffix: Suffix,
     /// Zeros behind the last channel.
     pub(super) counts: [i32; MAX_CHANNELS],
-    pub(super) print_format: PrintFormat,
-    pub(super) check: Check,
-    pub(super) suffix: Suffix,
 }
 
 impl Sample {
@@ -43,21 +44,14 @@ impl Sample {
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
-    pub fn from_contents(contents: &RegisterContents, layout: &'static Layout) -> Result<Self, MessageError> {
-        read_fields(format!(",{}", contents.fields).as_bytes(), layout, contents.check)
+    pub fn from_contents(contents: &RegisterContents, layout: &'static Layout) -> Result<Self, RejectReason> {
+        read_fields(format!(",{}", contents.fields).as_bytes(), layout)
     }
 
     /// Reads any sentence with the header of `layout`, and says what is wrong with it.
     #[cold]
-    pub(super) fn read_exactly(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Self, MessageError> {
-        read_fields(&sentence.body[layout.message.len()..], layout, sentence.check)
-    }
-
-    /// The message, with the channels of the counts.
-    #[inline]
-    #[must_use]
-    pub fn layout(&self) -> &'static Layout {
-        self.layout
+    pub(super) fn read_exactly(sentence: &Sentence<'_>, layout: &'static Layout) -> Result<Self, RejectReason> {
+        read_fields(&sentence.body[layout.message.len()..], layout)
     }
 
     /// The values in the order of the wire, exactly: in units of the last decimal of each channel,
@@ -72,30 +66,10 @@ impl Sample {
     pub fn values(&self) -> impl ExactSizeIterator<Item = f64> {
         self.layout.channels.iter().zip(self.counts).map(|(channel, count)| channel.value(count))
     }
-
-    /// How the sentence was printed.
-    #[inline]
-    #[must_use]
-    pub fn print_format(&self) -> PrintFormat {
-        self.print_format
-    }
-
-    /// What protected the sentence.
-    #[must_use]
-    pub fn check(&self) -> Check {
-        self.check
-    }
-
-    /// The optional fields behind the numbers.
-    #[inline]
-    #[must_use]
-    pub fn suffix(&self) -> Suffix {
-        self.suffix
-    }
 }
 
 /// Reads fields, each with a comma before it: the numbers of `layout` and a suffix.
-fn read_fields(fields: &[u8], layout: &'static Layout, check: Check) -> Result<Sample, MessageError> {
+fn read_fields(fields: &[u8], layout: &'static Layout) -> Result<Sample, RejectReason> {
     let channels = &*layout.channels;
     let field_count = || GrammarError::FieldCount {
         expected: channels.len(),
@@ -121,7 +95,7 @@ fn read_fields(fields: &[u8], layout: &'static Layout, check: Check) -> Result<S
     for ((count, number), channel) in counts.iter_mut().zip(numbers).zip(channels) {
         *count = scaled(number, channel)?;
     }
-    Ok(Sample { layout, counts, print_format, check, suffix })
+    Ok(Sample { layout, print_format, suffix, counts })
 }
 
 /// The format whose decimals all numbers have. The first channel decides that the formats print

@@ -1,13 +1,5 @@
 //! The fields that register 30 appends to a measuring message.
 
-use nom::{
-    IResult, Parser,
-    branch::alt,
-    bytes::complete::{tag, take_while_m_n},
-    combinator::map_opt,
-    sequence::preceded,
-};
-
 /// The optional last fields of a message: a count or time, and a status word, in either order.
 ///
 /// ```text
@@ -24,41 +16,34 @@ pub struct Suffix {
 }
 
 impl Suffix {
-    /// Reads all of `input`, which begins with a comma.
-    pub(super) fn parse(mut input: &[u8]) -> Option<Self> {
+    /// Reads all of `input`, which is empty or begins with a comma.
+    pub(super) fn parse(input: &[u8]) -> Option<Self> {
         let mut suffix = Self::default();
-        while !input.is_empty() {
-            let (rest, part) = part(input).ok()?;
-            match part {
-                Part::Count(count) if suffix.count.is_none() => suffix.count = Some(count),
-                Part::Status(status) if suffix.status.is_none() => suffix.status = Some(status),
+        if input.is_empty() {
+            return Some(suffix);
+        }
+        for field in input.strip_prefix(b",")?.split(|&byte| byte == b',') {
+            let (kind, digits) = field.split_first()?;
+            let text = str::from_utf8(digits).ok()?;
+            match kind {
+                b'T' if suffix.count.is_none() && is_count(digits) => suffix.count = Some(text.parse().ok()?),
+                b'S' if suffix.status.is_none() && is_status(digits) => {
+                    suffix.status = Some(u16::from_str_radix(text, 16).ok()?);
+                }
                 _ => return None,
             }
-            input = rest;
         }
         Some(suffix)
     }
 }
 
-enum Part {
-    Count(u64),
-    Status(u16),
+/// Twenty digits can be a number beyond 64 bits.
+fn is_count(digits: &[u8]) -> bool {
+    matches!(digits.len(), 1..=20) && digits.iter().all(u8::is_ascii_digit)
 }
 
-fn part(input: &[u8]) -> IResult<&[u8], Part> {
-    let is_hex = |byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F');
-    let count = preceded(tag(",T"), map_opt(take_while_m_n(1, 20, |byte: u8| byte.is_ascii_digit()), count));
-    let status = preceded(tag(",S"), map_opt(take_while_m_n(4, 4, is_hex), status));
-    alt((count, status)).parse(input)
-}
-
-/// `None` for a number beyond 64 bits, which twenty digits can be.
-fn count(digits: &[u8]) -> Option<Part> {
-    core::str::from_utf8(digits).ok()?.parse().ok().map(Part::Count)
-}
-
-fn status(digits: &[u8]) -> Option<Part> {
-    u16::from_str_radix(core::str::from_utf8(digits).ok()?, 16).ok().map(Part::Status)
+fn is_status(digits: &[u8]) -> bool {
+    digits.len() == 4 && digits.iter().all(|byte| matches!(byte, b'0'..=b'9' | b'A'..=b'F'))
 }
 
 #[cfg(test)]

@@ -4,9 +4,8 @@
 use alloc::borrow::Cow;
 
 use crate::{
-    framing::sentence::Sentence,
+    framing::{rejected_sentence::RejectReason, sentence::Sentence},
     message::{
-        MessageError,
         layout::{Channel, Layout, Quantity},
         numbers::{self, ConstLayout},
         sample::Sample,
@@ -70,11 +69,11 @@ impl Sample {
     /// Reads a sentence; `None` unless it is one of the [`MESSAGES`].
     ///
     /// # Errors
-    /// [`MessageError::Grammar`] unless it has the numbers of its message in one of the two print
-    /// formats and at most a suffix behind them; [`MessageError::Range`] for a value beyond its
+    /// [`RejectReason::Grammar`] unless it has the numbers of its message in one of the two print
+    /// formats and at most a suffix behind them; [`RejectReason::Range`] for a value beyond its
     /// channel's limit.
     #[inline]
-    pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, MessageError>> {
+    pub fn parse(sentence: &Sentence<'_>) -> Option<Result<Self, RejectReason>> {
         let (layout, sample) = read_quickly(sentence)?;
         Some(sample.map_or_else(|| Self::read_exactly(sentence, layout), Ok))
     }

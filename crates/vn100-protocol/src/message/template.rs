@@ -4,9 +4,8 @@
 //! this one takes.
 
 use crate::{
-    framing::checksum::Check,
-    message::digits::eight_digits,
-    message::print_format::PrintFormat,
+    message::layout::PrintFormat,
+    message::numbers::eight_digits,
     message::sample::{MAX_CHANNELS, Sample},
     message::suffix::Suffix,
     message::table::VNYMR,
@@ -70,13 +69,7 @@ pub(crate) fn ymr(line: &[u8; LENGTH + 1]) -> Option<Sample> {
         let magnitude = magnitude.cast_signed();
         counts[index] = if line[FIELDS[index]] == b'-' { -magnitude } else { magnitude };
     }
-    (!beyond).then(|| Sample {
-        layout: &VNYMR,
-        counts,
-        print_format: PrintFormat::Current,
-        check: Check::Xor8,
-        suffix: Suffix::default(),
-    })
+    (!beyond).then(|| Sample { layout: &VNYMR, counts, print_format: PrintFormat::Current, suffix: Suffix::default() })
 }
 
 /// The XOR-8 of the body if all bytes before the check digits are of the usual line.

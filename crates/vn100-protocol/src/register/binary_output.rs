@@ -1,21 +1,9 @@
 //! Registers 75 to 77: the streams of binary packets.
 
 use alloc::vec::Vec;
-use core::fmt;
 
-use super::{Register, RegisterValue, ValueError, WritableValue, field_reader::FieldReader};
+use super::{Register, RegisterValue, ValueError, fields::FieldReader};
 use crate::framing::packet;
-
-/// One of the three registers of binary outputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BinaryOutputNumber {
-    /// Register 75.
-    First,
-    /// Register 76.
-    Second,
-    /// Register 77.
-    Third,
-}
 
 /// One stream of binary packets.
 ///
@@ -28,8 +16,6 @@ pub enum BinaryOutputNumber {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct BinaryOutput {
-    /// Which of the three.
-    pub number: BinaryOutputNumber,
     /// Where packets go: 0 nowhere, 1 port 1, 2 port 2, 3 both. Firmware 3 takes it for a mask.
     pub async_mode: u16,
     /// A packet is sent every so many samples of the 800 in a second; 0 on request alone.
@@ -60,36 +46,14 @@ impl RegisterValue for BinaryOutput {
         &[Register::BINARY_OUTPUT_1, Register::BINARY_OUTPUT_2, Register::BINARY_OUTPUT_3];
 
     fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
-        let number = match fields.register {
-            Register::BINARY_OUTPUT_1 => BinaryOutputNumber::First,
-            Register::BINARY_OUTPUT_2 => BinaryOutputNumber::Second,
-            _ => BinaryOutputNumber::Third,
-        };
         let async_mode = fields.integer("async mode")?;
         let rate_divisor = fields.integer("rate divisor")?;
         let groups = fields.value("groups", "two hexadecimal digits", |text| hexadecimal(text)?.try_into().ok())?;
         let mut field_words = Vec::new();
-        while fields.rest().next().is_some() {
+        while fields.has_more() {
             field_words.push(fields.value("fields", "four hexadecimal digits", hexadecimal)?);
         }
-        Ok(Self { number, async_mode, rate_divisor, groups, field_words })
-    }
-}
-
-impl WritableValue for BinaryOutput {
-    fn register(&self) -> Register {
-        match self.number {
-            BinaryOutputNumber::First => Register::BINARY_OUTPUT_1,
-            BinaryOutputNumber::Second => Register::BINARY_OUTPUT_2,
-            BinaryOutputNumber::Third => Register::BINARY_OUTPUT_3,
-        }
-    }
-}
-
-impl fmt::Display for BinaryOutput {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{},{},{:02X}", self.async_mode, self.rate_divisor, self.groups)?;
-        self.field_words.iter().try_for_each(|word| write!(f, ",{word:04X}"))
+        Ok(Self { async_mode, rate_divisor, groups, field_words })
     }
 }
 

@@ -1,9 +1,14 @@
-//! The fields of a register as the wire has them.
+//! The fields of a register as the wire has them, and reading one after the other.
 
-use alloc::string::String;
-use core::{fmt, str::Split};
+use alloc::{borrow::ToOwned, string::String};
+use core::{
+    fmt,
+    str::{FromStr, Split},
+};
 
 use thiserror::Error;
+
+use super::{Register, RegisterContents, RegisterValue, ValueError};
 
 /// The fields of a register: text with commas between them, as behind the register number of a read
 /// or a write.
@@ -40,7 +45,7 @@ impl RegisterFields {
     /// `$VNWRG,nnn,`, `*`, four digits, CR and LF.
     pub const MAX_LENGTH: usize = 238;
 
-    /// Takes a text with a comma between any two fields; an empty text is one empty field.
+    /// An empty text is one empty field.
     ///
     /// # Errors
     /// [`RegisterFieldsError`] for a character that no field has, or too many of them.
@@ -101,6 +106,72 @@ fn is_same(asked: &str, got: &str) -> bool {
     }
     let [asked, got] = [asked, got].map(|field| field.trim_start_matches('0'));
     asked.eq_ignore_ascii_case(got)
+}
+
+/// Takes the fields of a register one after the other, and names the one that is wrong.
+#[derive(Debug)]
+pub struct FieldReader<'a> {
+    register: Register,
+    fields: Split<'a, char>,
+}
+
+impl<'a> FieldReader<'a> {
+    pub(super) fn of<T: RegisterValue>(contents: &'a RegisterContents) -> Result<Self, ValueError> {
+        if !T::REGISTERS.contains(&contents.register) {
+            return Err(ValueError::Register { expected: T::REGISTERS, found: contents.register });
+        }
+        Ok(Self { register: contents.register, fields: contents.fields.iter() })
+    }
+
+    /// A field as `read` takes it; `expected` says what that is.
+    pub(super) fn value<T>(
+        &mut self,
+        name: &'static str,
+        expected: &'static str,
+        read: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<T, ValueError> {
+        let register = self.register;
+        let text = self.fields.next().ok_or(ValueError::Missing { register, name })?;
+        read(text).ok_or_else(|| ValueError::Field { register, name, text: text.to_owned(), expected })
+    }
+
+    pub(super) fn integer<T: FromStr>(&mut self, name: &'static str) -> Result<T, ValueError> {
+        self.value(name, "a whole number in range", integer)
+    }
+
+    /// Finite 32-bit floats, which is what the sensor keeps.
+    pub(super) fn floats<const N: usize>(&mut self, name: &'static str) -> Result<[f32; N], ValueError> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            let finite = |text: &str| text.parse().ok().filter(|value: &f32| value.is_finite());
+            *value = self.value(name, "a finite number", finite)?;
+        }
+        Ok(values)
+    }
+
+    /// The port, which the sensor repeats where the command named one.
+    pub(super) fn optional_port(&mut self) -> Result<(), ValueError> {
+        if self.has_more() {
+            self.value("port", "1 or 2", |text| matches!(text, "1" | "2").then_some(()))?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn has_more(&self) -> bool {
+        self.fields.clone().next().is_some()
+    }
+
+    pub(super) fn end(mut self) -> Result<(), ValueError> {
+        match self.fields.next() {
+            Some(text) => Err(ValueError::Surplus { register: self.register, text: text.to_owned() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Digits alone: the standard library would take a sign, too.
+pub(super) fn integer<T: FromStr>(text: &str) -> Option<T> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
 }
 
 #[cfg(test)]

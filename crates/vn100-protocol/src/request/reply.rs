@@ -58,22 +58,22 @@ impl Reply {
         let (header, fields) = body.split_once(',').unwrap_or((body, ""));
         match header {
             "VNRRG" if !fields.contains(',') => register(fields).map(Self::Question),
-            "VNRRG" => contents(fields, sentence).map(Self::Register),
-            "VNWRG" => contents(fields, sentence).map(Self::Written),
+            "VNRRG" => contents(fields).map(Self::Register),
+            "VNWRG" => contents(fields).map(Self::Written),
             "VNERR" => error_code(fields).map(|code| Self::Error(DeviceError::from_code(code))),
             _ => Ok(Self::Echo(body.to_owned())),
         }
     }
 }
 
-fn contents(fields: &str, sentence: &Sentence<'_>) -> Result<RegisterContents, ReplyError> {
+fn contents(fields: &str) -> Result<RegisterContents, ReplyError> {
     let (number, fields) = match fields.split_once(',') {
         Some((number, fields)) => (number, Some(fields)),
         None => (fields, None),
     };
     let register = register(number)?;
     let fields = RegisterFields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
-    Ok(RegisterContents { register, fields, check: sentence.check })
+    Ok(RegisterContents { register, fields })
 }
 
 fn register(number: &str) -> Result<Register, ReplyError> {

@@ -216,7 +216,7 @@ impl Stream {
 
     #[inline]
     fn put_sample(&mut self, sample: &Sample) {
-        let (layout, printed) = (sample.layout(), sample.print_format());
+        let (layout, printed) = (sample.layout, sample.print_format);
         let chosen = self.layout.get_or_insert_with(|| Arc::new(layout.clone()));
         if chosen.message != layout.message {
             self.link.foreign_samples += 1;
@@ -232,7 +232,7 @@ impl Stream {
         {
             self.open.arrivals.push(Arrival { from_row: self.row(), at_ns });
         }
-        if let Some(count) = sample.suffix().count {
+        if let Some(count) = sample.suffix.count {
             self.open.counters.push(RowCounter { row: self.row(), count });
         }
         self.open.counts.extend_from_slice(sample.counts());

@@ -1,9 +1,7 @@
 //! What fits a line: the tables that follow from the recorded lengths, and what sensors have
 //! accepted and refused.
 
-use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, BinaryOutput, BinaryOutputNumber, Check, LineForm, LinkLoad, ProtocolControl,
-};
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, LineForm, LinkLoad, ProtocolControl};
 
 fn baud(bits_per_s: u32) -> BaudRate {
     BaudRate::new(bits_per_s).unwrap()
@@ -14,8 +12,8 @@ fn lines(message: AsyncType, hz: u32) -> LinkLoad {
 }
 
 fn packets(rate_divisor: u16, groups: u8, field_words: &[u16]) -> BinaryOutput {
-    let (number, async_mode, field_words) = (BinaryOutputNumber::First, 1, field_words.to_vec());
-    BinaryOutput { number, async_mode, rate_divisor, groups, field_words }
+    let (async_mode, field_words) = (1, field_words.to_vec());
+    BinaryOutput { async_mode, rate_divisor, groups, field_words }
 }
 
 fn highest_rate(message: AsyncType, bits_per_s: u32) -> Option<u32> {

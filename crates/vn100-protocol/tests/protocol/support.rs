@@ -151,9 +151,9 @@ pub(crate) fn frames(bytes: &[u8], options: Options) -> Vec<Frame<'_>> {
     let mut frames = Vec::new();
     let mut at = 0;
     loop {
-        let step = framer.next(&bytes[at..], true);
-        at += step.consumed;
-        match step.item {
+        let (consumed, frame) = framer.next(&bytes[at..], true);
+        at += consumed;
+        match frame {
             Some(frame) => frames.push(frame),
             None => break,
         }

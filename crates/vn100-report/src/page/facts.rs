@@ -5,7 +5,7 @@ use imu_noise::{Arrivals, Deviation, Estimator};
 use maud::{Markup, html};
 use vn100_analysis::{MissingFrom, RateFrom};
 use vn100_protocol::{
-    AsyncRate, AsyncType, BaudRate, Calibration, Check, ImuFilter, Quantity, ReferenceFrameRotation, Register,
+    AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
 
@@ -124,7 +124,7 @@ fn in_words(register: Register, text: &str) -> String {
 
 fn value<T: RegisterValue>(register: Register, text: &str) -> Option<T> {
     let fields = RegisterFields::new(text).ok()?;
-    RegisterContents { register, fields, check: Check::Xor8 }.value().ok()
+    RegisterContents { register, fields }.value().ok()
 }
 
 const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -160,15 +160,14 @@ fn averaging(filter: ImuFilter) -> String {
         2 => "compensated",
         _ => "both",
     };
-    let (window, mode) = (filter.window, filter.mode);
     format!(
         "averages {} refreshes of the gyroscope ({}), {} of the accelerometer ({}), {} of the magnetometer ({})",
-        window.gyro,
-        which(mode.gyro),
-        window.accel,
-        which(mode.accel),
-        window.mag,
-        which(mode.mag)
+        filter.gyro_window,
+        which(filter.gyro_mode),
+        filter.accel_window,
+        which(filter.accel_mode),
+        filter.mag_window,
+        which(filter.mag_mode)
     )
 }
 

@@ -84,7 +84,7 @@ fn the_decoder_takes_every_line_of_the_measuring_messages() {
         let mut samples = 0;
         let mut decoder = Decoder::new(Options::default());
         decoder.push(&output, |item| match item {
-            Item::Sample(sample) if sample.layout() == layout => samples += 1,
+            Item::Sample(sample) if sample.layout == layout => samples += 1,
             Item::Rejected(line) => panic!("{}", line.kind),
             _ => {}
         });

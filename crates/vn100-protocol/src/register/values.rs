@@ -1,9 +1,9 @@
-//! Registers 30, 32 and 35: modes, each a whole number, which is kept even where its meaning is not
-//! known here.
+//! The registers of numbers: modes, averaging, and how this sensor was calibrated and mounted. A mode
+//! is kept even where its meaning is not known here.
 
 use core::fmt;
 
-use super::{Register, RegisterValue, ValueError, WritableValue, field_reader::FieldReader, write_list};
+use super::{Register, RegisterValue, ValueError, WritableValue, fields::FieldReader};
 use crate::framing::checksum::Check;
 
 /// A register of whole numbers: its value, with the name and the factory default of each field.
@@ -36,7 +36,11 @@ macro_rules! whole_numbers {
 
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write_list(f, [$(&self.$field as &dyn fmt::Display),*])
+                let fields = [$(&self.$field as &dyn fmt::Display),*];
+                for (index, field) in fields.iter().enumerate() {
+                    write!(f, "{}{field}", if index > 0 { "," } else { "" })?;
+                }
+                Ok(())
             }
         }
     };
@@ -117,4 +121,84 @@ whole_numbers! {
         /// Tuning: 0 fixed, 1 adaptive.
         tuning_mode: u8 = "tuning mode", 1;
     }
+}
+
+whole_numbers! {
+    /// Register 85: the moving average of the 800 Hz samples, for each sensor inside. A window is
+    /// the samples averaged, of which 0 and 1 are none but the last; a mode says which values are
+    /// averaged: 0 none, 1 the uncompensated, 2 the compensated, 3 both.
+    ImuFilter = IMU_FILTER {
+        /// Of the magnetometer.
+        mag_window: u16 = "magnetometer window", 0;
+        /// Of the accelerometer.
+        accel_window: u16 = "accelerometer window", 4;
+        /// Of the gyro.
+        gyro_window: u16 = "gyro window", 4;
+        /// Of the thermometer.
+        temperature_window: u16 = "temperature window", 4;
+        /// Of the barometer.
+        pressure_window: u16 = "pressure window", 0;
+        /// Of the magnetometer.
+        mag_mode: u8 = "magnetometer mode", 0;
+        /// Of the accelerometer.
+        accel_mode: u8 = "accelerometer mode", 3;
+        /// Of the gyro.
+        gyro_mode: u8 = "gyro mode", 3;
+        /// Of the thermometer.
+        temperature_mode: u8 = "temperature mode", 3;
+        /// Of the barometer.
+        pressure_mode: u8 = "pressure mode", 0;
+    }
+}
+
+/// Registers 23, 25 and 84: the user's calibration of one sensor, y = C (x - b).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration {
+    /// C by rows.
+    pub matrix: [[f32; 3]; 3],
+    /// b along x, y, z: gauss, m/s² or rad/s.
+    pub offset: [f32; 3],
+}
+
+impl RegisterValue for Calibration {
+    const REGISTERS: &'static [Register] =
+        &[Register::MAG_CALIBRATION, Register::ACCEL_CALIBRATION, Register::GYRO_CALIBRATION];
+
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { matrix: matrix(fields)?, offset: fields.floats("offset")? })
+    }
+}
+
+/// Register 26: from the axes of the sensor to those of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceFrameRotation {
+    /// The matrix by rows.
+    pub matrix: [[f32; 3]; 3],
+}
+
+impl RegisterValue for ReferenceFrameRotation {
+    const REGISTERS: &'static [Register] = &[Register::ROTATION];
+
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { matrix: matrix(fields)? })
+    }
+}
+
+/// Register 43: the bias of the angular rate that the attitude filter starts with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartupGyroBias {
+    /// About x, y, z in rad/s.
+    pub bias_rad_s: [f32; 3],
+}
+
+impl RegisterValue for StartupGyroBias {
+    const REGISTERS: &'static [Register] = &[Register::STARTUP_GYRO_BIAS];
+
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        Ok(Self { bias_rad_s: fields.floats("bias")? })
+    }
+}
+
+fn matrix(fields: &mut FieldReader<'_>) -> Result<[[f32; 3]; 3], ValueError> {
+    Ok([fields.floats("matrix")?, fields.floats("matrix")?, fields.floats("matrix")?])
 }

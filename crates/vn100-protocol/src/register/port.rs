@@ -1,12 +1,66 @@
-//! Registers 6 and 7: the message that a port sends of itself, and how often.
+//! Registers 5 to 7: the speed of a port, the message that it sends of itself, and how often.
 
 use core::fmt;
 
 use super::{
     Register, RegisterValue, ValueError, WritableValue,
-    field_reader::{FieldReader, integer},
+    fields::{FieldReader, integer},
 };
 use crate::message::layout::OUTPUT_RATES_HZ;
+
+/// Bits per second of a port, one of the nine that the sensor has.
+///
+/// The sensor answers a write at the old rate and goes over to the new one then. Eight data bits,
+/// no parity, one stop bit: ten bits a byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BaudRate(u32);
+
+impl BaudRate {
+    /// All of them, the slowest first.
+    pub const ALL: [Self; 9] = [
+        Self(9_600),
+        Self(19_200),
+        Self(38_400),
+        Self(57_600),
+        Self(115_200),
+        Self(128_000),
+        Self(230_400),
+        Self(460_800),
+        Self(921_600),
+    ];
+    /// What a sensor is sold with: 115200.
+    pub const DEFAULT: Self = Self(115_200);
+
+    /// This many bits per second; `None` for a rate that the sensor does not have.
+    #[must_use]
+    pub fn new(bits_per_s: u32) -> Option<Self> {
+        Some(Self(bits_per_s)).filter(|rate| Self::ALL.contains(rate))
+    }
+
+    /// Bits per second.
+    #[must_use]
+    pub fn bits_per_s(self) -> u32 {
+        self.0
+    }
+
+    /// Bytes per second, of ten bits each.
+    #[must_use]
+    pub fn bytes_per_s(self) -> u32 {
+        self.0 / 10
+    }
+}
+
+impl RegisterValue for BaudRate {
+    const REGISTERS: &'static [Register] = &[Register::BAUD_RATE];
+
+    fn read(fields: &mut FieldReader<'_>) -> Result<Self, ValueError> {
+        let rate = fields.value("baud rate", "one of the nine rates from 9600 to 921600", |text| {
+            integer(text).and_then(Self::new)
+        })?;
+        fields.optional_port()?;
+        Ok(rate)
+    }
+}
 
 /// The message that a port sends of itself, by the code that register 6 takes.
 ///
@@ -104,14 +158,6 @@ impl RegisterValue for AsyncType {
     }
 }
 
-impl WritableValue for AsyncType {}
-
-impl fmt::Display for AsyncType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
 /// How often a port sends its message, in hertz: one of [`OUTPUT_RATES_HZ`], or 0, which firmware 3
 /// takes for never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -143,10 +189,16 @@ impl RegisterValue for AsyncRate {
     }
 }
 
-impl WritableValue for AsyncRate {}
+macro_rules! written_as_number {
+    ($($name:ident)*) => {$(
+        impl WritableValue for $name {}
 
-impl fmt::Display for AsyncRate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+    )*};
 }
+
+written_as_number!(BaudRate AsyncType AsyncRate);
