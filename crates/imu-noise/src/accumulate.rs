@@ -1,18 +1,15 @@
 //! From samples to exact sums: everything that grows with the record, one channel at a time, in
 //! bounded memory.
 
-pub(crate) mod aligned;
+pub(crate) mod aligned_sums;
 pub(crate) mod blocks;
 pub(crate) mod channel;
 pub(crate) mod counts;
 pub(crate) mod histogram;
-pub(crate) mod lag_one;
-pub(crate) mod magnitudes;
 pub(crate) mod moments;
 pub(crate) mod octaves;
 pub(crate) mod record;
 pub(crate) mod signal;
 pub(crate) mod spectrum;
-pub(crate) mod trend;
 pub(crate) mod unwrap;
 pub(crate) mod window_statistics;

@@ -73,8 +73,7 @@ pub use accumulate::moments::Moments;
 pub use accumulate::octaves::{OctaveSum, Octaves};
 pub use accumulate::record::{Deviation, Estimator, Octave, RecordShape};
 pub use accumulate::signal::ChannelSignal;
-pub use accumulate::spectrum::density::{Density, DensityPoint, Sides};
-pub use accumulate::spectrum::{Spectrum, SpectrumPlan};
+pub use accumulate::spectrum::{Density, DensityPoint, Sides, Spectrum, SpectrumPlan};
 pub use accumulate::unwrap::Unwrap;
 pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
 pub use infer::confidence::{Interval, edf};
@@ -83,12 +82,11 @@ pub use infer::disturbance::Disturbance;
 pub use infer::identification::{LagOne, NoiseType};
 pub use infer::level_change::{LevelChange, LevelShape};
 pub use infer::noise_model::{
-    BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter, Status,
-    Term, Terms, classical_reading, curve_minimum, over_bound, visible_random_walk, white_deficit,
+    Aim, BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter,
+    Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound, visible_random_walk, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
-pub use infer::record_length::{Aim, Wanted};
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

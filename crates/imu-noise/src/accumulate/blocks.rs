@@ -39,7 +39,7 @@ pub struct Block {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sums {
     squares: u128,
-    sum: i64,
+    pub(crate) sum: i64,
     count: u64,
     min: i32,
     max: i32,
@@ -145,11 +145,6 @@ impl Sums {
             max: window.iter().fold(pivot, |max, &count| max.max(count)),
         };
         (sums, second * window.len() as f64 - first * first)
-    }
-
-    /// Σ c.
-    pub(crate) const fn sum(&self) -> i64 {
-        self.sum
     }
 
     fn add(&mut self, other: &Self) {

@@ -1,12 +1,10 @@
 //! Everything accumulated of one channel.
 
-use super::aligned::{self, AlignedSums};
+use super::aligned_sums::{self, AlignedSums, LagOneSums, Trend};
 use super::histogram::Histogram;
-use super::lag_one::LagOneSums;
 use super::moments::Moments;
 use super::octaves::Octaves;
 use super::record::{Deviation, Estimator};
-use super::trend::Trend;
 
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
 const BLOCK: usize = 256;
@@ -21,7 +19,7 @@ pub struct ChannelAccumulator {
     histogram: Histogram,
     octaves: Octaves,
     aligned: AlignedSums,
-    lag_one: LagOneSums,
+    pub(crate) lag_one: LagOneSums,
     trend: Trend,
 }
 
@@ -33,9 +31,9 @@ impl ChannelAccumulator {
             moments: Moments::new(),
             histogram: Histogram::new(),
             octaves: Octaves::new(estimator, deviation),
-            aligned: AlignedSums::new(aligned::BLOCK),
-            lag_one: LagOneSums::default(),
-            trend: Trend::new(aligned::BLOCK),
+            aligned: AlignedSums::new(aligned_sums::BLOCK),
+            lag_one: LagOneSums::new(aligned_sums::BLOCK),
+            trend: Trend::new(),
         }
     }
 
@@ -92,10 +90,5 @@ impl ChannelAccumulator {
     #[must_use]
     pub fn slope_counts(&self) -> Option<f64> {
         self.trend.slope_counts()
-    }
-
-    /// Sums for the lag-1 autocorrelation.
-    pub(crate) const fn lag_one_sums(&self) -> &LagOneSums {
-        &self.lag_one
     }
 }

@@ -36,7 +36,7 @@ const FARTHEST: u64 = 1 << 62;
 pub struct ChannelSignal {
     spectrum: Spectrum,
     blocks: Blocks,
-    windows: WindowStatistics,
+    pub(crate) windows: WindowStatistics,
     /// Absolute index of the next sample.
     next: u64,
     /// Samples of the window being filled.
@@ -84,11 +84,6 @@ impl ChannelSignal {
         self.windows.gap();
         let beyond = self.next.saturating_add(missing.unwrap_or(0));
         self.next = self.next.max(beyond.min(FARTHEST));
-    }
-
-    /// What disturbances are sought in.
-    pub(crate) const fn windows(&self) -> &WindowStatistics {
-        &self.windows
     }
 
     /// The power spectral density and its lines.

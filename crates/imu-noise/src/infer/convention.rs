@@ -12,7 +12,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use super::noise_model::Term;
-use crate::accumulate::spectrum::density::Sides;
+use crate::accumulate::spectrum::Sides;
 
 /// Standard gravity in m/s², by definition (3rd General Conference on Weights and Measures, 1901).
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;

@@ -2,9 +2,8 @@
 
 use super::chi_squared;
 use crate::accumulate::blocks::WINDOW;
-use crate::accumulate::magnitudes::{Magnitudes, PeakWindows};
 use crate::accumulate::signal::ChannelSignal;
-use crate::accumulate::window_statistics::WindowStatistics;
+use crate::accumulate::window_statistics::{Magnitudes, PeakWindows, WindowStatistics};
 
 /// Probability that a clean record of twelve channels shows a disturbance of one of the two kinds.
 const FALSE_ALARM: f64 = 1e-4;
@@ -43,7 +42,7 @@ impl ChannelSignal {
     /// [`Disturbance`]. Empty below 64 windows of 32 samples.
     #[must_use]
     pub fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
-        self.windows().disturbances(interval_s)
+        self.windows.disturbances(interval_s)
     }
 }
 
@@ -76,7 +75,7 @@ impl WindowStatistics {
         let deviation = [HALF, NINE_TENTHS].map(|(p, deviate)| self.changes.quantile(p).map(|size| size / deviate));
         let usual = deviation.into_iter().flatten().reduce(f64::max);
         // Half of the false alarms on either side.
-        let threshold = threshold(self.changes.total(), FALSE_ALARM / 2.0);
+        let threshold = threshold(self.changes.total, FALSE_ALARM / 2.0);
         outliers(&self.changes, threshold, move |size| {
             // Nothing below a mean of one count is a disturbance: noise below the last digit shows up in jumps.
             (size > WINDOW as f64).then_some(size / usual?)
@@ -91,7 +90,7 @@ impl WindowStatistics {
             let least = median * (2.0 / (9.0 * (WINDOW - 1) as f64)).sqrt();
             (median, (one - median).max((two - median) / 2.0).max(least))
         });
-        outliers(&self.spreads, threshold(self.spreads.total(), FALSE_ALARM), move |spread| {
+        outliers(&self.spreads, threshold(self.spreads.total, FALSE_ALARM), move |spread| {
             let (median, deviation) = usual?;
             // As above, a standard deviation of one count.
             (spread > (WINDOW * (WINDOW - 1)) as f64).then_some((spread.cbrt() - median) / deviation)

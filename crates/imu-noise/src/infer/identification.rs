@@ -2,8 +2,8 @@
 //! the slope of the curve.
 
 use super::power_law::PowerLaw;
+use crate::accumulate::aligned_sums::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::channel::ChannelAccumulator;
-use crate::accumulate::lag_one::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::record::{Octave, RecordShape};
 
 /// Fewer blocks do not distinguish the noise types: the standard deviation of α is 0.35 at 30.
@@ -35,7 +35,7 @@ impl LagOneSums {
     /// below 30 blocks, and for blocks that are all the same.
     pub(crate) fn lag_one(&self, m: u64) -> Option<LagOne> {
         let series = self.series(m)?;
-        let blocks = series[0].count();
+        let blocks = series[0].count;
         if blocks < LEAST_BLOCKS {
             return None;
         }
@@ -74,7 +74,7 @@ impl ChannelAccumulator {
     /// The kind of noise of each of `octaves`, whose `variances` are in any unit.
     #[must_use]
     pub fn noise_types(&self, octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<NoiseType> {
-        noise_types(octaves, variances, shape, |m| self.lag_one_sums().lag_one(m))
+        noise_types(octaves, variances, shape, |m| self.lag_one.lag_one(m))
     }
 }
 

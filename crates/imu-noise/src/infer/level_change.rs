@@ -1,6 +1,5 @@
 //! A warm-up at the start of a record, or a step of its level.
 
-use super::local_level::{Fit, Mean, Regressor, fits};
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
@@ -107,5 +106,221 @@ fn mean(block: &Block, first: &Block) -> Mean {
         // From the first, so that no digits are lost on a large offset.
         mean: block.mean_counts() - first.mean_counts(),
         relative_variance: block.length as f64 / block.count() as f64,
+    }
+}
+
+/// The mean of one block.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    /// Number of the block.
+    block: u64,
+    /// Mean of its samples.
+    mean: f64,
+    /// Variance of the white noise of this mean, relative to that of a block with all its samples.
+    relative_variance: f64,
+}
+
+/// Variances of the random-walk step from block to block, over that of the white noise of a block
+/// mean: from white noise to a random walk. Flicker is followed by those between.
+const STEP_VARIANCES: [f64; 12] = [0.0, 1e-4, 4e-4, 1.6e-3, 6.4e-3, 0.026, 0.1, 0.4, 1.6, 6.4, 26.0, 400.0];
+
+/// A shape and the evidence for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fit {
+    shape: Regressor,
+    /// Least-squares multiple of the shape, under the noise that makes the series likeliest.
+    amplitude: f64,
+    /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with
+    /// the noise that suits it best.
+    evidence: f64,
+    /// Standard deviation of the white noise of the mean of a full block, the shape removed.
+    white_std: f64,
+}
+
+/// What may be added to the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Regressor {
+    /// exp(-t/time constant) from the first block on, in blocks.
+    Relaxation(f64),
+    /// 0 before the mean with this index, 1 from it on.
+    Step(usize),
+}
+
+/// The evidence for a relaxation of each of the time constants, in blocks, and for a step at every
+/// mean but the first.
+///
+/// The noise is the local level model, white noise around a random walk, by its prediction errors:
+/// Harvey (1989), "Forecasting, Structural Time Series Models and the Kalman Filter", 3.4 and 7.3.
+/// Empty for fewer than three means, or when nothing but a shape is in the series.
+fn fits(means: &[Mean], time_constants: &[f64]) -> Vec<Fit> {
+    let relaxations = time_constants.iter().map(|&time_constant| {
+        let values: Vec<_> = means.iter().map(|mean| (-(mean.block as f64) / time_constant).exp()).collect();
+        (Regressor::Relaxation(time_constant), values)
+    });
+    let relaxations: Vec<_> = relaxations.collect();
+    let mut without = f64::NEG_INFINITY;
+    // For each shape the highest likelihood, and the fit that has it.
+    let mut with: Vec<(f64, Fit)> = Vec::new();
+    for step_variance in STEP_VARIANCES {
+        let errors = PredictionErrors::new(means, step_variance);
+        let series: Vec<_> = errors.of(means.iter().map(|mean| mean.mean)).collect();
+        let squares: f64 = series.iter().map(|error| error * error).sum();
+        let Some(likelihood) = errors.likelihood(squares) else { return Vec::new() };
+        without = without.max(likelihood);
+        let products = relaxations.iter().map(|(shape, values)| {
+            let (cross, own) = (errors.of(values.iter().copied()).zip(&series))
+                .fold((0.0, 0.0), |(cross, own), (x, y)| (cross + x * y, own + x * x));
+            (*shape, cross, own)
+        });
+        for (place, (shape, cross, own)) in products.chain(errors.steps_on(&series)).enumerate() {
+            let amplitude = if own > 0.0 { cross / own } else { 0.0 };
+            let rest = squares - cross * amplitude;
+            let Some(likelihood) = errors.likelihood(rest) else { return Vec::new() };
+            let white_std = (rest / series.len() as f64).sqrt();
+            let fit = (likelihood, Fit { shape, amplitude, evidence: 0.0, white_std });
+            match with.get_mut(place) {
+                Some(best) if best.0 >= likelihood => {}
+                Some(best) => *best = fit,
+                None => with.push(fit),
+            }
+        }
+    }
+    with.into_iter().map(|(likelihood, fit)| Fit { evidence: 2.0 * (likelihood - without), ..fit }).collect()
+}
+
+/// The filter that predicts each mean from those before it, for one ratio of the noises.
+struct PredictionErrors {
+    /// For each mean but the first: gain, and 1 over the standard deviation of its error.
+    gains: Vec<(f64, f64)>,
+    /// Sum of the logarithms of the variances of the errors.
+    log_variances: f64,
+}
+
+impl PredictionErrors {
+    fn new(means: &[Mean], step_variance: f64) -> Self {
+        let mut log_variances = 0.0;
+        let mut last: Option<Mean> = None;
+        // Variance of the estimated level.
+        let mut variance = 0.0;
+        let gains = means.iter().filter_map(|mean| {
+            let Some(before) = last.replace(*mean) else {
+                variance = mean.relative_variance;
+                return None;
+            };
+            variance += step_variance * (mean.block - before.block) as f64;
+            let error_variance = variance + mean.relative_variance;
+            let gain = variance / error_variance;
+            variance *= mean.relative_variance / error_variance;
+            log_variances += error_variance.ln();
+            Some((gain, error_variance.sqrt().recip()))
+        });
+        Self { gains: gains.collect(), log_variances }
+    }
+
+    /// Errors in standard deviations, for all values but the first.
+    fn of(&self, mut values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
+        let mut level = values.next().unwrap_or(0.0);
+        values.zip(&self.gains).map(move |(value, (gain, scale))| {
+            let error = value - level;
+            level += gain * error;
+            error * scale
+        })
+    }
+
+    /// For a step at each mean but the first, from the last to the second: the products of its
+    /// errors with `series` and with themselves. The error of a step shrinks by 1 - gain from mean
+    /// to mean, so each sum follows from the next.
+    fn steps_on(&self, series: &[f64]) -> impl Iterator<Item = (Regressor, f64, f64)> {
+        let backward = self.gains.iter().zip(series).enumerate().rev();
+        backward.scan((0.0, 0.0), |(cross, own), (before, ((gain, scale), error))| {
+            let kept = 1.0 - gain;
+            *cross = scale * error + kept * *cross;
+            *own = scale * scale + kept * kept * *own;
+            Some((Regressor::Step(before + 1), *cross, *own))
+        })
+    }
+
+    /// Logarithm of the likelihood up to a constant, with the most likely scale. `None` for a sum
+    /// of squares of zero.
+    fn likelihood(&self, squares: f64) -> Option<f64> {
+        let n = self.gains.len() as f64;
+        (n >= 2.0 && squares > 0.0).then(|| -0.5 * (n * squares.ln() + self.log_variances))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Logarithm of the likelihood of the differences of the series, by their covariance matrix,
+    /// with the best scale.
+    fn dense(means: &[Mean], series: &[f64], step_variance: f64) -> f64 {
+        let n = means.len() - 1;
+        let covariance = |i: usize, j: usize| {
+            let white = |k: usize| means[k].relative_variance;
+            match i.abs_diff(j) {
+                0 => white(i) + white(i + 1) + step_variance * (means[i + 1].block - means[i].block) as f64,
+                1 => -white(i.max(j)),
+                _ => 0.0,
+            }
+        };
+        // Cholesky, and the errors by forward substitution.
+        let mut root = vec![vec![0.0; n]; n];
+        let (mut squares, mut log_determinant) = (0.0, 0.0);
+        let mut errors = vec![0.0; n];
+        for i in 0..n {
+            for j in 0..=i {
+                let rest = covariance(i, j) - (0..j).map(|k| root[i][k] * root[j][k]).sum::<f64>();
+                root[i][j] = if i == j { rest.sqrt() } else { rest / root[j][j] };
+            }
+            let known: f64 = (0..i).map(|k| root[i][k] * errors[k]).sum();
+            errors[i] = (series[i + 1] - series[i] - known) / root[i][i];
+            squares += errors[i] * errors[i];
+            log_determinant += 2.0 * root[i][i].ln();
+        }
+        -0.5 * (n as f64 * squares.ln() + log_determinant)
+    }
+
+    #[test]
+    fn the_evidence_is_that_of_the_whole_covariance_matrix() {
+        // Two blocks are missing and two are not full.
+        let blocks = [0, 1, 2, 3, 6, 7, 8, 9, 10, 11, 12, 13];
+        let noise = [0.3, -1.1, 0.8, 0.1, -0.4, 1.9, 0.2, -0.7, 0.5, -0.2, 1.0, -1.3];
+        let means: Vec<_> = (0..12)
+            .map(|i| Mean {
+                block: blocks[i],
+                mean: noise[i] + 6.0 * (-(blocks[i] as f64) / 4.0).exp() + if i < 7 { 0.0 } else { 2.0 },
+                relative_variance: if i % 5 == 3 { 2.5 } else { 1.0 },
+            })
+            .collect();
+        let series: Vec<_> = means.iter().map(|mean| mean.mean).collect();
+        let likeliest = |series: &[f64]| {
+            STEP_VARIANCES.iter().map(|&step| dense(&means, series, step)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let fits = fits(&means, &[4.0, 8.0]);
+        assert_eq!(fits.len(), 2 + 11);
+        for fit in fits {
+            let shape = |i: usize| match fit.shape {
+                Regressor::Relaxation(time_constant) => (-(blocks[i] as f64) / time_constant).exp(),
+                Regressor::Step(place) => f64::from(u8::from(i >= place)),
+            };
+            let rest = |amplitude: f64| -> Vec<_> { (0..12).map(|i| series[i] - amplitude * shape(i)).collect() };
+            let evidence = 2.0 * (likeliest(&rest(fit.amplitude)) - likeliest(&series));
+            assert!((fit.evidence - evidence).abs() < 1e-9, "{fit:?}: {evidence}");
+            // The amplitude is the best one.
+            for other in [fit.amplitude - 0.01, fit.amplitude + 0.01] {
+                assert!(likeliest(&rest(other)) < likeliest(&rest(fit.amplitude)), "{fit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_noise_or_with_two_means_there_is_no_evidence() {
+        let means = |values: &[f64]| -> Vec<_> {
+            (0..).zip(values).map(|(block, &mean)| Mean { block, mean, relative_variance: 1.0 }).collect()
+        };
+        assert_eq!(fits(&means(&[5.0; 20]), &[4.0]), []);
+        assert_eq!(fits(&means(&[1.0, 2.0]), &[4.0]), []);
+        assert_eq!(fits(&[], &[4.0]), []);
     }
 }

@@ -2,35 +2,30 @@
 //! it bounds, and what it does not show.
 
 mod boxcar;
-mod classical;
-mod curve_minimum;
-mod deficit;
-mod expected;
+mod curve_reading;
 mod fit;
 mod gauss_markov;
 mod joint;
 mod least_squares;
 mod model;
 mod parameter;
+mod record_length;
 mod regression;
-mod slope;
-mod term;
 
 use super::confidence::edf;
 use super::power_law::PowerLaw;
 use crate::accumulate::record::{Octave, RecordShape};
-pub use boxcar::BoxcarWindow;
 use boxcar::StreamedWhite;
-pub use classical::{ClassicalReading, OverBound, classical_reading, over_bound, visible_random_walk};
-pub use curve_minimum::curve_minimum;
-pub use deficit::white_deficit;
+pub use boxcar::{BoxcarWindow, white_deficit};
+pub use curve_reading::{
+    ClassicalReading, OverBound, classical_reading, curve_minimum, over_bound, visible_random_walk,
+};
 pub use fit::{FitQuality, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
-use model::Model;
-pub use parameter::{Parameter, Status};
-use slope::Slope;
-pub use term::{Term, Terms};
+use model::{Model, Slope};
+pub use parameter::{Parameter, Status, Term, Terms};
+pub use record_length::{Aim, Wanted};
 
 /// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them
 /// that share all samples are too far from jointly normal, and would show next to nothing.

@@ -2,7 +2,7 @@
 
 use super::chi_squared;
 use crate::accumulate::counts::counts_to_unit;
-use crate::accumulate::spectrum::{Spectrum, density::Powers};
+use crate::accumulate::spectrum::{Powers, Spectrum};
 
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;

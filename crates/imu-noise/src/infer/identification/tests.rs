@@ -3,7 +3,7 @@
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
-use crate::accumulate::aligned::AlignedSums;
+use crate::accumulate::aligned_sums::AlignedSums;
 use crate::accumulate::record::{Deviation, Estimator};
 use crate::oracle;
 

@@ -1,10 +1,13 @@
-//! Expected octave variances and their covariance, as functions of the noise parameters.
+//! Expected octave variances and their covariance, as functions of the noise parameters; and the
+//! slope of the regression line over the record as one more statistic.
+
+use core::f64::consts::PI;
 
 use super::{
+    Term,
     joint::{Component, JointMeans},
-    slope::Slope,
 };
-use crate::accumulate::record::{Octave, RecordShape};
+use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::infer::power_law::difference_autocovariance;
 
 /// Components whose squared amplitudes are the parameters of the fit, the statistics they explain,
@@ -17,7 +20,7 @@ use crate::infer::power_law::difference_autocovariance;
 pub(super) struct Model {
     /// By parameter and statistic: expected value for parameter 1.
     pub(super) basis: Vec<Vec<f64>>,
-    octaves: usize,
+    pub(super) octaves: usize,
     joint: JointMeans,
     slope: Option<Slope>,
 }
@@ -36,16 +39,12 @@ impl Model {
 
     /// Adds the ramp as the last parameter, and the statistic that shows it.
     pub(super) fn with_ramp(mut self, slope: Slope) -> Self {
-        for (column, variance) in self.basis.iter_mut().zip(slope.variances()) {
+        for (column, variance) in self.basis.iter_mut().zip(&slope.variances) {
             column.push(*variance);
         }
-        self.basis.push(slope.ramp_basis().to_vec());
+        self.basis.push(slope.ramp_basis.clone());
         self.slope = Some(slope);
         self
-    }
-
-    pub(super) fn octaves(&self) -> usize {
-        self.octaves
     }
 
     pub(super) fn statistics(&self) -> usize {
@@ -79,7 +78,7 @@ impl Model {
     /// By parameter: variance of the slope of the record for parameter 1; nothing without a ramp in
     /// the model.
     pub(super) fn slope_variances(&self) -> &[f64] {
-        self.slope.as_ref().map_or(&[], Slope::variances)
+        self.slope.as_ref().map_or(&[], |slope| &slope.variances)
     }
 
     fn octave_covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
@@ -103,5 +102,201 @@ impl Model {
             }
         }
         covariance
+    }
+}
+
+/// Places over the record at which differences are compared with the slope.
+const PLACES: usize = 16;
+
+/// Covariances of the slope d, of the mean difference of each octave, and of single differences.
+///
+/// For continuous noise, with the phase x (the integral of the rate) and its integral s, d = 12/n³
+/// (n (x_0 + x_n)/2 - s_n + s_0) and the mean difference of an octave is a sum of values of s. All
+/// follow from the generalised covariance of s.
+#[derive(Clone, Debug)]
+pub(super) struct Slope {
+    /// By parameter: variance of the slope for parameter 1.
+    variances: Vec<f64>,
+    /// By statistic: expected value for a squared ramp of 1.
+    ramp_basis: Vec<f64>,
+    /// By octave and parameter: covariance of mean difference and slope.
+    means: Vec<Vec<f64>>,
+    /// By octave, octave up to it, and parameter: covariance of the mean differences.
+    mean_pairs: Vec<Vec<Vec<f64>>>,
+    /// By octave, place and parameter: covariance of a difference and the slope.
+    places: Vec<Vec<Vec<f64>>>,
+    /// By octave: the divisor c m² of a squared difference.
+    divisors: Vec<f64>,
+    deviation: Deviation,
+}
+
+impl Slope {
+    /// `noise` are the terms that are not the ramp, in the order of the parameters.
+    pub(super) fn new(noise: &[Term], octaves: &[Octave], shape: &RecordShape) -> Self {
+        let n = shape.samples as f64;
+        let averages: Vec<Average> = octaves.iter().map(|octave| Average::new(octave.m, shape)).collect();
+        let per_term = |value: &dyn Fn(Term) -> f64| -> Vec<f64> { noise.iter().map(|term| value(*term)).collect() };
+        let mean_pairs = averages.iter().enumerate().map(|(a, average)| {
+            averages[..=a].iter().map(|other| per_term(&|term| average.covariance(other, term))).collect()
+        });
+        let places = averages.iter().map(|average| {
+            let place = |i| (i as f64 + 0.5) / PLACES as f64;
+            (0..PLACES).map(|i| per_term(&|term| average.place_with_slope(place(i), n, term))).collect()
+        });
+        let ramp = |octave: &Octave| match shape.deviation {
+            Deviation::Allan => (octave.m as f64).powi(2) / 2.0,
+            Deviation::Hadamard => 0.0,
+        };
+        Self {
+            variances: per_term(&|term| slope_variance(term, n)),
+            ramp_basis: octaves.iter().map(ramp).chain([1.0]).collect(),
+            means: averages.iter().map(|average| per_term(&|term| average.with_slope(n, term))).collect(),
+            mean_pairs: mean_pairs.collect(),
+            places: places.collect(),
+            divisors: octaves.iter().map(|octave| shape.deviation.divisor() * (octave.m as f64).powi(2)).collect(),
+            deviation: shape.deviation,
+        }
+    }
+
+    /// Fills the last row, that of the squared slope, and adds what the ramp, the last of the
+    /// `parameters`, does: its products with the noise of `noise`.
+    fn add_covariance(&self, parameters: &[f64], noise: &[f64], covariance: &mut [Vec<f64>]) {
+        let sum =
+            |per_term: &[f64]| per_term.iter().zip(noise).map(|(value, parameter)| value * parameter).sum::<f64>();
+        let variance = sum(&self.variances);
+        let ramp = parameters.last().copied().unwrap_or_default();
+        let last = covariance.len() - 1;
+        for (a, (places, divisor)) in self.places.iter().zip(&self.divisors).enumerate() {
+            let squares: f64 = places.iter().map(|place| sum(place).powi(2)).sum();
+            covariance[last][a] = 2.0 * squares / PLACES as f64 / divisor;
+        }
+        covariance[last][last] = 2.0 * variance * variance + 4.0 * ramp * variance;
+        if self.deviation == Deviation::Allan && ramp > 0.0 {
+            for (a, pairs) in self.mean_pairs.iter().enumerate() {
+                for (b, pair) in pairs.iter().enumerate() {
+                    covariance[a][b] += ramp * sum(pair);
+                }
+                covariance[last][a] += 2.0 * ramp * sum(&self.means[a]);
+            }
+        }
+    }
+}
+
+/// Variance of the slope of the regression line over n samples, for amplitude 1 and in the limit of
+/// many samples: the double integral of the weights 12 (t - n/2)/n³ over the covariance of the rate
+/// (flicker: -ln|lag|/π).
+fn slope_variance(term: Term, n: f64) -> f64 {
+    match term {
+        Term::Quantization => 72.0 / n.powi(4),
+        Term::White => 12.0 / n.powi(3),
+        Term::BiasInstability => 9.0 / (PI * n * n),
+        Term::RateRandomWalk => 6.0 / (5.0 * n),
+        Term::RateRamp => 0.0,
+    }
+}
+
+/// The mean of all differences of an octave.
+struct Average {
+    /// (time, weight): where the phase enters a difference that starts at 0.
+    difference: Vec<(f64, f64)>,
+    /// Starts range from 0 to this.
+    range: f64,
+}
+
+impl Average {
+    fn new(m: u64, shape: &RecordShape) -> Self {
+        let weights: &[f64] = match shape.deviation {
+            Deviation::Allan => &[1.0, -2.0, 1.0],
+            Deviation::Hadamard => &[-1.0, 3.0, -3.0, 1.0],
+        };
+        let difference = weights.iter().enumerate().map(|(k, weight)| (k as f64 * m as f64, *weight)).collect();
+        Self { difference, range: (shape.windows(m) * shape.stride(m)) as f64 }
+    }
+
+    /// (time, weight): where the integral of the phase enters the mean.
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let ends =
+            |&(time, weight): &(f64, f64)| [(time + self.range, weight / self.range), (time, -weight / self.range)];
+        self.difference.iter().flat_map(ends)
+    }
+
+    fn covariance(&self, other: &Self, term: Term) -> f64 {
+        let pairs = self.points().flat_map(|a| other.points().map(move |b| (a, b)));
+        pairs.map(|((t, w), (u, v))| w * v * integral_covariance(term, t - u)).sum()
+    }
+
+    fn with_slope(&self, n: f64, term: Term) -> f64 {
+        let at = |time: f64| {
+            n / 2.0 * (integral_with_phase(term, n - time) + integral_with_phase(term, -time))
+                - (integral_covariance(term, n - time) - integral_covariance(term, time))
+        };
+        12.0 / n.powi(3) * self.points().map(|(time, weight)| weight * at(time)).sum::<f64>()
+    }
+
+    /// Covariance with the slope of the difference at `place`, 0 to 1, of the range.
+    fn place_with_slope(&self, place: f64, n: f64, term: Term) -> f64 {
+        let at = |time: f64| {
+            n / 2.0 * (phase_covariance(term, n - time) + phase_covariance(term, time))
+                - (integral_with_phase(term, time - n) - integral_with_phase(term, time))
+        };
+        let start = place * self.range;
+        12.0 / n.powi(3) * self.difference.iter().map(|(time, weight)| weight * at(start + time)).sum::<f64>()
+    }
+}
+
+/// Generalised covariance h of the integral of the phase, -h'' that of the phase.
+fn integral_covariance(term: Term, lag: f64) -> f64 {
+    let t = lag.abs();
+    match term {
+        Term::White => t.powi(3) / 12.0,
+        Term::BiasInstability if t > 0.0 => -t.powi(4) * t.ln() / (24.0 * PI),
+        Term::RateRandomWalk => -t.powi(5) / 240.0,
+        _ => 0.0,
+    }
+}
+
+/// Covariance of the phase at one time and its integral at another, h'.
+fn integral_with_phase(term: Term, lag: f64) -> f64 {
+    let t = lag.abs();
+    let magnitude = match term {
+        Term::White => t * t / 4.0,
+        Term::BiasInstability if t > 0.0 => -t.powi(3) * (4.0 * t.ln() + 1.0) / (24.0 * PI),
+        Term::RateRandomWalk => -t.powi(4) / 48.0,
+        _ => 0.0,
+    };
+    magnitude.copysign(magnitude * lag)
+}
+
+/// Generalised covariance of the phase, -h''.
+fn phase_covariance(term: Term, lag: f64) -> f64 {
+    let t = lag.abs();
+    match term {
+        Term::White => -t / 2.0,
+        Term::BiasInstability if t > 0.0 => t * t * (12.0 * t.ln() + 7.0) / (24.0 * PI),
+        Term::RateRandomWalk => t.powi(3) / 12.0,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accumulate::record::Estimator;
+
+    #[test]
+    fn the_slope_between_blocks_varies_with_the_slope_as_regression_has_it() {
+        let n = 4096.0;
+        let shape =
+            RecordShape { samples: 4096, interval_s: 1.0, estimator: Estimator::Strided, deviation: Deviation::Allan };
+        let average = Average::new(16, &shape);
+        let near =
+            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 0.01, "{found}, not {expected}");
+        // Least squares is the best estimate in white noise: any other one has the covariance 12/n³ with it.
+        near(average.with_slope(n, Term::White), 256.0 * 12.0 / n.powi(3));
+        near(average.place_with_slope(0.1, n, Term::White), 256.0 * 12.0 / n.powi(3));
+        // A walk: first against last value, (y_n - y_0)/n, has 1/n; at place u it is 6 u (1 - u)/n.
+        near(average.with_slope(n, Term::RateRandomWalk), 256.0 / n);
+        near(average.place_with_slope(0.5, n, Term::RateRandomWalk), 256.0 * 1.5 / n);
+        near(average.covariance(&average, Term::RateRandomWalk), 256.0 * 256.0 / n);
     }
 }

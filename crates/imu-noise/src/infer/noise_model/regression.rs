@@ -34,7 +34,7 @@ impl<'a> Regression<'a> {
     /// `values` are those of the statistics of `model`; `octaves` have a part in the fit, and the
     /// slope if there is one.
     pub(super) fn new(model: &'a Model, values: &'a [f64], octaves: Range<usize>) -> Self {
-        Self { model, values, used: octaves.chain(model.octaves()..model.statistics()).collect() }
+        Self { model, values, used: octaves.chain(model.octaves..model.statistics()).collect() }
     }
 
     pub(super) fn statistics(&self) -> usize {
