@@ -1,5 +1,4 @@
-//! From samples to exact sums: everything that grows with the record, one channel at a time, in
-//! bounded memory.
+//! From samples to exact sums, one channel at a time, in bounded memory.
 
 pub(crate) mod aligned_sums;
 pub(crate) mod blocks;

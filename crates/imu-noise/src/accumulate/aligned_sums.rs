@@ -10,11 +10,8 @@ pub(crate) const BLOCK: u64 = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct AlignedSums {
     block: u64,
-    /// Absolute index of the next sample.
     next: u64,
-    /// Sum of the present block so far.
     sum: i64,
-    /// Whether the present block has all its samples so far.
     whole: bool,
 }
 
@@ -23,8 +20,7 @@ impl AlignedSums {
         Self { block, next: 0, sum: 0, whole: true }
     }
 
-    /// Adds the next samples; `complete` gets the number and the sum of each block that is complete
-    /// with them.
+    /// `complete` gets the number and the sum of each block that is complete with these samples.
     #[inline]
     pub(crate) fn push(&mut self, mut counts: &[i32], mut complete: impl FnMut(u64, i64)) {
         while !counts.is_empty() {
@@ -43,7 +39,7 @@ impl AlignedSums {
         }
     }
 
-    /// So many samples are missing; `None` for an unknown number, which starts a new grid.
+    /// `None` for an unknown number of missing samples, which starts a new grid.
     pub(crate) fn gap(&mut self, missing: Option<u64>) {
         self.next = missing.map_or(0, |missing| self.next.wrapping_add(missing));
         self.sum = 0;
@@ -58,18 +54,14 @@ pub(crate) const MAX_DIFFERENCES: usize = 2;
 const LONGEST: u64 = 1 << 26;
 
 /// Streaming lag-1 autocorrelation of adjacent block sums, at block lengths of 64, 128, ... samples
-/// (Riley and Greenhall, 2004).
-///
-/// Shorter blocks would cost as much as all the octaves; there the degrees of freedom are many and
-/// the slope shows the noise type. Sums are exact integers, so that results do not depend on how samples
-/// are divided over calls. Neighbours across a gap are no neighbours.
+/// (Riley and Greenhall, 2004). Shorter blocks would cost as much as all the octaves; there the
+/// slope shows the noise type. Neighbours across a gap are no neighbours.
 #[derive(Clone, Debug)]
 pub(crate) struct LagOneSums {
     block: u64,
     levels: Vec<Level>,
 }
 
-/// Blocks of one length.
 #[derive(Clone, Debug, Default)]
 struct Level {
     /// By number of differences taken.
@@ -83,7 +75,6 @@ impl LagOneSums {
         Self { block, levels: Vec::new() }
     }
 
-    /// Takes the block with that number on the grid.
     #[inline]
     pub(crate) fn push(&mut self, mut number: u64, mut sum: i64) {
         let mut k = 0;
@@ -110,7 +101,6 @@ impl LagOneSums {
         }
     }
 
-    /// What comes next is no neighbour of what came before.
     pub(crate) fn gap(&mut self) {
         for level in &mut self.levels {
             level.half = None;
@@ -118,8 +108,7 @@ impl LagOneSums {
         }
     }
 
-    /// Blocks of `m` samples, by the number of differences taken; `None` for lengths that are not
-    /// kept.
+    /// By the number of differences taken; `None` for lengths that are not kept.
     pub(crate) fn series(&self, m: u64) -> Option<&[LagOneSeries; MAX_DIFFERENCES + 1]> {
         let level = self.levels.get((m / self.block).checked_ilog2()? as usize).filter(|_| m.is_power_of_two())?;
         Some(&level.series)
@@ -140,7 +129,7 @@ pub(crate) struct LagOneSeries {
 }
 
 impl LagOneSeries {
-    /// Adds a value; returns the difference to the one before.
+    /// The difference to the value before.
     #[inline]
     fn push(&mut self, value: i64) -> Option<i64> {
         let wide = i128::from(value);
@@ -156,7 +145,6 @@ impl LagOneSeries {
         Some(value - last)
     }
 
-    /// The next value is no neighbour of the last one.
     fn gap(&mut self) {
         self.ends += self.last.take().map_or(0, i128::from);
     }
@@ -180,10 +168,8 @@ impl LagOneSeries {
     }
 }
 
-/// Least-squares line through sums of blocks at their places.
-///
-/// Because blocks are short against the record, this is the regression over the samples within its
-/// noise.
+/// Least-squares line through sums of blocks at their places: as blocks are short against the
+/// record, the regression over the samples within its noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Trend {
     /// Blocks, and sums of their numbers and of the squares of these.
@@ -212,7 +198,6 @@ impl Trend {
         self.products += number * sum;
     }
 
-    /// A new grid starts after an unknown number of missing samples.
     pub(crate) fn restart(&mut self) {
         self.one_grid &= self.blocks == 0;
     }

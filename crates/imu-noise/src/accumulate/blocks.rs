@@ -4,21 +4,16 @@ use ethnum::I256;
 
 use super::counts;
 
-/// Most blocks of a record; a record that has filled them is held in half as many of twice the
-/// length.
+/// Most blocks of a record; once filled, half as many of twice the length hold it.
 pub const MAX_BLOCKS: usize = 96;
 
 /// Samples of the shortest block, and of the windows in which disturbances are sought.
 pub(crate) const WINDOW: usize = 32;
 
-/// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length.
-///
-/// Blocks lie on a grid of absolute sample indices; their length is the smallest power of two, from
-/// 32 samples up, with which the record fits. So the blocks depend on the samples only, not on
-/// their division over calls.
+/// Exact statistics of at most [`MAX_BLOCKS`] blocks of equal length, the smallest power of two,
+/// from 32 samples up, with which the record fits. They lie on a grid of absolute sample indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Blocks {
-    /// Binary logarithm of the length.
     length_log2: u32,
     /// The blocks from absolute index 0 on; those without a sample are empty.
     sums: Vec<Sums>,
@@ -34,8 +29,7 @@ pub struct Block {
     sums: Sums,
 }
 
-/// Sums over samples, exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`]
-/// blocks.
+/// Exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`] blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sums {
     squares: u128,
@@ -58,8 +52,8 @@ impl Block {
         self.sums.sum as f64 / self.sums.count as f64
     }
 
-    /// Sample standard deviation in counts (divisor n - 1), exactly 0 for a constant; `None` for
-    /// one sample.
+    /// Sample standard deviation in counts (divisor n - 1), 0 for a constant; `None` for one
+    /// sample.
     #[must_use]
     pub fn std_counts(&self) -> Option<f64> {
         let Sums { squares, sum, count, .. } = self.sums;
@@ -101,7 +95,6 @@ impl Blocks {
         self.sums[block].add(sums);
     }
 
-    /// The blocks that have samples, in time order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
         let length = 1_u64 << self.length_log2;
         let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);
@@ -156,7 +149,6 @@ impl Sums {
     }
 }
 
-/// For windows of any spread.
 #[cold]
 #[inline(never)]
 fn squares_about(window: &[i32], pivot: i32) -> i128 {

@@ -9,10 +9,8 @@ use super::record::{Deviation, Estimator};
 /// Samples handed to one accumulator after the other, so that they are read from the cache.
 const BLOCK: usize = 256;
 
-/// Moments, histogram and octave sums of one channel.
-///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same results, bit
-/// by bit.
+/// Moments, histogram and octave sums of one channel: the same, bit by bit, for any division of the
+/// samples over calls of [`push`](Self::push).
 #[derive(Clone, Debug)]
 pub struct ChannelAccumulator {
     moments: Moments,

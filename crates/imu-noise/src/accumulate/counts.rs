@@ -1,8 +1,7 @@
 //! Sums of integer-valued `f64` in vector registers, and the bound that proves them exact.
 
-/// An integer-valued `f64` below 2^53 has not been rounded. Sums of terms that are not negative
-/// never fall, so one that ends below this bound was never rounded on the way, in any order of
-/// additions.
+/// Integer-valued `f64` below 2^53 are not rounded. As sums of terms that are not negative never
+/// fall, one that ends below was never rounded on the way, in any order of additions.
 pub(crate) const EXACT_BELOW: f64 = (1_u64 << 53) as f64;
 
 /// Independent partial sums, so that additions neither wait for each other nor stay scalar.

@@ -27,12 +27,11 @@ const MIN_PLACES: usize = 64;
 pub struct Histogram {
     /// Binary logarithm of the bin width.
     width_log2: u32,
-    /// Bin number of the first place.
     first: i64,
     /// Frequencies, modulo 2^32; places outside the span of the samples hold 0.
     places: Vec<u32>,
-    /// What is above: by the lowest count of the bin, how many times 2^32. Places of 32 bits halve
-    /// the memory, and no sensor lives to fill many of them.
+    /// By the lowest count of the bin, how many times 2^32 more. Places of 32 bits halve the
+    /// memory.
     carries: BTreeMap<i64, u64>,
 }
 
@@ -108,7 +107,6 @@ impl Histogram {
         Some(Bars { first_counts: first << width_log2, width_counts: 1 << width_log2, frequencies })
     }
 
-    /// Makes room for a count outside the places, coarser if need be, and adds it.
     #[cold]
     #[inline(never)]
     fn push_outside(&mut self, count: i32) {
@@ -139,7 +137,7 @@ impl Histogram {
 }
 
 impl PartialEq for Histogram {
-    /// Equal bins; how many places are kept free is no part of it.
+    /// How many places are kept free is no part of it.
     fn eq(&self, other: &Self) -> bool {
         self.width_log2 == other.width_log2 && self.bins().eq(other.bins())
     }

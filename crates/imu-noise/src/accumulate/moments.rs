@@ -4,7 +4,6 @@ use ethnum::I256;
 
 use super::counts;
 
-/// Samples taken at once.
 const BLOCK: usize = 256;
 
 /// Exact moments of a channel, in counts.
@@ -38,7 +37,6 @@ struct PowerSums {
     fourth: I256,
 }
 
-/// Population moments about the mean, in powers of a count.
 struct CentralMoments {
     second: f64,
     third: f64,
@@ -106,16 +104,14 @@ impl Moments {
         self.variance_counts2().map(f64::sqrt)
     }
 
-    /// Skewness g1 = m3 / m2^1.5 of the population moments; `None` below two samples and for a
-    /// constant.
+    /// Skewness g1 = m3 / m2^1.5; `None` below two samples and for a constant.
     #[must_use]
     pub fn skewness(&self) -> Option<f64> {
         let moments = self.central_moments()?;
         Some(moments.third / (moments.second * moments.second.sqrt()))
     }
 
-    /// Excess kurtosis g2 = m4 / m2² - 3 of the population moments; `None` below two samples and
-    /// for a constant.
+    /// Excess kurtosis g2 = m4 / m2² - 3; `None` below two samples and for a constant.
     #[must_use]
     pub fn excess_kurtosis(&self) -> Option<f64> {
         let moments = self.central_moments()?;
@@ -197,11 +193,9 @@ impl PowerSums {
     }
 }
 
-/// The sums about zero of a block whose values lie close together, else `None`.
-///
-/// The sums about the first count are taken in floats. They are exact where the fourth stays below
-/// 2^53: |d|^k <= d^4 for integers, so no partial sum of any power was rounded. See
-/// [`counts::EXACT_BELOW`].
+/// The sums about zero of a block whose values lie close together, else `None`. Those about the
+/// first count are exact floats where the fourth stays below [`counts::EXACT_BELOW`]: |d|^k <= d^4
+/// for integers.
 fn in_lanes(block: &[i32]) -> Option<PowerSums> {
     let &pivot = block.first()?;
     let mut from_pivot = [0.0_f64; BLOCK];
@@ -235,7 +229,6 @@ fn about_zero(count: u64, pivot: i32, sums: [i128; 4]) -> PowerSums {
     PowerSums { count, first, second, third: I256::from(third), fourth }
 }
 
-/// The sums about zero, for blocks of any spread.
 #[cold]
 #[inline(never)]
 fn in_integers(block: &[i32]) -> PowerSums {

@@ -51,8 +51,7 @@ pub struct OctaveSum {
     /// 128 bits. Strided windows over counts that span 27 bits (±67 rad/s with six decimals) need
     /// 2^40 samples for that at m = 2^30: 870 years at 40 Hz.
     pub sum_squares: Option<u128>,
-    /// Sum of the differences themselves, in counts; `None` unless asked for by
-    /// [`Octaves::keeping_slope`].
+    /// Sum of the differences in counts; `None` unless asked for by [`Octaves::keeping_slope`].
     pub sum: Option<i128>,
 }
 
@@ -110,8 +109,7 @@ impl Octaves {
         }
     }
 
-    /// The octaves that have at least one window, from m = 1 up. Empty below two samples (Hadamard:
-    /// three).
+    /// The octaves that have a window, from m = 1 up; none below two samples (Hadamard: three).
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
         let squares = |k: u32| match &self.windows {
             Windows::Strided(cascade) => cascade.squares(k as usize),
@@ -142,8 +140,8 @@ impl OctaveSum {
 
     /// The octave of the same samples without a line of `slope_counts` counts per sample: each
     /// difference of block sums less slope · m², the sum of squares rounded to a whole count².
-    /// Unchanged for the Hadamard deviation, which no line shows in; with an unknown sum where the
-    /// differences were not kept.
+    /// Unchanged for the Hadamard deviation; with an unknown sum where the differences were not
+    /// kept.
     #[must_use]
     pub fn without_slope(self, slope_counts: f64) -> Self {
         if self.deviation == Deviation::Hadamard {
@@ -156,8 +154,8 @@ impl OctaveSum {
         Self { sum_squares, ..self }
     }
 
-    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard). `None` where the sum is
-    /// unknown.
+    /// Variance in counts²: sum / (c m² n), c = 2 (Allan) or 6 (Hadamard); `None` for an unknown
+    /// sum.
     #[must_use]
     pub fn variance_counts2(&self) -> Option<f64> {
         let m = self.m as f64;
@@ -165,8 +163,7 @@ impl OctaveSum {
         self.sum_squares.map(|sum| sum as f64 / divisor)
     }
 
-    /// Deviation in counts, the square root of the variance. Relative error below 1e-15. `None`
-    /// where the sum is unknown.
+    /// Root of the variance. Relative error below 1e-15; `None` for an unknown sum.
     #[must_use]
     pub fn deviation_counts(&self) -> Option<f64> {
         self.variance_counts2().map(f64::sqrt)

@@ -13,8 +13,7 @@ pub enum Estimator {
     Strided,
     /// The textbook non-overlapping estimator, s = m, n = floor(N/m) - d + 1. Bounded memory.
     Plain,
-    /// All overlaps, s = 1, n = N - d m + 1: the overlapping Allan deviation. Memory grows by 8
-    /// bytes per sample.
+    /// All overlaps, s = 1, n = N - d m + 1: the overlapping Allan deviation. 8 bytes per sample.
     Full,
 }
 
@@ -29,7 +28,6 @@ pub enum Deviation {
 }
 
 impl Deviation {
-    /// Blocks of m samples in one window.
     pub(crate) const fn order(self) -> usize {
         match self {
             Self::Allan => 2,
@@ -37,8 +35,7 @@ impl Deviation {
         }
     }
 
-    /// Factor c of variance = sum / (c m^2 n): 2 (Riley, NIST SP 1065, 2008, eq. 10 and 11), 6 (eq.
-    /// 16).
+    /// Factor c of variance = sum / (c m² n) (Riley, NIST SP 1065, 2008, eq. 10, 11 and 16).
     pub(crate) const fn divisor(self) -> f64 {
         match self {
             Self::Allan => 2.0,
@@ -93,8 +90,7 @@ impl RecordShape {
         if m == 0 || self.samples < span { 0 } else { (self.samples - span) / self.stride(m) + 1 }
     }
 
-    /// Every octave with a window, at the averaging factors 1, 2, 4 …, as it is if no sample is
-    /// missing; none for no sample.
+    /// Every octave with a window, at m = 1, 2, 4 …, as it is if no sample is missing.
     #[must_use]
     pub fn octaves(&self) -> Vec<Octave> {
         (0..u64::BITS)

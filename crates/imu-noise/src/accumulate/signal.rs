@@ -4,8 +4,7 @@ use super::blocks::{Block, Blocks, Sums, WINDOW};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 
-/// Absolute index that no gap reaches beyond, whatever it claims: behind it is room for all samples
-/// there will ever be.
+/// No gap reaches beyond, whatever it claims: behind it is room for all samples there will ever be.
 const FARTHEST: u64 = 1 << 62;
 
 /// Spectrum, block statistics and watch for disturbances of one channel.
@@ -37,9 +36,7 @@ pub struct ChannelSignal {
     spectrum: Spectrum,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
-    /// Absolute index of the next sample.
     next: u64,
-    /// Samples of the window being filled.
     window: Vec<i32>,
 }
 
@@ -75,9 +72,9 @@ impl ChannelSignal {
         }
     }
 
-    /// Samples are missing here: `Some(missing)` of them, or an unknown number, which counts as
-    /// none. Seconds of data continue; no segment of the spectrum and no window for disturbances
-    /// reaches across.
+    /// Samples are missing here: `Some(missing)`, or an unknown number, which counts as none.
+    /// Seconds of data continue; no segment of the spectrum and no window for disturbances reaches
+    /// across.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.spectrum.gap();
         self.end_window();
@@ -103,7 +100,6 @@ impl ChannelSignal {
         blocks.iter().collect()
     }
 
-    /// Adds what is in the window, which has no room left or is not continued.
     fn end_window(&mut self) {
         if self.window.is_empty() {
             return;

@@ -6,7 +6,6 @@ use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
 
 use super::counts::counts_to_unit;
 
-/// Samples of a segment.
 const LONG: usize = 512;
 
 /// Samples of a segment of records too short to average over long ones.
@@ -24,21 +23,17 @@ const DENSE_SAMPLES: u64 = 32_768;
 /// A record shorter than 8 such segments (2304 samples without gap) is read out from segments of
 /// 128. A gap restarts the segment. Beyond 32 768 samples, those missing not counted, the segments
 /// are spread evenly: every second up to twice that length, every fourth up to four times, and so
-/// on, each with a weight of as many as it stands for. So the cost of a record grows with the
-/// logarithm of its length, what comes late weighs as much as what came early, and the
-/// [averages](Density::averages) stay above 120.
+/// on, each with a weight of as many as it stands for. So the cost grows with the logarithm of the
+/// length, and the [averages](Density::averages) stay above 120.
 ///
 /// Sums are single precision: densities are good to 1e-5 of the largest. The same samples give the
 /// same bits in any division over calls.
 #[derive(Clone, Debug)]
 pub struct Spectrum {
     plan: SpectrumPlan,
-    /// Samples of the segment being filled.
     segment: Vec<i32>,
-    /// Samples present so far.
     samples: u64,
-    /// Number of the sample at which the next segment may start; at which `segment` starts when it
-    /// is not empty.
+    /// Where the next segment may start; where `segment` starts when it is not empty.
     start: u64,
     long: PowerSums<LONG>,
     short: PowerSums<SHORT>,
@@ -56,7 +51,6 @@ impl Spectrum {
         }
     }
 
-    /// Adds the next samples.
     pub(crate) fn push(&mut self, mut counts: &[i32]) {
         while !counts.is_empty() {
             if self.segment.is_empty() {
@@ -80,7 +74,6 @@ impl Spectrum {
         }
     }
 
-    /// The segment being filled is not continued.
     pub(crate) fn gap(&mut self) {
         self.segment.clear();
     }
@@ -123,8 +116,7 @@ pub enum Sides {
     /// Positive ones only, as spectrum analysers show it: √2 times the two-sided amplitude, twice
     /// its power. White noise has the power density 2 N².
     One,
-    /// Negative ones too, as IEEE Std 952 has it: the amplitude density is N itself, the power
-    /// density N².
+    /// Negative ones too (IEEE Std 952): the amplitude density is N itself, the power density N².
     Two,
 }
 
@@ -140,9 +132,8 @@ pub struct Density {
     /// Independent segments that average as well. Each point has about twice as many degrees of
     /// freedom (the last point, at half the sampling rate, as many).
     pub averages: f64,
-    /// From the first frequency above zero, 1/(segment_samples·interval), to half the sampling
-    /// rate. Windowing spreads a line over four points; the first point is low, since each segment
-    /// lost its mean.
+    /// From 1/(segment_samples·interval) to half the sampling rate. Windowing spreads a line over
+    /// four points; the first point is low, since each segment lost its mean.
     pub points: Vec<DensityPoint>,
 }
 
@@ -155,7 +146,6 @@ pub struct DensityPoint {
     pub density_unit2_hz: f64,
 }
 
-/// The spectrum of the segments that are read out, in counts².
 #[derive(Clone, Debug)]
 pub(crate) struct Powers {
     pub(crate) segment_samples: usize,
@@ -185,9 +175,9 @@ impl Spectrum {
         Some(Density { sides, segment_samples, segments, averages, points: points.collect() })
     }
 
-    /// Autocovariances within segments, by the theorem of Wiener and Khinchin, in counts², from lag
-    /// 0 to a quarter of a segment: so far the window takes at most 35 % of them. `None` before
-    /// four segments are full.
+    /// Autocovariances within segments in counts² (Wiener and Khinchin), from lag 0 to a quarter of
+    /// a segment: so far the window takes at most 35 % of them. `None` before four segments are
+    /// full.
     pub(crate) fn autocovariances_counts2(&self) -> Option<Vec<f64>> {
         let Powers { segment_samples, powers, .. } = self.powers().filter(|powers| powers.segments >= 4)?;
         let step = std::f64::consts::TAU / segment_samples as f64;
@@ -202,7 +192,6 @@ impl Spectrum {
         Some((0..=segment_samples / 4).map(covariance).collect())
     }
 
-    /// The long segments where there are enough of them, else the short ones.
     pub(crate) fn powers(&self) -> Option<Powers> {
         if self.long.segments >= MIN_LONG_SEGMENTS {
             Some(self.long.powers())
@@ -234,7 +223,6 @@ impl Default for SpectrumPlan {
     }
 }
 
-/// The transform of a segment of N samples.
 struct Transform<const N: usize> {
     fft: Arc<dyn RealToComplex<f32>>,
     /// Hann: periodic, and scaled to a mean square of 1.
@@ -256,7 +244,6 @@ impl<const N: usize> fmt::Debug for Transform<N> {
     }
 }
 
-/// Weighted sums of the squared coefficients of segments of N samples.
 #[derive(Clone, Debug)]
 struct PowerSums<const N: usize> {
     /// For k = 0..=N/2, in counts².

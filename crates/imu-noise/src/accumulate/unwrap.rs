@@ -62,9 +62,8 @@ impl Unwrap {
         counts.len()
     }
 
-    /// The whole turns, in counts, to subtract from a mean of the continuous series to bring it to
-    /// the principal branch; subtract the same from minimum and maximum. 0 for a mean that is not
-    /// finite.
+    /// The whole turns, in counts, that bring a mean of the continuous series to the principal
+    /// branch; subtract them from minimum and maximum too. 0 for a mean that is not finite.
     #[must_use]
     pub fn turn_offset_counts(&self, mean_counts: f64) -> i64 {
         let turn = self.turn_counts as f64;

@@ -1,16 +1,14 @@
-//! How much the mean changes from window to window, how large the spread within windows is, and when
-//! either was larger than usual.
+//! Change of mean from window to window, spread within windows, and when either was large.
 
 use super::blocks::Sums;
 
 /// Bits of the fraction of a float that count: 8 bins an octave.
 const FRACTION_BITS: u32 = 3;
 
-/// Stretches kept.
 const KEPT: usize = 8;
 
-/// Change of mean from window to window and spread within windows of 32 samples, both of which stay
-/// the same for white, flicker and random-walk noise.
+/// Change of mean from window to window and spread within windows of 32 samples: the same all the
+/// time for white, flicker and random-walk noise.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowStatistics {
     /// |ΔΣc| of adjacent windows.
@@ -26,7 +24,6 @@ impl WindowStatistics {
         Self { changes: Magnitudes::new(), spreads: Magnitudes::new(), last: None }
     }
 
-    /// Adds a full window.
     pub(crate) fn push(&mut self, window: u64, sums: &Sums, spread: f64) {
         if let Some((last, sum)) = self.last
             && last + 1 == window
@@ -37,28 +34,22 @@ impl WindowStatistics {
         self.spreads.push(window, spread);
     }
 
-    /// The next window is not compared with the last.
     pub(crate) const fn gap(&mut self) {
         self.last = None;
     }
 }
 
-/// Frequencies of positive numbers in bins of an eighth of an octave, and the stretches where they
-/// peaked.
-///
-/// At most 2.4 KiB for numbers below 2^75; those of a record usually span fewer than 16 octaves:
-/// half a KiB.
+/// Frequencies of positive numbers in bins of an eighth of an octave, and the highest peaks. At
+/// most 2.4 KiB for numbers below 2^75; half a KiB for those of most records.
 #[derive(Clone, Debug)]
 pub(crate) struct Magnitudes {
-    /// Bin number of the first place.
     first: u16,
     frequencies: Vec<u32>,
     pub(crate) total: u32,
     current: Option<PeakWindows>,
     /// Rising peaks.
     highest: Vec<PeakWindows>,
-    /// Half of the lowest peak kept once there are as many as are kept: no smaller number is part
-    /// of a higher one.
+    /// Half of the lowest peak once all are kept: no smaller number is part of a higher one.
     least: f64,
 }
 
@@ -108,8 +99,7 @@ impl Magnitudes {
         }
     }
 
-    /// The number that the share `p` of all numbers does not exceed, interpolated within its bin;
-    /// `None` without numbers.
+    /// The number that the share `p` of all does not exceed; `None` without numbers.
     pub(crate) fn quantile(&self, p: f64) -> Option<f64> {
         let mut missing = p * f64::from(self.total);
         for (bin, &frequency) in (self.first..).zip(&self.frequencies) {
@@ -123,7 +113,7 @@ impl Magnitudes {
         None
     }
 
-    /// The stretches with the highest peaks, at most 9.
+    /// At most 9.
     pub(crate) fn highest(&self) -> impl Iterator<Item = &PeakWindows> {
         self.highest.iter().chain(&self.current)
     }

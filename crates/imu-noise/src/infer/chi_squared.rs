@@ -5,8 +5,7 @@ use statrs::{
     function::gamma::ln_gamma,
 };
 
-/// x with P(χ² < x) = `p` at `dof` degrees of freedom; `None` unless 0 < p < 1 and dof > 0, and
-/// where it is too small for a number.
+/// x with P(χ² < x) = `p`; `None` unless 0 < p < 1 and dof > 0, and where x underflows.
 pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;
@@ -37,21 +36,20 @@ pub(crate) fn quantile(p: f64, dof: f64) -> Option<f64> {
     Some(x)
 }
 
-/// The quantile from the first term of the series of the distribution at zero, P = (x/2)^(dof/2) /
-/// Γ(dof/2 + 1): good where it is small.
+/// From the first term of the series at zero, P = (x/2)^(dof/2) / Γ(dof/2 + 1): good where small.
 fn near_zero(p: f64, dof: f64) -> f64 {
     let half = dof / 2.0;
     2.0 * ((p.ln() + ln_gamma(half + 1.0)) / half).exp()
 }
 
-/// The quantile from the normal distribution of the cube root (Wilson and Hilferty, 1931), good to
-/// some 1e-3 from 10 degrees of freedom on, where a search costs ten times as much.
+/// From the normal distribution of the cube root (Wilson and Hilferty, 1931), good to some 1e-3
+/// from 10 degrees of freedom on, where a search costs ten times as much.
 fn wilson_hilferty(p: f64, dof: f64) -> f64 {
     let variance = 2.0 / (9.0 * dof);
     dof * (1.0 - variance + normal_quantile(p) * variance.sqrt()).powi(3).max(1e-3)
 }
 
-/// P(χ² > x) at `dof` degrees of freedom; `None` unless dof > 0 and x is a number.
+/// P(χ² > x); `None` unless dof > 0 and x is a number.
 pub(crate) fn probability_above(x: f64, dof: f64) -> Option<f64> {
     if x.is_nan() {
         return None;
@@ -69,8 +67,7 @@ pub(crate) fn normal_two_sided(p: f64) -> Option<f64> {
     (p > 0.0 && p < 1.0).then(|| Normal::standard().inverse_cdf(0.5 + p / 2.0))
 }
 
-/// x with P(|T| < x) = `p` for Student's T with `dof` degrees of freedom, taken between 1 and 10
-/// 000; `None` unless 0 < p < 1.
+/// x with P(|T| < x) = `p` for Student's T, `dof` clamped to 1..=10 000; `None` unless 0 < p < 1.
 pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
     if !(p > 0.0 && p < 1.0) {
         return None;
@@ -82,13 +79,11 @@ pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
 /// Channels that make up a record: a probability of false alarm is shared among them.
 pub(crate) const CHANNELS: f64 = 12.0;
 
-/// The standard normal deviate that is exceeded with probability `p`.
 pub(crate) fn normal_deviate(p: f64) -> f64 {
     -normal_quantile(p)
 }
 
-/// The multiple of its mean that a chi-squared variable of `freedom` degrees exceeds with
-/// probability `p`; `None` unless 0 < p < 1 and freedom > 0.
+/// The multiple of its mean that χ² exceeds with probability `p`; `None` unless 0 < p < 1.
 pub(crate) fn chi_squared_ratio(freedom: f64, p: f64) -> Option<f64> {
     quantile(1.0 - p, freedom).map(|quantile| quantile / freedom)
 }

@@ -1,5 +1,4 @@
-//! Whether two deviations differ significantly, for one octave and for many at once, and how far
-//! repeated means lie apart.
+//! Whether deviations differ significantly, and how far repeated means lie apart.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 
@@ -36,9 +35,8 @@ fn tails((variance_a, edf_a): (f64, f64), (variance_b, edf_b): (f64, f64)) -> Op
     }
 }
 
-/// The ratio as a standard normal value (Paulson, 1942), for so many degrees of freedom and so near
-/// to 1 that this is good to 10⁻⁶; the continued fraction of the F distribution does not converge
-/// there in the steps it is given.
+/// The ratio as a standard normal value (Paulson, 1942), good to 10⁻⁶ for so many degrees of
+/// freedom and so near to 1, where the continued fraction of the F distribution does not converge.
 fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
     const MANY: f64 = 1e5;
     const NEAR: f64 = 1.0;
@@ -85,10 +83,8 @@ pub struct VarianceEstimate {
 
 impl VarianceEstimate {
     /// The square of an amplitude with the two-sided interval `lower` to `upper` at the level
-    /// `confidence`: the degrees of freedom are those with which ln χ² spreads as much, ½ (2z /
-    /// ln(upper/lower))², exact for narrow intervals.
-    ///
-    /// `None` unless 0 < `lower` < `upper`.
+    /// `confidence`, with the degrees of freedom with which ln χ² spreads as much, ½ (2z /
+    /// ln(upper/lower))², exact for narrow intervals. `None` unless 0 < `lower` < `upper`.
     #[must_use]
     pub fn of_interval(value: f64, lower: f64, upper: f64, confidence: f64) -> Option<Self> {
         let width = (upper / lower).ln();
@@ -97,8 +93,7 @@ impl VarianceEstimate {
         Some(Self { variance: value * value, edf: 0.5 * (2.0 * z / width).powi(2) })
     }
 
-    /// The sum of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947);
-    /// `None` without any.
+    /// Of independent estimates, each with a factor (Satterthwaite, 1946; Welch, 1947).
     #[must_use]
     pub fn sum(parts: impl IntoIterator<Item = (f64, Self)>) -> Option<Self> {
         let (mut variance, mut error) = (0.0, 0.0);

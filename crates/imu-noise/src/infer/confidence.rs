@@ -4,19 +4,15 @@ use super::chi_squared;
 use super::power_law::{PowerLaw, difference_autocovariance};
 use crate::accumulate::record::{Octave, RecordShape};
 
-/// Windows per averaging time that represent all overlaps: the degrees of freedom differ by less
-/// than 1e-6 for α <=
-/// 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
+/// Windows per averaging time that represent all overlaps: the edf differ by less than 1e-6 for α
+/// <= 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
 const ALL_OVERLAPS: u64 = 2048;
 
-/// Correlations of flicker noise fall with the square of the distance. What they add beyond this
-/// many averaging times is below 1e-6 of the degrees of freedom.
+/// Correlations of flicker noise fall with the square of the distance: beyond, they add below 1e-6.
 const LONGEST_LAG_TAU: u64 = 64;
 
-/// Confidence interval of the deviation of one octave.
-///
-/// It holds for this octave alone: octaves share samples, so all intervals of a curve together are
-/// right less often.
+/// Confidence interval of the deviation of one octave alone: octaves share samples, so all
+/// intervals of a curve together are right less often.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Equivalent degrees of freedom.
@@ -28,12 +24,11 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The interval with probability `confidence` (0 < p < 1) around an estimate `variance` with
-    /// `edf` degrees of freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes,
-    /// 1981). Both tails have the same probability.
+    /// The interval with probability `confidence` around an estimate `variance` with `edf` degrees
+    /// of freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes, 1981), equal
+    /// tails.
     ///
-    /// `None` for a confidence outside 0 < p < 1, an edf that is not positive, a variance that is
-    /// negative or no number.
+    /// `None` unless 0 < `confidence` < 1, `edf` > 0 and `variance` >= 0.
     #[must_use]
     pub fn new(variance: f64, edf: f64, confidence: f64) -> Option<Self> {
         if !(variance >= 0.0 && edf.is_finite() && confidence > 0.0 && confidence < 1.0) {
@@ -45,13 +40,11 @@ impl Interval {
     }
 }
 
-/// Equivalent degrees of freedom of an octave in noise of one kind.
+/// Equivalent degrees of freedom of an octave in noise of one kind; `None` below two windows.
 ///
 /// edf = M / (1 + 2 Σ (1 - j/M) ρ_j²), with M windows and the correlation ρ_j of differences j
-/// strides apart (Greenhall and Riley, 2003, eq. 7), summed for the stride in use with the
-/// covariances of sampled noise. With samples missing, the edf shrinks as the number of windows.
-///
-/// `None` for fewer than two windows.
+/// strides apart (Greenhall and Riley, 2003, eq. 7), with the covariances of sampled noise. With
+/// samples missing, the edf shrinks as the number of windows.
 #[must_use]
 pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
     let windows = shape.windows(octave.m);
@@ -72,15 +65,13 @@ pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f
     lags(shape, m).map(|lag| at(lag.samples as f64) / variance).collect()
 }
 
-/// Σ over all lags of (1 - |j|/M) ρ_j ρ'_j: the number of windows over the degrees of freedom,
-/// where ρ = ρ'.
+/// Σ (1 - |j|/M) ρ_j ρ'_j over all lags: windows over degrees of freedom, where ρ = ρ'.
 pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other: &[f64]) -> f64 {
     let span = (shape.windows(m) * shape.stride(m)) as f64;
     let products = lags(shape, m).zip(rho).zip(other);
     products.map(|((lag, rho), other)| lag.weight * (1.0 - lag.samples as f64 / span) * rho * other).sum()
 }
 
-/// A distance between windows, and how many pairs of windows it represents.
 struct Lag {
     samples: u64,
     weight: f64,

@@ -1,13 +1,7 @@
-//! The units in which noise parameters are published, and their exact factors.
-//!
-//! A parameter is estimated in SI units of its channel. Papers, data sheets and programs print it
-//! in others; [`conventions`] lists all in use, for one parameter of one kind of sensor.
-//!
-//! # Sides
+//! The units in which noise parameters are published, and their exact factors from SI units.
 //!
 //! N² is the two-sided power spectral density of the white noise, and N is what data sheets and
-//! Kalibr print. A spectrum drawn over positive frequencies only shows √2·N; [`Sides::One`] marks
-//! that.
+//! Kalibr print. A spectrum over positive frequencies only shows √2·N; [`Sides::One`] marks that.
 
 use std::f64::consts::{PI, SQRT_2};
 

@@ -8,11 +8,9 @@ use crate::accumulate::window_statistics::{Magnitudes, PeakWindows, WindowStatis
 /// Probability that a clean record of twelve channels shows a disturbance of one of the two kinds.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// Factor on the threshold, for the uncertainty of the usual size and for tails somewhat heavier
-/// than Gaussian.
+/// For the uncertainty of the usual size and for tails somewhat heavier than Gaussian.
 const MARGIN: f64 = 1.15;
 
-/// Fewest windows of which the usual size is estimated.
 const MIN_WINDOWS: u32 = 64;
 
 /// Disturbances this many windows apart are one.
@@ -47,8 +45,7 @@ impl ChannelSignal {
 }
 
 impl WindowStatistics {
-    /// The disturbances among the eight largest changes of mean and the eight largest spreads, in
-    /// time order.
+    /// Among the eight largest changes of mean and the eight largest spreads, in time order.
     fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
         let mut found: Vec<_> = self.changed_means().chain(self.changed_spreads()).collect();
         found.sort_by_key(|(stretch, _)| stretch.first_window);
@@ -98,8 +95,7 @@ impl WindowStatistics {
     }
 }
 
-/// Sigmas that the largest of `windows` windows of twelve channels exceeds with probability
-/// `false_alarm`. `None` for too few windows.
+/// Sigmas that the largest of `windows` windows exceeds with probability `false_alarm`.
 fn threshold(windows: u32, false_alarm: f64) -> Option<f64> {
     let tests = f64::from(windows) * chi_squared::CHANNELS;
     (windows >= MIN_WINDOWS).then(|| MARGIN * chi_squared::normal_deviate(false_alarm / tests))

@@ -1,5 +1,4 @@
-//! The kind of noise at each averaging time: from the lag-1 autocorrelation of block sums, and from
-//! the slope of the curve.
+//! The kind of noise at each averaging time, from block sums and from the slope of the curve.
 
 use super::power_law::PowerLaw;
 use crate::accumulate::aligned_sums::{LagOneSums, MAX_DIFFERENCES};
@@ -31,8 +30,7 @@ impl LagOne {
 }
 
 impl LagOneSums {
-    /// The lag-1 autocorrelation of blocks of `m` samples; `None` for lengths that are not kept,
-    /// below 30 blocks, and for blocks that are all the same.
+    /// `None` for lengths that are not kept, below 30 blocks, and for blocks that are all the same.
     pub(crate) fn lag_one(&self, m: u64) -> Option<LagOne> {
         let series = self.series(m)?;
         let blocks = series[0].count;
@@ -78,8 +76,7 @@ impl ChannelAccumulator {
     }
 }
 
-/// The kind of noise of each of `octaves`, with their `variances` in any unit; `lag_one` reads out
-/// block sums of a length.
+/// `lag_one` reads out block sums of a length.
 fn noise_types(
     octaves: &[Octave],
     variances: &[f64],

@@ -4,17 +4,14 @@ use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;
 
-/// Fewest blocks in which a change is distinguished from noise.
 const MIN_BLOCKS: usize = 16;
 
-/// Evidence for a warm-up, and for a step at any place. Of 40 000 simulated channels of white,
-/// flicker and random-walk noise three at most exceed either in any proportion of the three, most
-/// often none.
+/// Of 40 000 simulated channels of white, flicker and random-walk noise three at most exceed either
+/// in any proportion of the three, most often none.
 const WARM_UP_EVIDENCE: f64 = 24.0;
 const STEP_EVIDENCE: f64 = 28.0;
 
-/// Blocks at either end of the record in which a step is not sought: a few blocks do not make a
-/// level.
+/// Blocks at either end in which a step is not sought: a few blocks do not make a level.
 const STEP_MARGIN: usize = 4;
 
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
@@ -26,8 +23,7 @@ const STEP_MARGIN: usize = 4;
 pub struct LevelChange {
     /// Its shape.
     pub shape: LevelShape,
-    /// Square root of twice the logarithm of the likelihood ratio: the sigmas of a known shape in
-    /// known noise.
+    /// Square root of twice the log-likelihood ratio: the sigmas of a known shape in known noise.
     pub sigmas: f64,
 }
 
@@ -56,8 +52,7 @@ pub enum LevelShape {
 }
 
 impl ChannelSignal {
-    /// A warm-up or a step of the level that the noise of the record, with flicker and random walk,
-    /// does not explain. `None` below 16 blocks.
+    /// A warm-up or a step of the level; `None` below 16 blocks.
     #[must_use]
     pub fn level_change(&self, interval_s: f64, decimals: u8) -> Option<LevelChange> {
         change(&self.blocks(), interval_s, decimals)
@@ -109,35 +104,30 @@ fn mean(block: &Block, first: &Block) -> Mean {
     }
 }
 
-/// The mean of one block.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
-    /// Number of the block.
     block: u64,
-    /// Mean of its samples.
     mean: f64,
-    /// Variance of the white noise of this mean, relative to that of a block with all its samples.
+    /// Of its white noise, over that of the mean of a full block.
     relative_variance: f64,
 }
 
-/// Variances of the random-walk step from block to block, over that of the white noise of a block
-/// mean: from white noise to a random walk. Flicker is followed by those between.
+/// Variances of the random-walk step over that of the white noise of a block mean: from white noise
+/// to a random walk; flicker is followed by those between.
 const STEP_VARIANCES: [f64; 12] = [0.0, 1e-4, 4e-4, 1.6e-3, 6.4e-3, 0.026, 0.1, 0.4, 1.6, 6.4, 26.0, 400.0];
 
-/// A shape and the evidence for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fit {
     shape: Regressor,
-    /// Least-squares multiple of the shape, under the noise that makes the series likeliest.
+    /// Least-squares multiple, under the noise that makes the series likeliest.
     amplitude: f64,
-    /// Twice the logarithm of the ratio of the likelihoods with and without the shape, each with
-    /// the noise that suits it best.
+    /// Twice the log-likelihood ratio with and without the shape, each with the noise that suits it
+    /// best.
     evidence: f64,
-    /// Standard deviation of the white noise of the mean of a full block, the shape removed.
+    /// Of the white noise of the mean of a full block, the shape removed.
     white_std: f64,
 }
 
-/// What may be added to the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Regressor {
     /// exp(-t/time constant) from the first block on, in blocks.
@@ -147,11 +137,9 @@ enum Regressor {
 }
 
 /// The evidence for a relaxation of each of the time constants, in blocks, and for a step at every
-/// mean but the first.
-///
-/// The noise is the local level model, white noise around a random walk, by its prediction errors:
-/// Harvey (1989), "Forecasting, Structural Time Series Models and the Kalman Filter", 3.4 and 7.3.
-/// Empty for fewer than three means, or when nothing but a shape is in the series.
+/// mean but the first. The noise is the local level model, white noise around a random walk, by its
+/// prediction errors: Harvey (1989), 3.4 and 7.3. Empty for fewer than three means, or when nothing
+/// but a shape is in the series.
 fn fits(means: &[Mean], time_constants: &[f64]) -> Vec<Fit> {
     let relaxations = time_constants.iter().map(|&time_constant| {
         let values: Vec<_> = means.iter().map(|mean| (-(mean.block as f64) / time_constant).exp()).collect();
@@ -188,7 +176,6 @@ fn fits(means: &[Mean], time_constants: &[f64]) -> Vec<Fit> {
     with.into_iter().map(|(likelihood, fit)| Fit { evidence: 2.0 * (likelihood - without), ..fit }).collect()
 }
 
-/// The filter that predicts each mean from those before it, for one ratio of the noises.
 struct PredictionErrors {
     /// For each mean but the first: gain, and 1 over the standard deviation of its error.
     gains: Vec<(f64, f64)>,
@@ -217,7 +204,7 @@ impl PredictionErrors {
         Self { gains: gains.collect(), log_variances }
     }
 
-    /// Errors in standard deviations, for all values but the first.
+    /// In standard deviations, for all values but the first.
     fn of(&self, mut values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
         let mut level = values.next().unwrap_or(0.0);
         values.zip(&self.gains).map(move |(value, (gain, scale))| {
@@ -227,9 +214,9 @@ impl PredictionErrors {
         })
     }
 
-    /// For a step at each mean but the first, from the last to the second: the products of its
-    /// errors with `series` and with themselves. The error of a step shrinks by 1 - gain from mean
-    /// to mean, so each sum follows from the next.
+    /// For a step at each mean but the first, backward: the products of its errors with `series`
+    /// and with themselves. The error shrinks by 1 - gain from mean to mean, so each sum follows
+    /// from the next.
     fn steps_on(&self, series: &[f64]) -> impl Iterator<Item = (Regressor, f64, f64)> {
         let backward = self.gains.iter().zip(series).enumerate().rev();
         backward.scan((0.0, 0.0), |(cross, own), (before, ((gain, scale), error))| {
@@ -240,8 +227,7 @@ impl PredictionErrors {
         })
     }
 
-    /// Logarithm of the likelihood up to a constant, with the most likely scale. `None` for a sum
-    /// of squares of zero.
+    /// Up to a constant, with the most likely scale. `None` for a sum of squares of zero.
     fn likelihood(&self, squares: f64) -> Option<f64> {
         let n = self.gains.len() as f64;
         (n >= 2.0 && squares > 0.0).then(|| -0.5 * (n * squares.ln() + self.log_variances))

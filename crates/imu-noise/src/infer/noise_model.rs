@@ -1,5 +1,4 @@
-//! The noise parameters of IEEE Std 952 and 1293 from octave variances: what a record shows, what
-//! it bounds, and what it does not show.
+//! The noise parameters of IEEE Std 952 and 1293 from octave variances.
 
 mod boxcar;
 mod curve_reading;
@@ -27,8 +26,8 @@ use model::{Model, Slope};
 pub use parameter::{Parameter, Status, Term, Terms};
 pub use record_length::{Aim, Wanted};
 
-/// Octaves with fewer degrees of freedom, in a random walk, have no part in the fit: two of them
-/// that share all samples are too far from jointly normal, and would show next to nothing.
+/// Degrees of freedom of an octave, in a random walk, to have a part in the fit: two octaves that
+/// share all samples are too far from jointly normal, and would show next to nothing.
 const LEAST_EDF: f64 = 2.0;
 
 /// A noise model for all channels that were sampled together: it holds how the octaves of their

@@ -9,15 +9,14 @@ use crate::accumulate::spectrum::Spectrum;
 /// Fewest effective samples: below, the standard errors, which hold for many, do not.
 const MIN_EFFECTIVE: f64 = 1000.0;
 
-/// Smallest standard deviation in counts for which rounding can be corrected for: the error of
-/// Sheppard's corrections is of the order of exp(-2π²σ²), 6e-5 here.
+/// Smallest one that rounding can be corrected for: the error of Sheppard's corrections is of the
+/// order of exp(-2π²σ²), 6e-5 here.
 const MIN_STD_COUNTS: f64 = 0.7;
 
 /// Largest share of the variance in changes slower than a segment of the spectrum.
 const MAX_SLOW_SHARE: f64 = 0.1;
 
-/// Standard errors that skewness or kurtosis of normal samples exceeds with probability 1 %
-/// together (0.5 % each, two-sided).
+/// Standard errors that skewness or kurtosis exceeds with 0.5 % each, two-sided.
 const CRITICAL: f64 = 2.807;
 
 /// Skewness and excess kurtosis with standard errors that hold for correlated normal samples.
@@ -78,8 +77,8 @@ impl Normality {
     /// From the moments of a record and the spectrum of the same samples.
     ///
     /// Standard errors: sqrt(6 Σρ³/n) and sqrt(24 Σρ⁴/n) over all lags of the autocorrelation ρ
-    /// (Lomnicki, 1961). Rounding adds 1/12 to the variance and takes 1/120 from the fourth
-    /// cumulant, in counts (Sheppard, 1898); both are undone, and the errors grow accordingly.
+    /// (Lomnicki, 1961). Rounding, which adds 1/12 to the variance and takes 1/120 from the fourth
+    /// cumulant in counts (Sheppard, 1898), is undone, and the errors grow accordingly.
     ///
     /// # Errors
     /// Why it cannot be judged.

@@ -50,23 +50,22 @@ impl PowerLaw {
         }
     }
 
-    /// Expected Allan or Hadamard variance at averaging factor `m` >= 1, for amplitude 1.
-    ///
-    /// White: 1/m. Random walk, Allan: (2m² + 1)/(6m). Flicker: 2 ln 2/π for large m and up to 1.44
-    /// times that at m = 1.
+    /// Expected Allan or Hadamard variance at averaging factor `m` >= 1, for amplitude 1: white
+    /// 1/m; random walk, Allan (2m² + 1)/(6m); flicker 2 ln 2/π for large m, up to 1.44 times that
+    /// at m = 1.
     #[must_use]
     pub fn variance(self, deviation: Deviation, m: u64) -> f64 {
         let m = m as f64;
         difference_autocovariance(deviation, m, 0.0, |lag| self.phase_covariance(lag)) / (deviation.divisor() * m * m)
     }
 
-    /// Generalised covariance of the phase (the running sum of the rate) at an integer lag.
-    /// Polynomials of the lag up to third order (Hadamard: fifth) drop out of every difference and
-    /// are excluded.
+    /// Generalised covariance of the phase (the running sum of the rate) at an integer lag, without
+    /// polynomials of the lag up to third order (Hadamard: fifth), which drop out of every
+    /// difference.
     ///
     /// The phase is white noise integrated δ = 1 - α/2 times, with the covariance Γ(1-2δ) Γ(n+δ) /
-    /// (Γ(δ) Γ(1-δ) Γ(n+1-δ)) (Hosking, 1981, theorem 1); where that has a pole, its derivative
-    /// with respect to δ remains, which gives the digamma function ψ.
+    /// (Γ(δ) Γ(1-δ) Γ(n+1-δ)) (Hosking, 1981, theorem 1); at a pole its derivative by δ remains,
+    /// the digamma function ψ.
     pub(crate) fn phase_covariance(self, lag: f64) -> f64 {
         let n = lag.abs();
         match self {
@@ -79,8 +78,8 @@ impl PowerLaw {
     }
 }
 
-/// Covariance of two differences that a [`Deviation`] squares, with averaging factor `m`, `lag`
-/// samples apart. `phase` is the generalised covariance of the phase.
+/// Covariance of two differences, `lag` samples apart; `phase`: generalised covariance of the
+/// phase.
 pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, phase: impl Fn(f64) -> f64) -> f64 {
     let weights: &[f64] = match deviation {
         Deviation::Allan => &[6.0, -4.0, 1.0],
@@ -91,9 +90,7 @@ pub(crate) fn difference_autocovariance(deviation: Deviation, m: f64, lag: f64, 
     weights[0] * phase(lag) + sides.sum::<f64>()
 }
 
-/// Covariance of the differences that a [`Deviation`] squares: one with averaging factor `m_a`, one
-/// with `m_b`, the first starting `lag` samples later. `phase` is the generalised covariance of the
-/// phase.
+/// The same for averaging factors `m_a` and `m_b`, the first starting `lag` samples later.
 pub(crate) fn difference_covariance(
     deviation: Deviation,
     m_a: f64,
@@ -115,8 +112,7 @@ pub(crate) fn difference_covariance(
 }
 
 /// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by
-/// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, the latter shifted by one
-/// half).
+/// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, shifted by one half).
 fn digamma_half(n: f64) -> f64 {
     const FROM: f64 = 16.0;
     let mut sum = 0.0;

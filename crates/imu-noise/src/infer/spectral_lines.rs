@@ -7,8 +7,7 @@ use crate::accumulate::spectrum::{Powers, Spectrum};
 /// Points on either side in the median that is the noise around a point.
 const SIDE: usize = 10;
 
-/// Lowest point examined: below, the noise around a point cannot be estimated without it, and drift
-/// leaks in.
+/// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
 const LOWEST: usize = 4;
 
 /// Points on either side that a line reaches under the Hann window.
@@ -20,13 +19,11 @@ const FALSE_ALARM: f64 = 1e-4;
 /// A vibration line of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectralLine {
-    /// Frequency in the record in Hz, between 0 and half the sampling rate, interpolated between
-    /// the points.
+    /// In Hz, between 0 and half the sampling rate, interpolated between the points.
     pub frequency_hz: f64,
     /// Amplitude of the sine in the unit of the channel (half of peak to peak).
     pub amplitude: f64,
-    /// Share of the line in the variance within segments, from 0 to 1. Slower changes than a
-    /// segment are no part of it.
+    /// Share of the line in the variance within segments, from 0 to 1.
     pub share_of_variance: f64,
     /// Power of the highest point over the power of the noise around it.
     pub peak_to_floor: f64,
@@ -46,9 +43,8 @@ impl SpectralLine {
     }
 
     /// What the line adds to the Allan variance at averaging factor `m`, in the unit of the channel
-    /// squared, on average over all phases between blocks: 3/8 (a/(m sin πf t))², for a sine that
-    /// is not steady enough to be followed over many blocks. To the Hadamard variance it adds a
-    /// ninth more.
+    /// squared, on average over all phases: 3/8 (a/(m sin πf t))², for a sine that is not steady
+    /// over many blocks. To the Hadamard variance it adds a ninth more.
     #[must_use]
     pub fn allan_variance(&self, m: u64, interval_s: f64) -> f64 {
         let blocks = m as f64 * (std::f64::consts::PI * self.frequency_hz * interval_s).sin();
@@ -74,7 +70,6 @@ impl Spectrum {
     }
 }
 
-/// A peak, and the noise around it.
 struct Peak {
     k: usize,
     floor: f64,
@@ -109,8 +104,7 @@ impl Powers {
         self.powers[if k > last { 2 * last - k } else { k }]
     }
 
-    /// Median of the points around k and their number. As many on either side, so that a slope
-    /// cancels.
+    /// Median and number of the points around k; as many on either side, so that a slope cancels.
     fn floor(&self, k: usize) -> (f64, usize) {
         let side = SIDE.min(k - 1);
         let mut around: Vec<_> = (k - side..=k + side).map(|k| self.power(k)).collect();

@@ -1,5 +1,4 @@
-//! A fitted parameter against a data sheet's claim: judged by the interval, never by
-//! the point.
+//! A fitted parameter against a data sheet's claim, by the interval, never by the point.
 
 use super::noise_model::{Parameter, Status};
 
@@ -27,8 +26,7 @@ pub struct StreamFactor {
     pub factor: f64,
     /// How far the factor may be off, relative; 0 and above.
     pub uncertainty: f64,
-    /// Whether the sensor reported its settings; otherwise the factor is a guess, and nothing can
-    /// pass or fail by it.
+    /// Whether the sensor reported its settings; otherwise nothing can pass or fail by the factor.
     pub is_known: bool,
 }
 
@@ -94,9 +92,8 @@ impl Claim {
     }
 }
 
-/// A class of gyroscopes by their drift, after N. El-Sheimy and A. Youssef, "Inertial sensors
-/// technologies for navigation applications: state of the art and future trends", Satellite
-/// Navigation 1 (2020), table 1.
+/// By drift, after N. El-Sheimy and A. Youssef, "Inertial sensors technologies for navigation
+/// applications: state of the art and future trends", Satellite Navigation 1 (2020), table 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Grade {
     /// Below 0.01 deg/h.

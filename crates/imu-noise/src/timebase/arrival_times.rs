@@ -12,16 +12,14 @@ use super::rate_search::{InitialRate, RateSearch, TrackedRate};
 /// Stamps may go back by so much: clocks that are disciplined do.
 const BACKWARDS_TOLERANCE: Duration = Duration::from_millis(10);
 
-/// Consecutive samples stamped before an earlier one that show that the clock was set back. Chosen:
-/// two may be out of order.
+/// Stamps before an earlier one that show that the clock was set back. Chosen: two may be out of
+/// order.
 const SET_BACK_SAMPLES: usize = 3;
 
-/// Stamps that go back more often than that, and more than once in so many samples, are no time
-/// base. Chosen.
+/// Stamps that go back more often, and more than once in so many samples, are no time base. Chosen.
 const MAX_BACKWARDS: u64 = 8;
 const MIN_SAMPLES_PER_BACKWARDS: u64 = 256;
 
-/// Judges the arrival times of one stream; the method is that of the [module](super).
 #[derive(Clone, Debug)]
 pub(super) struct ArrivalTimes {
     rates_hz: &'static [f64],
@@ -76,7 +74,6 @@ impl ArrivalTimes {
         }
     }
 
-    /// Adds the next sample's stamp.
     pub(super) fn push(&mut self, at: Duration) {
         self.samples += 1;
         if self.samples == 1 { self.begin_clock(at, 0.0) } else { self.push_stamp(at) }
@@ -219,7 +216,6 @@ impl ArrivalTimes {
         }
     }
 
-    /// Ends the search if there is a decision.
     fn end_search(&mut self, decision: Option<Result<InitialRate, Refusal>>) {
         let ArrivalPhase::Searching(search) = &mut self.phase else {
             return;
@@ -236,7 +232,6 @@ impl ArrivalTimes {
         }
     }
 
-    /// Tracks samples at this rate, from the first of these on.
     fn track(&mut self, nominal: NominalRate, rate: TrackedRate, held_s: Vec<f64>) {
         let due_s = held_s.first().copied().unwrap_or_default();
         let mut tracker = LagTracker::new(self.rates_hz, rate, due_s);

@@ -1,5 +1,4 @@
-//! Fitted rate: the median slope of the lower envelope of the arrivals, robust against bunching,
-//! stalls and steps.
+//! Fitted rate: the median slope of the lower envelope of the arrivals.
 
 use super::rate_estimates::{COARSE_TOLERANCE, RUN};
 
@@ -9,7 +8,7 @@ const MAX_POINTS: usize = 64;
 /// Fewest points of a fit. Chosen.
 const MIN_POINTS: usize = 4;
 
-/// Index of a sample in the stream, dropped ones counted, and its arrival.
+/// Index in the stream, dropped samples counted.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
     index: u64,
@@ -46,12 +45,12 @@ impl Envelope {
         }
     }
 
-    /// Discards the samples so far, because all of them were late.
+    /// All of them were late.
     pub(super) fn restart(&mut self) {
         *self = Self::new(self.nominal_period_s);
     }
 
-    /// Adds a sample; true if that closed a block and renewed the fit.
+    /// Whether that closed a block and renewed the fit.
     pub(super) fn push(&mut self, index: u64, at_s: f64) -> bool {
         let closes = index >= self.block_end;
         if closes {

@@ -1,5 +1,4 @@
-//! The one detector of dropped samples: by a counter where samples carry one, else by when they
-//! arrived.
+//! The one detector of dropped samples: by a counter where samples carry one, else by arrival.
 
 use std::time::Duration;
 
@@ -34,26 +33,24 @@ use super::sample_counter::SampleCounter;
 pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
-    /// Whether the counter decides.
     counter_in_use: bool,
     /// Samples pushed, and those of them that came out.
     pushed: u64,
     reported: u64,
-    /// Samples without a gap before them by their arrival, and by their counter, that did not come
-    /// out; `u64::MAX` without stamps or counters.
+    /// Samples without a gap before them by arrival, and by counter, that did not come out;
+    /// `u64::MAX` without stamps or counters.
     by_arrival: u64,
     by_counter: u64,
 }
 
 impl GapDetector {
-    /// A detector for a stream with arrival stamps, of a sensor with these rates in Hz, finite and
-    /// positive. Without rates the measured rate is kept, no rate is too fast, and a change of rate
-    /// is not detected.
+    /// For a stream with arrival stamps, of a sensor with these rates in Hz, finite and positive.
+    /// Without rates the measured rate is kept, no rate is too fast, and a change of rate is not
+    /// detected.
     ///
-    /// `known_hz` is the rate that the sensor is said to have, listed or not. The stamps must
-    /// confirm it: bunching of 0.1 s or dropped samples may explain a difference, but a measured
-    /// rate more than 5 % off is [refused](crate::Refusal::OtherRate). A rate that is not finite
-    /// and positive is ignored.
+    /// The stamps must confirm `known_hz`, listed or not: bunching of 0.1 s or dropped samples may
+    /// explain a difference, but a measured rate more than 5 % off is
+    /// [refused](crate::Refusal::OtherRate). A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {
         let known_hz = known_hz.filter(|hz| is_rate(*hz));
@@ -83,8 +80,7 @@ impl GapDetector {
     }
 
     /// Adds the next sample: its arrival since any origin, which samples of one read may share, and
-    /// its counter. The first sample decides whether there are counters; once they end, they have
-    /// ended for good.
+    /// its counter. The first sample decides whether there are counters; once ended, they stay so.
     pub fn push(&mut self, at: Duration, count: Option<u64>) {
         if self.pushed == 0 && count.is_some() {
             self.counter = Some(SampleCounter::default());

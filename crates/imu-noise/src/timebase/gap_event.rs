@@ -4,10 +4,8 @@ use std::fmt;
 
 use super::interval_statistics::Arrivals;
 
-/// The next thing that is certain about a stream.
-///
-/// How often the detector is polled changes nothing but how the samples between two other events
-/// are divided among [`Samples`](Self::Samples).
+/// The next thing that is certain about a stream. When the detector is polled changes nothing but
+/// how the samples between two other events are divided among [`Samples`](Self::Samples).
 #[derive(Clone, Debug, PartialEq)]
 pub enum GapEvent {
     /// The next so many samples, at least 1, follow each other without a gap.
@@ -19,11 +17,9 @@ pub enum GapEvent {
     /// From here on a counter decides what is missing, as long as samples carry it.
     CounterInUse,
     /// The nominal rate, and that arrival times decide what is missing: once, before the first
-    /// sample. Absent when the stamps are refused before the rate is known, and for a single sample
-    /// of unknown rate.
+    /// sample. Absent after an earlier refusal, and for a single sample of unknown rate.
     Rate(NominalRate),
-    /// From here on, give or take a few samples, samples come at another of the sensor's rates.
-    /// Time is not continuous across the change.
+    /// About from here on samples come at another of the sensor's rates; time is not continuous.
     RateChanged {
         /// Rate before, in Hz.
         from_hz: f64,
@@ -41,11 +37,10 @@ pub enum GapEvent {
 pub enum NominalRate {
     /// Known beforehand, in Hz, and not contradicted by the stamps.
     Known(f64),
-    /// The sensor's rate nearest to the measured one, in Hz: within 1 % of it, or within 5 % where
-    /// bunched samples are dropped from the start.
+    /// The sensor's rate nearest to the measured one, in Hz: within 1 %, or 5 % where bunched
+    /// samples are dropped from the start.
     Snapped(f64),
-    /// Measured from the first samples, in Hz, with the decimals they support: the sensor has no
-    /// rate near it, or its rates are not listed.
+    /// Measured from the first samples, in Hz: the sensor has no rate near it, or none is listed.
     Measured(f64),
 }
 
@@ -118,15 +113,13 @@ impl fmt::Display for Refusal {
 pub struct TimebaseSummary {
     /// Samples pushed.
     pub samples: u64,
-    /// How often a stamp lay more than 10 ms before the one before it. A clock set back counts
-    /// once, and so does a stamp out of order.
+    /// Stamps more than 10 ms before the one before. A clock set back counts once.
     pub backwards: u64,
     /// Nominal rate, the last one if it changed; `None` until it is known and after a refusal.
     pub nominal: Option<NominalRate>,
     /// Fitted rate in Hz; `None` below about 130 samples since the rate changed.
     pub measured_hz: Option<f64>,
-    /// Fitted minus nominal rate in parts per million of the nominal one: positive if the sensor's
-    /// clock is fast against the host's.
+    /// Fitted over nominal rate in ppm: positive if the sensor's clock is fast against the host's.
     pub offset_ppm: Option<f64>,
     /// Why the stamps are no time base.
     pub refusal: Option<Refusal>,

@@ -6,8 +6,7 @@ use hdrhistogram::Histogram;
 
 use super::read_pattern::TOGETHER_PERIODS;
 
-/// Longest interval that the percentiles distinguish, in microseconds: one hour. Longer ones count
-/// as one hour.
+/// Longest interval that the percentiles distinguish: longer ones count as one hour.
 const MAX_INTERVAL_US: u64 = 3_600_000_000;
 
 /// Times between samples over the whole stream, changes of rate included.
@@ -25,16 +24,13 @@ pub struct Arrivals {
     pub samples_together: f64,
 }
 
-/// Histogram of the times between consecutive samples, in microseconds as the host stamped them.
 #[derive(Clone, Debug)]
 pub(super) struct IntervalStatistics {
-    /// Three digits; always there, as the bounds are valid. Counts of 32 bits halve the memory, and
-    /// 248 days at 200 Hz fit into one.
+    /// There, as the bounds are valid. Counts of 32 bits: 248 days at 200 Hz fit into one.
     histogram: Option<Histogram<u32>>,
     min_us: u64,
     max_us: u64,
-    /// Intervals before samples that are not resolved yet; `None` before the first sample of a
-    /// clock.
+    /// Of samples that are not resolved; `None` before the first sample of a clock.
     pending_us: VecDeque<Option<u64>>,
 }
 
@@ -44,8 +40,7 @@ impl IntervalStatistics {
         Self { histogram, min_us: u64::MAX, max_us: 0, pending_us: VecDeque::new() }
     }
 
-    /// Takes the interval before the next sample; `None` if the clock changed in between. It counts
-    /// once the sample is resolved.
+    /// `None` if the clock changed before the next sample. It counts once the sample is resolved.
     pub(super) fn push(&mut self, interval_us: Option<u64>) {
         self.pending_us.push_back(interval_us);
     }
@@ -61,7 +56,6 @@ impl IntervalStatistics {
         }
     }
 
-    /// Summary at this nominal period; `None` without an interval.
     pub(super) fn summary(&self, period_s: f64) -> Option<Arrivals> {
         let intervals = self.histogram.as_ref().filter(|histogram| !histogram.is_empty())?;
         // The middle of a bucket, unless it lies outside of all intervals.

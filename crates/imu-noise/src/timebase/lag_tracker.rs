@@ -37,18 +37,16 @@ const STEADY_PERIODS: f64 = 0.3;
 /// Samples after which the due time follows the least lag among them. Chosen.
 const BLOCK_LEN: u64 = 16;
 
-/// Periods by which samples come early that show that all before were late: a jump of the phase is
-/// one, several in a row are rare.
+/// Early by so many periods, all samples before were late: a jump of the phase is one period.
 const ALL_LATE_PERIODS: f64 = 4.0;
 
-/// Periods by which a sample comes early that make an increase of the rate suspected: half of what
-/// each sample at the next of the sensor's rates does (1.25 times as high).
+/// Early by so much, a sample raises the suspicion of a higher rate: half of what each sample does
+/// at the next of the sensor's rates (1.25 times as high).
 const SUSPICIOUS_PERIODS: f64 = 0.1;
 
 /// Lower rates are below the present one by this factor. Chosen.
 const LOWER: f64 = 0.9;
 
-/// What the samples judged last show.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Judgement {
     /// They, or the gap before them, are certain.
@@ -70,14 +68,12 @@ struct Doubt {
     first_due_s: f64,
     least_lag_s: f64,
     most_lag_s: f64,
-    /// Stamp, and place among the held samples, from which on the least lag has not fallen, and
-    /// reads since.
+    /// Where the least lag has not fallen since, among the held samples, and reads since.
     steady_since_s: f64,
     steady_since: usize,
     reads: usize,
 }
 
-/// Judges samples at one rate, in order.
 #[derive(Clone, Debug)]
 pub(super) struct LagTracker {
     rates_hz: &'static [f64],
@@ -93,8 +89,8 @@ pub(super) struct LagTracker {
     block_start_s: f64,
     block_least_s: f64,
     block_has_gap: bool,
-    /// How early samples may come after a gap without being the new earliest: then the gap was
-    /// counted one sample too large, and the next one is counted less.
+    /// How early samples may come after a gap: it was counted one sample too large, the next one is
+    /// less.
     overcount_s: f64,
     /// Index in the stream of the next sample, dropped ones counted.
     index: u64,
@@ -108,7 +104,6 @@ pub(super) struct LagTracker {
 }
 
 impl LagTracker {
-    /// Judges samples from the one due at `due_s`.
     pub(super) fn new(rates_hz: &'static [f64], rate: TrackedRate, due_s: f64) -> Self {
         let period_s = rate.hz().recip();
         Self {
@@ -133,8 +128,7 @@ impl LagTracker {
         }
     }
 
-    /// Adds a sample's stamp, not before the one before. Then [`judge`](Self::judge) until there is
-    /// no judgement.
+    /// Not before the one before. Then [`judge`](Self::judge) until there is no judgement.
     pub(super) fn push(&mut self, at_s: f64) {
         self.reads.push(at_s);
         self.held.push_back(at_s);
@@ -154,7 +148,7 @@ impl LagTracker {
         }
     }
 
-    /// The judgement on the next samples by their lag alone.
+    /// By their lag alone.
     fn judge_lag(&mut self) -> Option<Judgement> {
         while let Some(&at_s) = self.held.get(self.judged) {
             let lag_s = at_s - self.due_s;
@@ -168,8 +162,7 @@ impl LagTracker {
         None
     }
 
-    /// The event on samples in doubt if none follow: a gap if samples arrive steadily, else what
-    /// bunching cannot delay.
+    /// If no sample follows: a gap if samples arrive steadily, else what bunching cannot delay.
     pub(super) fn finish(&mut self) -> Option<GapEvent> {
         let doubt = self.doubt?;
         let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
@@ -179,8 +172,7 @@ impl LagTracker {
         Some(GapEvent::Samples(self.take_held().len() as u64))
     }
 
-    /// The clock changes here: gives the number of samples held, which have no gap before them, and
-    /// when the next sample is due.
+    /// The clock changes: the samples held, with no gap before them, and when the next one is due.
     pub(super) fn restart_clock(&mut self) -> (u64, f64) {
         let samples = self.take_held().len() as u64;
         self.index += samples;
@@ -200,7 +192,6 @@ impl LagTracker {
         (before, after_s)
     }
 
-    /// Samples held, those of a suspected increase included.
     pub(super) fn samples_held(&self) -> usize {
         self.held.len() + self.increase.as_ref().map_or(0, |increase| increase.samples())
     }
@@ -226,7 +217,6 @@ impl LagTracker {
         self.late_s <= STEADY_PERIODS * self.period_s
     }
 
-    /// Lag from which a sample is in doubt.
     fn doubt_s(&self) -> f64 {
         let periods = if self.reads.may_jump() { JUMPY_DOUBT_PERIODS } else { DOUBT_PERIODS };
         periods * self.period_s
@@ -287,8 +277,7 @@ impl LagTracker {
         }
     }
 
-    /// The due time follows the least lag of the block. A gap counted too large stays owed until a
-    /// block without a gap shows that none was.
+    /// The due time follows the least lag. A gap counted too large stays until a block without one.
     fn end_block(&mut self, at_s: f64) {
         let is_owed = self.block_least_s < -0.5 * self.overcount_s;
         if !is_owed && !self.block_has_gap {
@@ -337,7 +326,6 @@ impl LagTracker {
         }
     }
 
-    /// Samples are missing before the first held; the held ones are judged anew.
     fn gap(&mut self, doubt: Doubt) -> GapEvent {
         // Over a long pause a small error of the period counts.
         let period_s = self.envelope.credible_period_s();

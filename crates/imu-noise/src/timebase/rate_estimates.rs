@@ -2,7 +2,7 @@
 //! do not bias, and by the ends of stretches of 32 samples, which bunching does not bias.
 
 /// Samples that together show a rate. Bunching shifts the ends of so many by one of 31 periods at
-/// most, 3 %: less than [`COARSE_TOLERANCE`], and than half of the step between rates of a sensor.
+/// most, 3 %: less than [`COARSE_TOLERANCE`], and half of the step between rates of a sensor.
 pub(super) const RUN: usize = 32;
 
 /// Relative error of a rate by several stretches or whole intervals: far above that of a clock,
@@ -21,8 +21,7 @@ pub(super) const WHOLE_TOLERANCE: f64 = 0.2;
 /// Intervals longer than so many median ones are pauses and show no period. Chosen.
 const PAUSE_MEDIANS: f64 = 16.0;
 
-/// Periods by which the ends of stretches may scatter about a straight line: reads delay each by
-/// less than one, jitter by some more.
+/// Periods by which the ends of stretches may scatter: reads delay each by less than one.
 const SCATTER_PERIODS: f64 = 1.5;
 
 /// Relative rounding of a measured rate: the error of a good clock.
@@ -51,8 +50,8 @@ pub(super) fn rounded(hz: f64) -> f64 {
     near.next().unwrap_or(hz)
 }
 
-/// The rate of samples that arrive singly, dropped ones counted: at least half of the intervals are
-/// one period, and nine in ten a whole number of periods. `None` for bunched samples.
+/// Of samples that arrive singly, dropped ones counted: at least half of the intervals are one
+/// period, and nine in ten a whole number of periods. `None` for bunched samples.
 pub(super) fn rate_by_intervals(stamps_s: &[f64]) -> Option<f64> {
     let mut intervals_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let lower_middle = intervals_s.len().checked_sub(1)? / 2;
@@ -77,8 +76,8 @@ pub(super) fn rate_by_intervals(stamps_s: &[f64]) -> Option<f64> {
     is_single.then(|| periods / span_s)
 }
 
-/// The lowest of these rates of which the intervals are [whole periods](is_whole_periods); `None`
-/// below [`RUN`] samples, which may be so by chance.
+/// The lowest rate of which the intervals are whole periods; below [`RUN`] samples chance may do
+/// that.
 pub(super) fn lowest_whole_rate(stamps_s: &[f64], rates_hz: &[f64]) -> Option<f64> {
     let rates_hz = rates_hz.iter().copied().filter(|_| stamps_s.len() >= RUN);
     rates_hz.filter(|hz| is_whole_periods(stamps_s, *hz)).min_by(f64::total_cmp)
@@ -100,8 +99,7 @@ pub(super) fn is_whole_periods(stamps_s: &[f64], hz: f64) -> bool {
     single > 0 && 20 * single >= intervals && 10 * whole >= 9 * intervals
 }
 
-/// The rate of stretches without a gap: the least-squares line through their ends, if these scatter
-/// by [`SCATTER_PERIODS`] at most.
+/// The least-squares line through the ends of stretches without a gap.
 pub(super) fn rate_by_stretches(stretches: &[Stretch]) -> Option<f64> {
     if stretches.is_empty() {
         return None;
@@ -126,7 +124,6 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / count
 }
 
-/// A part of the stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) intervals: u64,
@@ -139,19 +136,18 @@ impl Stretch {
     }
 }
 
-/// Cuts the stream into stretches of [`RUN`] samples, or some more: each begins and ends with the
-/// last sample of a read, where the lag is least. The last sample of one is the first of the next.
+/// Cuts the stream into stretches of [`RUN`] samples or more: each begins and ends with the last
+/// sample of a read, where the lag is least, and ends where the next begins.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StretchCutter {
     /// Number and stamp of the first sample of the present stretch.
     start: Option<(u64, f64)>,
-    /// Number of the next sample.
     next: u64,
     previous_s: f64,
 }
 
 impl StretchCutter {
-    /// Adds a sample's stamp; the stretch that ended with the sample before, if one did.
+    /// The stretch that ended with the sample before, if one did.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Stretch> {
         let (sample, previous_s) = (self.next, self.previous_s);
         self.next += 1;

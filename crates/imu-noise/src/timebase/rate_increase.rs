@@ -5,19 +5,16 @@ use super::lag_tracker::{CONFIRMATIONS, Judgement};
 use super::rate_estimates::{COARSE_TOLERANCE, StretchCutter, TOO_FAST, fastest, snap};
 use super::rate_search::MANY_STRETCHES;
 
-/// Factor from which another rate is higher: less than 1.25, the least step between the sensor's
-/// rates, and more than [`COARSE_TOLERANCE`].
+/// Less than 1.25, the least step between the sensor's rates, and more than [`COARSE_TOLERANCE`].
 const HIGHER: f64 = 1.1;
 
-/// Periods by which the samples of a stretch come early at a higher rate, at least. At 1.1 times
-/// the rate 32 of them come early by 2.8.
+/// At 1.1 times the rate the samples of a stretch come early by 2.8 periods.
 const EARLY_STRETCH_PERIODS: f64 = 2.0;
 
 /// Most samples held back: 20 s at 200 Hz.
 const MAX_HELD: usize = 4096;
 
-/// A suspected increase of the rate: the samples from the first early one on, and the events that
-/// hold if the rate has not changed.
+/// The samples from the first early one on, and the events that hold if the rate has not changed.
 #[derive(Clone, Debug)]
 pub(super) struct SuspectedIncrease {
     rates_hz: &'static [f64],
@@ -75,8 +72,8 @@ impl SuspectedIncrease {
         self.early_s
     }
 
-    /// Adds a sample. The suspicion is cleared once [`CONFIRMATIONS`] samples, and the window of
-    /// the reads, have passed without an early one.
+    /// Cleared once [`CONFIRMATIONS`] samples and the window of the reads passed without an early
+    /// one.
     pub(super) fn push(&mut self, at_s: f64, window_s: f64) {
         self.stamps_s.push(at_s);
         if let Some(stretch) = self.cutter.push(at_s) {

@@ -13,28 +13,24 @@ pub(super) const MANY_STRETCHES: usize = 16;
 /// Most samples held: 5 s at 200 Hz, in which the backlog of a reader has drained.
 const MAX_SAMPLES: usize = 1024;
 
-/// Stretches after which one kind of estimate is enough: together they are biased by bunching by
-/// one period in 124, less than [`LISTED_TOLERANCE`].
+/// Then one kind of estimate is enough: bunching biases them by one period in 124 together.
 const SEVERAL_STRETCHES: usize = 4;
 
 /// Fewest runs with a lower edge: the first ones may be a backlog. Chosen.
 const MIN_EDGE_RUNS: usize = 8;
 
 /// Consecutive single intervals, and seconds of them, that confirm a known rate: ten times
-/// [`BUNCHING_S`], so that neither reads at a steady pace nor a backlog that drains
-/// look like them.
+/// [`BUNCHING_S`], so that neither reads at a steady pace nor a draining backlog look like them.
 const PERIODIC_INTERVALS: usize = 4;
 const PERIODIC_S: f64 = 1.0;
 
 /// Part of a period by which each of these intervals may differ from one. Chosen.
 const PERIODIC_TOLERANCE: f64 = 0.1;
 
-/// Factor from which whole periods of a higher rate show that samples are dropped. A reader at a
-/// steady pace of one of the sensor's rates looks like that up to 1.6 times the rate (25 Hz read at
-/// 40 Hz) if some intervals are to be single ones.
+/// Factor from which whole periods of a higher rate show dropped samples. A reader at a steady pace
+/// of one of the sensor's rates looks like that up to 1.6 times (25 Hz read at 40 Hz).
 const READER_PACE: f64 = 1.75;
 
-/// The rate found, and how samples are tracked with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InitialRate {
     pub(super) nominal: NominalRate,
@@ -58,7 +54,6 @@ impl TrackedRate {
     }
 }
 
-/// Samples held, and the estimates of their rate.
 #[derive(Clone, Debug)]
 pub(super) struct RateSearch {
     /// The sensor's rates, and the known one.
@@ -90,7 +85,6 @@ impl RateSearch {
         self.known_hz = Some(known_hz);
     }
 
-    /// Adds a sample's stamp; the rate once it is known, or why there is none.
     pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
         self.held_s.push(at_s);
         if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.is_periodic_at(known_hz)) {
@@ -117,19 +111,16 @@ impl RateSearch {
         self.stretches.clear();
     }
 
-    /// Takes the samples held: the number of those whose stamps are of no use, and the stamps of
-    /// the others, which follow.
+    /// The number of samples whose stamps are of no use, and the stamps of those that follow.
     pub(super) fn take_held(&mut self) -> (u64, Vec<f64>) {
         (std::mem::take(&mut self.unstamped), std::mem::take(&mut self.held_s))
     }
 
-    /// Samples held.
     pub(super) fn samples(&self) -> u64 {
         self.unstamped + self.held_s.len() as u64
     }
 
-    /// The rate or the refusal. If it `must_decide` the likeliest one, but a contradiction of a
-    /// known rate by a measured one only when `is_final`.
+    /// If it `must_decide` the likeliest rate; a known rate is contradicted only when `is_final`.
     fn decide(&self, must_decide: bool, is_final: bool) -> Option<Result<InitialRate, Refusal>> {
         let sure = self.sure_rate(must_decide);
         if let Some(known_hz) = self.known_hz {
@@ -157,8 +148,7 @@ impl RateSearch {
         })
     }
 
-    /// Whether the last samples came singly at this rate, none dropped: at a low rate that is known
-    /// long before a stretch ends.
+    /// None dropped: at a low rate that is known long before a stretch ends.
     fn is_periodic_at(&self, hz: f64) -> bool {
         let intervals = PERIODIC_INTERVALS.max((PERIODIC_S * hz).ceil() as usize);
         let Some(first) = self.held_s.len().checked_sub(1).and_then(|last| last.checked_sub(intervals)) else {
@@ -170,8 +160,7 @@ impl RateSearch {
         (mean_hz / hz - 1.0).abs() <= LISTED_TOLERANCE && last_s.windows(2).all(is_single)
     }
 
-    /// The rate by intervals and stretches: a listed rate if both agree, or one of them after
-    /// several stretches; any rate if it `must_decide`.
+    /// A listed rate if intervals and stretches agree, or one of them after several stretches.
     fn sure_rate(&self, must_decide: bool) -> Option<TrackedRate> {
         let by_intervals_hz = rate_by_intervals(&self.held_s);
         let by_stretches_hz =
@@ -192,8 +181,8 @@ impl RateSearch {
         hz.map(|hz| TrackedRate::Measured(rounded(hz)))
     }
 
-    /// The likeliest rate where neither intervals nor stretches show one: that of the lower edge,
-    /// of whole periods, of the fastest stretch (the one with the fewest drops), or the mean.
+    /// Where neither intervals nor stretches show a rate: that of the lower edge, of whole periods,
+    /// of the fastest stretch (with the fewest drops), or the mean.
     fn fallback_rate(&self) -> Option<TrackedRate> {
         let edge_hz = self.known_hz.or_else(|| self.mean_hz()).and_then(|near_hz| self.edge_hz(near_hz));
         let is_listed = |hz: f64| snap(&self.listed_hz, hz, LISTED_TOLERANCE).is_some();
@@ -207,14 +196,14 @@ impl RateSearch {
         Some(near_hz.map_or(TrackedRate::Measured(rounded(hz)), TrackedRate::Listed))
     }
 
-    /// Whether samples dropped all the time lowered the rate to this one: they bias stretches and
-    /// edge, by chance to another of the sensor's rates, but leave whole periods.
+    /// Whether drops lowered the rate to this one: they bias stretches and edge, but leave whole
+    /// periods.
     fn is_biased_by_loss(&self, hz: f64) -> bool {
         lowest_whole_rate(&self.held_s, &self.listed_hz).is_some_and(|whole_hz| whole_hz > READER_PACE * hz)
     }
 
-    /// How samples are tracked at a known rate that the sure rate does not confirm, if nothing
-    /// better contradicts it.
+    /// How samples are tracked at a known rate that is not confirmed, if nothing better contradicts
+    /// it.
     fn fallback_at(&self, known_hz: f64, sure: Option<TrackedRate>, must_decide: bool) -> Option<TrackedRate> {
         let several = self.stretches.len() >= SEVERAL_STRETCHES;
         let other_stretches = several && rate_by_stretches(&self.stretches).is_some_and(|hz| !is_near(hz, known_hz));
@@ -239,8 +228,8 @@ impl RateSearch {
         Some(TrackedRate::Listed(snap(&self.listed_hz, near_hz, LISTED_TOLERANCE).unwrap_or(known_hz)))
     }
 
-    /// The rate of the lower edge of the lags behind any rate near it: the median step between the
-    /// earliest arrivals of neighbouring runs. A backlog or drops bias it only in most runs.
+    /// The rate of the lower edge of the lags: the median step between the earliest arrivals of
+    /// neighbouring runs. A backlog or drops bias it only in most runs.
     fn edge_hz(&self, near_hz: f64) -> Option<f64> {
         let lags_s: Vec<f64> =
             self.held_s.iter().enumerate().map(|(sample, at_s)| at_s - sample as f64 / near_hz).collect();

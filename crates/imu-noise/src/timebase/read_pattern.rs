@@ -1,21 +1,19 @@
-//! How the host's reads fall among the samples: whether they bring several at once, and at which
-//! phases of the sample period they end.
+//! How the host's reads fall among the samples: several at once, and at which phases of the period.
 
-/// Samples closer than this part of a period came with one read. Chosen: above the jitter of a
-/// host's stamps within a read, below half a period.
+/// Samples that close came with one read. Chosen: above the jitter within a read, below half a
+/// period.
 pub(super) const TOGETHER_PERIODS: f64 = 0.2;
 
-/// Twice the longest bunching of a usual host, in seconds (USB adapters collect for 16 ms, slow
-/// readers up to 50 ms).
+/// Twice the longest usual bunching (USB adapters collect for 16 ms, slow readers up to 50 ms).
 pub(super) const BUNCHING_S: f64 = 0.1;
 
-/// Share of reads with several samples above which a stream is bunched. Chosen: a rare stall of the
-/// host stays below.
+/// Of reads with several samples, in a bunched stream. Chosen: a rare stall of the host stays
+/// below.
 const BUNCHED_SHARE: f64 = 0.05;
 
-/// Share of reads with several samples above which their phase may jump: a reader at a steady pace
-/// near a multiple of the period brings several in nearly each read. A reader that takes each
-/// sample as it comes, and stalls at times, stays below.
+/// Above, the phase may jump: a reader at a steady pace near a multiple of the period brings
+/// several in nearly each read. One that takes each sample as it comes, and stalls at times, stays
+/// below.
 const JUMPY_SHARE: f64 = 0.5;
 
 /// Reads over which these shares are averaged. Chosen.
@@ -24,16 +22,16 @@ const AVERAGED_READS: f64 = 64.0;
 /// Reads in a group whose phases are looked at together: as many as there are sixteenths.
 const GROUP_READS: u32 = 16;
 
-/// Longest run of empty sixteenths of a period among the phases of a group that is still mixed.
-/// Of sixteen phases at random fewer than 1 % have a longer one.
+/// Sixteenths of a period without a read, of a group that is still mixed: of sixteen phases at
+/// random fewer than 1 % have a longer empty run.
 const MIXED_EMPTY: u32 = 5;
 
 /// Reads of a stream, separated by the times between samples.
 ///
 /// A read returns all samples that have arrived, so the last of them is less than a period late:
 /// that lateness is the phase of the read. If the time between reads is close to a multiple of the
-/// period the phase drifts slowly and then jumps by a whole period, which looks like a dropped
-/// sample. If the phases are mixed, spread over the whole period, they cannot jump by much.
+/// period the phase drifts and then jumps by a whole period, which looks like a dropped sample;
+/// phases spread over the whole period cannot.
 #[derive(Clone, Debug)]
 pub(super) struct ReadPattern {
     together_s: f64,
@@ -41,7 +39,6 @@ pub(super) struct ReadPattern {
     max_window_s: f64,
     sixteenths_per_s: f64,
     previous_s: f64,
-    /// Samples of the present read.
     samples: u64,
     bunched_share: f64,
     /// Reads that `bunched_share` averages.
@@ -72,7 +69,6 @@ impl ReadPattern {
         }
     }
 
-    /// Adds a sample's stamp.
     pub(super) fn push(&mut self, at_s: f64) {
         if self.are_apart(self.previous_s, at_s) {
             self.end_read();
@@ -86,14 +82,12 @@ impl ReadPattern {
         later_s - earlier_s >= self.together_s
     }
 
-    /// Whether the phase may jump by a period: most reads bring several samples, and end near one
-    /// phase.
+    /// Most reads bring several samples, and end near one phase.
     pub(super) fn may_jump(&self) -> bool {
         self.bunched_share > JUMPY_SHARE && !self.is_mixed
     }
 
-    /// Time within which some sample arrives as early as any: that of a group of reads in a bunched
-    /// stream, at least [`BUNCHING_S`].
+    /// Within it some sample arrives as early as any: a group of reads in a bunched stream.
     pub(super) const fn window_s(&self) -> f64 {
         self.window_s
     }

@@ -9,21 +9,19 @@ use super::rate_estimates::RUN;
 /// that run at 800 Hz differ by one event in four or more.
 const TOLERANCE: f64 = 0.25;
 
-/// Increment in steps above which it is no gap but another counter: at 200 Hz such a gap takes
-/// eight months.
+/// Above, an increment is no gap but another counter: at 200 Hz such a gap takes eight months.
 const MAX_STEPS: f64 = 4_294_967_296.0;
 
 /// Judges the counters of a stream's samples; streaming, in bounded memory.
 ///
 /// A sensor counts events of its own, a fixed number of them per sample: the step. It is the mean
-/// of those among the first 31 increments that are within half of the smallest one; the first 32
-/// samples are held until it is known. So it is right as long as two samples follow each other
-/// anywhere among them. An increment of n steps is n - 1 missing samples. Any other increment, one
-/// of more than 2^32 steps, and a counter that goes back is a new start: [`GapEvent::UnknownGap`].
-/// Counters may wrap at 2^32.
+/// of those among the first 31 increments that are within half of the smallest one; so it is right
+/// as long as two samples follow each other anywhere among them. An increment of n steps is n - 1
+/// missing samples. Any other increment, one of more than 2^32 steps, and a counter that goes back
+/// is a new start: [`GapEvent::UnknownGap`]. Counters may wrap at 2^32.
 ///
-/// A counter that stays the same between two of the first samples counts something slower than
-/// samples: then it is ignored, and [`GapEvent::CounterInUse`] is never reported.
+/// A counter that stays the same between two of the first samples counts something slower: it is
+/// ignored, and [`GapEvent::CounterInUse`] is never reported.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampleCounter {
     last: Option<u64>,
@@ -42,7 +40,6 @@ enum Increment {
 }
 
 impl SampleCounter {
-    /// Adds the next sample and its counter.
     pub(super) fn push(&mut self, count: u64) {
         let Some(last) = self.last.replace(count) else {
             return self.add_sample();
@@ -64,7 +61,6 @@ impl SampleCounter {
         self.has_ended = true;
     }
 
-    /// Whether [`finish`](Self::finish) was called.
     pub(super) const fn has_ended(&self) -> bool {
         self.has_ended
     }

@@ -11,8 +11,7 @@ use crate::accumulate::record::Deviation;
 /// Longest averaging factor, 2^30.
 pub(super) const MAX_LEVEL: u32 = 30;
 
-/// Samples taken at once: long enough for vector instructions, short enough for the first-level
-/// cache.
+/// Long enough for vector instructions, short enough for the first-level cache.
 const BLOCK: usize = 256;
 /// Most windows per averaging time.
 const MAX_LAG: usize = 16;
@@ -25,13 +24,12 @@ pub(super) struct Cascade {
     deviation: Deviation,
     windows_per_tau: usize,
     keeps_terms: bool,
-    /// Absolute index behind the last sample; only its divisibility by powers of two matters, so it
+    /// Absolute index behind the last sample; only its divisibility by powers of two matters: it
     /// may wrap.
     end: u64,
     levels: Vec<Level>,
 }
 
-/// One octave.
 #[derive(Clone, Debug)]
 struct Level {
     sums: Memory,
@@ -42,8 +40,7 @@ struct Level {
     terms: i128,
 }
 
-/// The last `len` values of the present run, at the end of `values`. `len` is at most the lag of
-/// the level.
+/// The last `len` values of the present run, at the end of `values`; at most the lag of the level.
 #[derive(Clone, Debug)]
 struct Memory {
     values: [i64; MAX_LAG],
@@ -57,7 +54,6 @@ impl Cascade {
         Self { deviation, windows_per_tau, keeps_terms: false, end: 0, levels: Vec::new() }
     }
 
-    /// Also keeps the sums of the terms, which a slope shows in.
     pub(super) fn keep_terms(&mut self) {
         self.keeps_terms = true;
     }
@@ -76,13 +72,11 @@ impl Cascade {
         }
     }
 
-    /// The octave m = 2^k, if any sample reached it.
     pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
         self.levels.get(k).map(|level| level.squares)
     }
 
-    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and
-    /// only where they are kept.
+    /// The sum of the terms before they are squared: of Allan differences, where they are kept.
     pub(super) fn terms(&self, k: usize) -> Option<i128> {
         self.levels.get(k).filter(|_| self.keeps_terms).map(|level| level.terms)
     }
@@ -147,7 +141,7 @@ impl Memory {
     const EMPTY: Self = Self { values: [0; MAX_LAG], len: 0 };
 
     /// Values `lag` places apart among those remembered and the `new` ones of `scratch`, older and
-    /// newer, as slices of equal length. Remembers the last `lag`.
+    /// newer, as slices of equal length.
     #[inline]
     fn pairs<'a>(&mut self, scratch: &'a mut Scratch, new: usize, lag: usize) -> (&'a [i64], &'a [i64]) {
         // Always all places: a copy of constant length is a few moves.

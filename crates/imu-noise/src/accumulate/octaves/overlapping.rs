@@ -1,11 +1,10 @@
-//! Every overlapping window, in memory that grows with the record: 8 bytes per sample of the
-//! longest gap-free run.
+//! Every overlapping window: 8 bytes per sample of the longest gap-free run.
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
 use crate::accumulate::record::Deviation;
 
-/// Samples taken at once. Every octave visits the block at two more places of the record, so it
-/// must be long enough for the memory to stream.
+/// Every octave visits the block at two more places of the record: long enough for the memory to
+/// stream.
 const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
@@ -14,7 +13,7 @@ pub(super) struct Overlapping {
     /// Prefix sums of the present run, from 0 on. They may wrap: their differences do not.
     prefix: Vec<i64>,
     squares: Vec<SquareSum>,
-    /// Sums of the Allan terms themselves, where they are kept.
+    /// Sums of the Allan terms themselves, where they are kept: a slope shows in them.
     terms: Option<Vec<i128>>,
 }
 
@@ -23,7 +22,6 @@ impl Overlapping {
         Self { deviation, prefix: Vec::new(), squares: Vec::new(), terms: None }
     }
 
-    /// Also keeps the sums of the terms, which a slope shows in.
     pub(super) fn keep_terms(&mut self) {
         self.terms = Some(Vec::new());
     }
@@ -38,13 +36,10 @@ impl Overlapping {
         self.prefix.clear();
     }
 
-    /// The octave m = 2^k, if it has a window.
     pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
         self.squares.get(k).copied()
     }
 
-    /// The sum of the terms of that octave, before they are squared: of Allan differences only, and
-    /// only where they are kept.
     pub(super) fn terms(&self, k: usize) -> Option<i128> {
         self.terms.as_ref()?.get(k).copied()
     }

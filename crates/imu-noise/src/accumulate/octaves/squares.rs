@@ -1,5 +1,4 @@
-//! Exact sums of squares of integers: floating-point lanes where they are provably exact, 128 bits
-//! where not.
+//! Exact sums of squares: floating-point lanes where provably exact, else 128 bits.
 
 use crate::accumulate::counts;
 
@@ -7,7 +6,6 @@ use crate::accumulate::counts;
 const SHIFTER: f64 = 6_755_399_441_055_744.0;
 const SHIFTER_BITS: u64 = 0x4338_0000_0000_0000;
 
-/// Number of terms and exact sum of their squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SquareSum {
     pub(super) terms: u64,
@@ -30,10 +28,8 @@ impl SquareSum {
     }
 }
 
-/// The sum where it is below 2^53, else `None`.
-///
-/// What it returns is exact: see [`counts::EXACT_BELOW`], and [`to_f64`] turns integers beyond 2^51
-/// into numbers at least that large, or into NaN, which ends in `None` as well.
+/// The sum where it is below 2^53, else `None`; [`to_f64`] turns integers beyond 2^51 into numbers
+/// at least that large, or into NaN, which ends in `None` as well.
 #[inline]
 fn in_lanes<const P: usize>(points: [&[i64]; P], z: &impl Fn([i64; P]) -> i64) -> Option<u64> {
     let sum = counts::lane_sum(points, |points| {

@@ -8,9 +8,9 @@ use crate::infer::power_law::{PowerLaw, difference_autocovariance};
 
 /// A sensor that averages `length` internal samples and sends every `decimation`-th average.
 ///
-/// With `length` <= `decimation` the averages share nothing. Above, neighbours share samples, and
-/// white noise is depressed at short averaging times. Its effect on flicker noise and random walk
-/// is neglected: white noise is above them there.
+/// Above `decimation`, neighbours share samples, and white noise is depressed at short averaging
+/// times. The effect on flicker noise and random walk is neglected: white noise is above them
+/// there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxcarWindow {
     /// Internal samples averaged; 0 counts as 1.
@@ -23,8 +23,6 @@ pub struct BoxcarWindow {
 impl BoxcarWindow {
     /// Autocovariance of averaged white noise at distances of 0, 1, 2, ... outputs, scaled so that
     /// over both signs they sum to 1: N is that at long averaging times.
-    ///
-    /// Two averages `l` internal samples apart share `length` - l of them.
     fn autocovariance(self) -> Vec<f64> {
         let shared: Vec<f64> = self.shared().collect();
         let sum = 2.0 * shared.iter().sum::<f64>() - shared[0];
@@ -70,7 +68,6 @@ impl BoxcarWindow {
     }
 }
 
-/// White noise as a stream carries it: averaged by its window, or as it is.
 pub(super) struct StreamedWhite {
     /// At distances of 0, 1, 2, ... outputs.
     autocovariance: Vec<f64>,
@@ -81,12 +78,10 @@ impl StreamedWhite {
         Self { autocovariance: window.map_or_else(|| vec![1.0], BoxcarWindow::autocovariance) }
     }
 
-    /// Distance in outputs from which on two of them share nothing.
     pub(super) fn length(&self) -> u64 {
         self.autocovariance.len() as u64
     }
 
-    /// Generalised covariance of the phase: that of white noise, seen through the autocovariance.
     pub(super) fn phase_covariance(&self, lag: f64) -> f64 {
         let phase = |lag| PowerLaw::White.phase_covariance(lag);
         let neighbours = self.autocovariance.iter().enumerate().skip(1);
@@ -98,24 +93,20 @@ impl StreamedWhite {
 /// Octaves with fewer degrees of freedom are too uncertain to count.
 const LEAST_EDF: f64 = 3.0;
 
-/// Correlation of the variances of neighbouring octaves in white noise; of octaves further apart it
-/// is a power of this.
+/// Of the variances of neighbouring octaves in white noise; further apart it is a power of this.
 const CORRELATION: f64 = 0.5;
 
 /// By how many standard deviations the longest octaves lie below white noise with density `white`
-/// (N, in unit/√Hz), all in the unit of the `variances`: the most of all runs of octaves that reach
-/// to the longest averaging time, 0 where none lies below.
+/// (N, in unit/√Hz), in the unit of the `variances`: the most of all runs of octaves that reach to
+/// the longest averaging time, 0 where none lies below.
 ///
 /// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum
 /// over its standard deviation (Stouffer, 1949) with correlated neighbours. One of 6000 seeded
-/// records of white noise came to 3.7, and none of as many with flicker noise or a walk.
+/// records of white noise came to 3.7, and none of as many with flicker noise or a walk. What lies
+/// below was filtered: a high-pass, or a bias that is tracked and taken out.
 ///
-/// A `window` longer than the interval between samples depresses the short octaves itself: what
-/// white noise is expected to read follows it, and octaves too short for their neighbours to be
-/// independent have no part.
-///
-/// Flicker noise, random walk and ramps lie above. What lies below was filtered: a high-pass, or a
-/// bias that is tracked and taken out.
+/// A `window` longer than the interval depresses the short octaves itself: the expected white noise
+/// follows it, and octaves too short for independent neighbours have no part.
 #[must_use]
 pub fn white_deficit(
     octaves: &[Octave],

@@ -5,7 +5,6 @@ use core::f64::consts::{LN_2, PI};
 
 use super::{Parameter, Status};
 
-/// Allan variance of flicker noise with B = 1 at long averaging times.
 const PLATEAU: f64 = 2.0 * LN_2 / PI;
 
 /// N, B and K by the graphical slope method, without a model and without intervals.
@@ -14,13 +13,11 @@ const PLATEAU: f64 = 2.0 * LN_2 / PI;
 /// that reads as bias instability, and the last octaves wander.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClassicalReading {
-    /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves with the slope nearest to
-    /// it.
+    /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves nearest to that slope.
     pub white: Option<f64>,
     /// B: the minimum over √(2 ln 2/π) = 0.664; `None` where the curve still falls or only rises.
     pub bias_instability: Option<f64>,
-    /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves with the slope nearest to
-    /// it.
+    /// K: the line of slope +1/2 at τ = 3 s, through the pair of octaves nearest to that slope.
     pub rate_random_walk: Option<f64>,
 }
 

@@ -14,30 +14,25 @@ use crate::infer::chi_squared;
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
-/// An octave that adds more to χ² than one in twenty does by chance is taken to disagree with the
-/// longer ones.
+/// An octave that adds more to χ², as one in twenty does by chance, disagrees with the longer ones.
 const MOST_FROM_ONE: f64 = 3.84;
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
-    /// Averaging times in use and how well the model explains them; `None` where no parameter could
-    /// be fitted.
+    /// `None` where no parameter could be fitted.
     pub quality: Option<FitQuality>,
     /// By term, as in [`Term::ALL`]; `None` for terms that were not asked for.
     parameters: [Option<Parameter>; Term::ALL.len()],
-    /// Averaging factor and equivalent degrees of freedom of each octave from the shortest in use
-    /// on.
+    /// Averaging factor and edf of each octave from the shortest in use on.
     edf: Vec<(u64, f64)>,
-    /// Correlations of two positive parameters.
     correlations: Vec<(Term, Term, f64)>,
 }
 
 /// Goodness of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitQuality {
-    /// Shortest averaging time in use, in seconds. Octaves below do not follow the model, as with
-    /// vibration.
+    /// In seconds. Octaves below do not follow the model, as with vibration.
     pub tau_min_s: f64,
     /// Longest averaging time in use, in seconds.
     pub tau_max_s: f64,
@@ -49,7 +44,6 @@ pub struct FitQuality {
     pub p: f64,
 }
 
-/// The longest range of octaves that follows the model.
 struct Accepted<'a> {
     model: &'a Model,
     regression: Regression<'a>,
@@ -72,8 +66,7 @@ impl NoiseFit {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
     }
 
-    /// Correlation of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive
-    /// in the best fit.
+    /// Of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive.
     #[must_use]
     pub fn correlation(&self, a: Term, b: Term) -> Option<f64> {
         let found = self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*p, *q) == (b, a));
@@ -119,7 +112,6 @@ impl NoiseModel {
         self.fit_first(parts, variances, None, confidence)
     }
 
-    /// The fit to the first of `ranges` that follows the model.
     fn fit_first(
         &self,
         ranges: impl Iterator<Item = Range<usize>>,

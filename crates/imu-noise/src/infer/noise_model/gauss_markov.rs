@@ -1,5 +1,4 @@
-//! White noise and one correlated process of the first order, as an alternative to flicker noise
-//! and random walk.
+//! White noise and one correlated process instead of flicker noise and random walk.
 
 use super::{
     NoiseModel, Parameter, Status, Term,
@@ -14,12 +13,11 @@ use crate::infer::chi_squared;
 /// Correlation times tried, at equal ratios.
 const TRIALS: usize = 24;
 
-/// Shortest correlation time, over the averaging factor of the first octave in use: below, averages
-/// show little of the process.
+/// Over the averaging factor of the first octave in use: below, averages show little of the
+/// process.
 const SHORTEST: f64 = 8.0;
 
-/// A process is there when χ² falls by more with it than it does in one of twenty records of white
-/// noise alone, the best of all trials being taken.
+/// χ² falls by more in one of twenty records of white noise alone, the best of all trials taken.
 const PRESENT: f64 = 6.6;
 
 /// White noise and a first-order Gauss-Markov process.
@@ -121,9 +119,8 @@ impl NoiseModel {
     }
 }
 
-/// Generalised covariance of the phase of a process with covariance e^(-|t|/T):
-/// -T² (e^(-x) - 1 + x - x²/2) with x = |t|/T. Its second derivative is that covariance less a
-/// constant; the polynomial cancels in differences and keeps the digits.
+/// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x
+/// - x²/2), x = |t|/T. The polynomial cancels in differences and keeps the digits.
 fn phase_covariance(lag: f64, time: f64) -> f64 {
     let x = lag.abs() / time;
     let remainder = if x < 0.5 {

@@ -4,15 +4,13 @@ use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
 use crate::infer::power_law::{difference_autocovariance, difference_covariance};
 
-/// What a component of the noise is, as far as differences see it.
 pub(super) struct Component<'a> {
     /// Generalised covariance of the phase, at integer lags.
     pub(super) phase: &'a dyn Fn(f64) -> f64,
-    /// Uncorrelated from one sample of the phase to the next: differences are alike only where
-    /// their edges meet.
+    /// Uncorrelated between samples of the phase: differences are alike only where their edges
+    /// meet.
     pub(super) meets_at_edges: bool,
-    /// Time scale in samples beyond which correlations are the same at every averaging factor, for
-    /// the same ratio.
+    /// Samples beyond which correlations depend on the ratio of averaging factors only.
     pub(super) scale: u64,
 }
 
@@ -22,10 +20,9 @@ const CONTINUOUS_LEVEL: u32 = 4;
 /// For octaves a and b and components p and q: the mean over all pairs of windows of κ_p κ_q, with
 /// κ the correlation of the two differences.
 ///
-/// For Gaussian differences z the covariance of two mean squares is twice the mean of squared
-/// covariances (Isserlis, 1918), and covariances of independent components add: cov(V_a, V_b) = 2
-/// Σ_pq √(V_pa V_pb V_qa V_qb) · mean(κ_p κ_q), where V_pa is what component p contributes to
-/// octave a.
+/// Covariances of mean squares are twice the mean of squared covariances (Isserlis, 1918), and
+/// those of independent components add: cov(V_a, V_b) = 2 Σ_pq √(V_pa V_pb V_qa V_qb) · mean(κ_p
+/// κ_q), where V_pa is what component p contributes to octave a.
 #[derive(Clone, Debug)]
 pub(super) struct JointMeans {
     components: usize,
@@ -35,7 +32,6 @@ pub(super) struct JointMeans {
 }
 
 impl JointMeans {
-    /// For `octaves` in ascending order.
     pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>]) -> Self {
         let scale = noise.iter().map(|component| component.scale).max().unwrap_or(1);
         let last_own = CONTINUOUS_LEVEL.saturating_add(scale.max(1).ilog2());
@@ -90,7 +86,7 @@ impl JointMeans {
         joint
     }
 
-    /// The mean for octaves `a` >= `b` and components `p`, `q`.
+    /// For octaves `a` >= `b`.
     pub(super) fn mean(&self, a: usize, b: usize, p: usize, q: usize) -> f64 {
         self.means[self.start(a, b) + p * self.components + q]
     }
@@ -133,8 +129,8 @@ impl Pairs {
 /// Correlations of the differences of two octaves at selected distances of their starts.
 struct Coherence {
     components: usize,
-    /// In strides of the short octave, ascending: each set of correlations represents distances
-    /// from one of these up to the next.
+    /// In strides of the short octave, ascending: each set of correlations is for distances up to
+    /// the next.
     bounds: Vec<f64>,
     /// By distance and component.
     correlations: Vec<f64>,
@@ -182,9 +178,9 @@ impl Coherence {
     }
 }
 
-/// Distances of starts, in strides of the short octave, whose blocks have `short` and `long`
-/// strides: close together where an edge of a long block passes through a short window (`dense`:
-/// every one), wider away from the edges, out to where flicker noise is forgotten.
+/// Distances of starts, in strides of the short octave: close together where an edge of a long
+/// block passes through a short window (`dense`: every one), wider away from the edges, out to
+/// where flicker noise is forgotten.
 fn distances(order: i64, short: i64, long: i64, dense: bool) -> Vec<i64> {
     const TAIL: i64 = 4;
     let fine = if dense || long / short <= 2 { 1 } else { (short / 4).max(1) };

@@ -7,8 +7,7 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factor of the `size` x `size` matrix whose entry at row i and column j <= i is
-    /// `entry(i, j)`; `None` unless the matrix is positive definite.
+    /// `entry(i, j)` is that at row i and column j <= i; `None` unless positive definite.
     pub(super) fn new(size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let mut factor = vec![0.0; size * size];
         for i in 0..size {
@@ -27,7 +26,7 @@ impl Cholesky {
         Some(Self { size, factor })
     }
 
-    /// Solves L x = `values` in place: residuals become independent.
+    /// Solves L x = `values` in place.
     pub(super) fn whiten(&self, values: &mut [f64]) {
         for i in 0..self.size {
             let row = &self.factor[i * self.size..][..i];
@@ -37,7 +36,7 @@ impl Cholesky {
 }
 
 /// The x >= 0 that minimises |A x - y|², by the active-set method of Lawson and Hanson (Solving
-/// Least Squares Problems, 1974, chapter 23). `columns` are the columns of A.
+/// Least Squares Problems, 1974, chapter 23).
 pub(super) fn non_negative(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     // Columns of length one: their amplitudes may differ by many powers of ten.
     let norms: Vec<_> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
@@ -87,7 +86,7 @@ pub(super) fn non_negative(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     x.iter().zip(norms).map(|(value, norm)| if norm > 0.0 { value / norm } else { 0.0 }).collect()
 }
 
-/// Solution on the columns `passive` alone, by Householder reflections.
+/// On the columns `passive` alone, by Householder reflections.
 fn unconstrained(columns: &[Vec<f64>], passive: &[usize], y: &[f64]) -> Vec<f64> {
     let mut a: Vec<Vec<f64>> = passive.iter().map(|&j| columns[j].clone()).collect();
     let mut y = y.to_vec();

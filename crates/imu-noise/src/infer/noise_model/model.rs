@@ -10,12 +10,9 @@ use super::{
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::infer::power_law::difference_autocovariance;
 
-/// Components whose squared amplitudes are the parameters of the fit, the statistics they explain,
-/// and what is needed for the covariance of these.
-///
-/// The statistics are the variances of the octaves and, where a ramp is among the parameters, as
-/// the last of them, the square of the slope of the record. Parameters and statistics are in units
-/// of the channel and of one sample interval.
+/// Components whose squared amplitudes are the parameters of the fit, and the statistics they
+/// explain: the variances of the octaves and, with a ramp, as the last of them, the square of the
+/// slope of the record. Both are in units of the channel and of one sample interval.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     /// By parameter and statistic: expected value for parameter 1.
@@ -26,7 +23,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// Stochastic components alone, for `octaves` in ascending order that have windows.
+    /// For `octaves` in ascending order that have windows.
     pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>]) -> Self {
         let variance = |component: &Component<'_>, octave: &Octave| {
             let m = octave.m as f64;
@@ -37,7 +34,7 @@ impl Model {
         Self { basis, octaves: octaves.len(), joint: JointMeans::new(octaves, shape, noise), slope: None }
     }
 
-    /// Adds the ramp as the last parameter, and the statistic that shows it.
+    /// The ramp is the last parameter.
     pub(super) fn with_ramp(mut self, slope: Slope) -> Self {
         for (column, variance) in self.basis.iter_mut().zip(&slope.variances) {
             column.push(*variance);
@@ -51,12 +48,11 @@ impl Model {
         self.octaves + usize::from(self.slope.is_some())
     }
 
-    /// Expected value of statistic `i`.
     pub(super) fn expected(&self, parameters: &[f64], i: usize) -> f64 {
         self.basis.iter().zip(parameters).map(|(column, parameter)| parameter * column[i]).sum()
     }
 
-    /// Covariances of the statistics, as rows; the lower triangle is filled.
+    /// As rows; the lower triangle is filled.
     pub(super) fn covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
         let mut covariance = self.octave_covariance(parameters);
         if let Some(slope) = &self.slope {
@@ -65,8 +61,7 @@ impl Model {
         covariance
     }
 
-    /// Equivalent degrees of freedom of each octave: 2 E²/variance. A ramp moves up and down with
-    /// the slope of the noise, which is taken from `upper_bounds`.
+    /// 2 E²/variance. A ramp moves with the slope of the noise, which is taken from `upper_bounds`.
     pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
         let mut covariance = self.octave_covariance(parameters);
         if let Some(slope) = &self.slope {
@@ -75,8 +70,8 @@ impl Model {
         (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance[a][a]).collect()
     }
 
-    /// By parameter: variance of the slope of the record for parameter 1; nothing without a ramp in
-    /// the model.
+    /// Of the slope of the record, by parameter for parameter 1; nothing without a ramp in the
+    /// model.
     pub(super) fn slope_variances(&self) -> &[f64] {
         self.slope.as_ref().map_or(&[], |slope| &slope.variances)
     }
@@ -105,14 +100,13 @@ impl Model {
     }
 }
 
-/// Places over the record at which differences are compared with the slope.
 const PLACES: usize = 16;
 
-/// Covariances of the slope d, of the mean difference of each octave, and of single differences.
+/// Covariances of the slope d, of the mean difference of each octave, and of single differences,
+/// all from the generalised covariance of s.
 ///
 /// For continuous noise, with the phase x (the integral of the rate) and its integral s, d = 12/n³
-/// (n (x_0 + x_n)/2 - s_n + s_0) and the mean difference of an octave is a sum of values of s. All
-/// follow from the generalised covariance of s.
+/// (n (x_0 + x_n)/2 - s_n + s_0) and the mean difference of an octave is a sum of values of s.
 #[derive(Clone, Debug)]
 pub(super) struct Slope {
     /// By parameter: variance of the slope for parameter 1.
@@ -131,7 +125,7 @@ pub(super) struct Slope {
 }
 
 impl Slope {
-    /// `noise` are the terms that are not the ramp, in the order of the parameters.
+    /// `noise`: the terms that are not the ramp, in the order of the parameters.
     pub(super) fn new(noise: &[Term], octaves: &[Octave], shape: &RecordShape) -> Self {
         let n = shape.samples as f64;
         let averages: Vec<Average> = octaves.iter().map(|octave| Average::new(octave.m, shape)).collect();
@@ -158,8 +152,8 @@ impl Slope {
         }
     }
 
-    /// Fills the last row, that of the squared slope, and adds what the ramp, the last of the
-    /// `parameters`, does: its products with the noise of `noise`.
+    /// Fills the last row, that of the squared slope, and adds the products of the ramp, the last
+    /// of the `parameters`, with the noise of `noise`.
     fn add_covariance(&self, parameters: &[f64], noise: &[f64], covariance: &mut [Vec<f64>]) {
         let sum =
             |per_term: &[f64]| per_term.iter().zip(noise).map(|(value, parameter)| value * parameter).sum::<f64>();
@@ -182,9 +176,8 @@ impl Slope {
     }
 }
 
-/// Variance of the slope of the regression line over n samples, for amplitude 1 and in the limit of
-/// many samples: the double integral of the weights 12 (t - n/2)/n³ over the covariance of the rate
-/// (flicker: -ln|lag|/π).
+/// Of the regression line over n samples, many, for amplitude 1: the double integral of the weights
+/// 12 (t - n/2)/n³ over the covariance of the rate (flicker: -ln|lag|/π).
 fn slope_variance(term: Term, n: f64) -> f64 {
     match term {
         Term::Quantization => 72.0 / n.powi(4),
@@ -195,7 +188,6 @@ fn slope_variance(term: Term, n: f64) -> f64 {
     }
 }
 
-/// The mean of all differences of an octave.
 struct Average {
     /// (time, weight): where the phase enters a difference that starts at 0.
     difference: Vec<(f64, f64)>,
@@ -233,7 +225,7 @@ impl Average {
         12.0 / n.powi(3) * self.points().map(|(time, weight)| weight * at(time)).sum::<f64>()
     }
 
-    /// Covariance with the slope of the difference at `place`, 0 to 1, of the range.
+    /// At `place`, 0 to 1, of the range.
     fn place_with_slope(&self, place: f64, n: f64, term: Term) -> f64 {
         let at = |time: f64| {
             n / 2.0 * (phase_covariance(term, n - time) + phase_covariance(term, time))

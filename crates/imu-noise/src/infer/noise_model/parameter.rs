@@ -5,17 +5,15 @@ use crate::accumulate::record::{Deviation, RecordShape};
 use crate::infer::chi_squared;
 use crate::infer::power_law::PowerLaw;
 
-/// Zero is excluded when the data lie this many standard deviations above: χ² falls by more than
-/// 3.84, which noise without the term does in 2.5 % of records.
+/// Standard deviations above zero that exclude it: χ² falls by more than 3.84, which noise without
+/// the term does in 2.5 % of records.
 const PRESENT: f64 = 1.96;
 
-/// Bounds are found to this relative error of the squared parameter.
+/// Relative error of the squared parameter.
 const TOLERANCE: f64 = 2e-3;
 
 /// A component of the noise of a rate, with its letter in IEEE Std 952 and its Allan variance.
-///
-/// Amplitudes follow the two-sided spectrum: N is what Kalibr calls noise density, and a one-sided
-/// amplitude density is √2 N.
+/// Amplitudes follow the two-sided spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Term {
     /// Q, unit · s: 3 Q²/τ². Rounding of an angle; rounding of a rate is white.
@@ -124,8 +122,7 @@ pub enum Status {
     Bounded,
     /// The record does not show it.
     NotObservable,
-    /// The stream does not carry it, however long the record: set by the caller, because of what the
-    /// sensor compensates.
+    /// The stream does not carry it, however long the record; set by the caller.
     NotMeasurable,
     /// No range of averaging times follows the model.
     ModelRejected,
@@ -151,15 +148,14 @@ impl Parameter {
         Self { status, value: None, lower: None, upper: None }
     }
 
-    /// Half the width of the interval over the value; `None` where there is no value other than
-    /// zero.
+    /// Half the width of the interval over the value; `None` without a value other than zero.
     #[must_use]
     pub fn relative_half_width(&self) -> Option<f64> {
         let half_width = (self.upper? - self.lower?) / 2.0;
         self.value.filter(|value| *value != 0.0).map(|value| (half_width / value).abs())
     }
 
-    /// Reads parameter `term`, a square, off the best fit `solution`; the result is its root.
+    /// Reads parameter `term`, a square, off the best fit; the result is its root.
     pub(super) fn of(regression: &Regression<'_>, solution: &Solution, term: usize, confidence: f64) -> Self {
         let search = Search { regression, solution, term };
         let found = chi_squared::normal_two_sided(confidence).and_then(|z| Some((z, search.crossing_above(z)?)));
@@ -184,11 +180,11 @@ impl Parameter {
     }
 }
 
-/// The ramp from the slope of the regression line, with a sign, and the standard deviation that
-/// noise gives the slope, known with `dof` degrees of freedom.
+/// The ramp from the slope of the regression line and the standard deviation that noise gives it,
+/// with `dof` degrees of freedom.
 ///
 /// It is there above twice that, which a random walk reaches at K √(1.2/T), or more where the noise
-/// is poorly known (Student, 1908). A noise that is only bounded is taken at its bound.
+/// is poorly known (Student, 1908).
 pub(super) fn ramp(slope: f64, deviation: f64, dof: f64, confidence: f64) -> Parameter {
     let quantiles = chi_squared::student_two_sided(confidence, dof).zip(chi_squared::student_two_sided(0.96, dof));
     let Some((t, present)) = quantiles else { return Parameter::without_value(Status::NotObservable) };
@@ -215,14 +211,14 @@ impl Search<'_> {
         self.solution.parameters[self.term]
     }
 
-    /// Standard deviations by which the data lie above parameter = `value`, and the fit there.
+    /// Standard deviations by which the data lie above `value`, and the fit there.
     fn score(&self, value: f64, near: &[f64]) -> Option<(f64, Vec<f64>)> {
         let solution = self.regression.fit_with(self.term, value, near)?;
         Some((solution.score(self.term)?, solution.parameters))
     }
 
-    /// The largest value that lies less than `z` standard deviations above the data. Where the best
-    /// fit is zero and the data lie below even that, distances count from there, in squares.
+    /// The largest value less than `z` standard deviations above the data. Where the best fit is
+    /// zero and the data lie below even that, distances count from there, in squares.
     fn crossing_above(&self, z: f64) -> Option<f64> {
         let mut low = self.best();
         let at_best = if low > 0.0 { 0.0 } else { self.solution.score(self.term)? };
@@ -243,8 +239,8 @@ impl Search<'_> {
         None
     }
 
-    /// The smallest value that lies less than `z` standard deviations below the data, and whether
-    /// zero is excluded.
+    /// The smallest value less than `z` standard deviations below the data; whether zero is
+    /// excluded.
     fn lower(&self, z: f64) -> (f64, bool) {
         let best = self.best();
         if best == 0.0 {
@@ -277,8 +273,8 @@ impl Search<'_> {
         (self.root((0.0, finite - z), (best, -z), -z, &parameters), true)
     }
 
-    /// Where score + `offset` falls through zero between two values with known signs, by false
-    /// position with halving of a stale end (Dowell and Jarratt, 1971).
+    /// Where score + `offset` falls through zero, by false position with halving of a stale end
+    /// (Dowell and Jarratt, 1971).
     fn root(&self, low: (f64, f64), high: (f64, f64), offset: f64, near: &[f64]) -> f64 {
         let ((mut low, mut at_low), (mut high, mut at_high)) = (low, high);
         let mut near = near.to_vec();

@@ -20,13 +20,13 @@ impl NoiseModel {
         self.fit_to_expected(&self.parameters(truth), 1.0, confidence)
     }
 
-    /// Whether about nine of ten records with these parameters find `term`, that is estimate it.
+    /// Whether about nine of ten records with these parameters estimate `term`.
     ///
     /// The squared amplitude is estimated with a standard deviation, and so with degrees of
     /// freedom; an unlucky record shows the quantile of χ² at 2 % instead, and a slope that only
-    /// one in ten exceeds, which is then taken for a ramp. Where that record finds the term, 83 to
-    /// 91 % of simulated ones do: the quantile is chosen for that, because octaves of slow noise
-    /// are far from independent.
+    /// one in ten exceeds, taken for a ramp. Where that record finds the term, 83 to 91 % of
+    /// simulated ones do: the quantile is chosen for that, as octaves of slow noise are far from
+    /// independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
         let mut parameters = self.parameters(truth);
@@ -44,10 +44,9 @@ impl NoiseModel {
         parameter.is_some_and(|parameter| parameter.status == Status::Estimated)
     }
 
-    /// The smallest value of `term`, in its unit, that about nine of ten records find in the presence of the
-    /// noise of `others`, too high by 5 % at most: see [`is_found`](Self::is_found). `None` where
-    /// the model does not have the term, where `others` are nothing, and where no value is ever
-    /// found.
+    /// The smallest value of `term`, in its unit, that [is found](Self::is_found) in the noise of
+    /// `others`, too high by 5 % at most. `None` where the model does not have the term, where
+    /// `others` are nothing, and where no value is ever found.
     #[must_use]
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
         const TOLERANCE: f64 = 0.05;
@@ -106,10 +105,8 @@ impl NoiseModel {
     }
 }
 
-/// Longest record that is thought of.
 const LONGEST_S: f64 = 100.0 * 86_400.0;
 
-/// Lengths are found to this relative error.
 const TOLERANCE: f64 = 0.02;
 
 /// What a record shall show.
@@ -117,8 +114,7 @@ const TOLERANCE: f64 = 0.02;
 pub enum Aim {
     /// About nine of ten records estimate the term, see [`NoiseModel::is_found`].
     Found,
-    /// They do, and half the width of its interval, relative to the value, is so much at most in a
-    /// record as the model expects it.
+    /// And half the width of its interval, relative to the value, is so much at most as expected.
     HalfWidth(f64),
 }
 
@@ -136,10 +132,8 @@ pub struct Wanted<'a> {
 impl Wanted<'_> {
     /// Length in seconds of the shortest record sampled every `interval_s` that shows it, rounded
     /// up by 2 % at most, with strided windows of the Allan deviation and intervals at the level
-    /// `confidence`; `None` where 100 days do not.
-    ///
-    /// By the model's own covariance of the octaves, without a simulation: see
-    /// [`NoiseModel::expected_fit`].
+    /// `confidence`; `None` where 100 days do not. By the covariance of the octaves, not by
+    /// simulation.
     #[must_use]
     pub fn record_s(&self, interval_s: f64, confidence: f64) -> Option<f64> {
         let shown = |duration_s: f64| self.is_shown(duration_s, interval_s, confidence);

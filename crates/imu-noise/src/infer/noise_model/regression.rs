@@ -1,5 +1,4 @@
-//! Generalised least squares on a model whose covariance depends on its parameters, and tests of
-//! single parameters.
+//! Generalised least squares with a covariance that depends on the parameters, and score tests.
 
 use core::ops::Range;
 
@@ -8,31 +7,27 @@ use super::{
     model::Model,
 };
 
-/// Rounds of the iteration at most. Weights follow the fitted model: weights from the data favour
-/// what is too low.
+/// At most. Weights follow the fitted model: those from the data favour what is too low.
 const ROUNDS: usize = 12;
 
-/// The model with parameters that are not negative, fitted to measured statistics.
 pub(super) struct Regression<'a> {
     model: &'a Model,
     values: &'a [f64],
-    /// The statistics in use.
     used: Vec<usize>,
 }
 
-/// Parameters and how well they explain the statistics.
 #[derive(Clone)]
 pub(super) struct Solution {
     pub(super) parameters: Vec<f64>,
     pub(super) chi2: f64,
-    /// Residuals and derivatives by the parameters, independent and with variance 1.
+    /// Independent and with variance 1.
     residuals: Vec<f64>,
     derivatives: Vec<Vec<f64>>,
 }
 
 impl<'a> Regression<'a> {
-    /// `values` are those of the statistics of `model`; `octaves` have a part in the fit, and the
-    /// slope if there is one.
+    /// `values`: the statistics of `model`; `octaves` have a part in the fit, and the slope if
+    /// there is one.
     pub(super) fn new(model: &'a Model, values: &'a [f64], octaves: Range<usize>) -> Self {
         Self { model, values, used: octaves.chain(model.octaves..model.statistics()).collect() }
     }
@@ -41,12 +36,12 @@ impl<'a> Regression<'a> {
         self.used.len()
     }
 
-    /// The best fit; `None` where the model cannot be evaluated, as for data that never change.
+    /// `None` where the model cannot be evaluated, as for data that never change.
     pub(super) fn fit(&self) -> Option<Solution> {
         self.solve(self.start(None), None)
     }
 
-    /// The best fit with parameter `term` held at `value`, from parameters `near` it.
+    /// With parameter `term` held at `value`, from parameters `near` it.
     pub(super) fn fit_with(&self, term: usize, value: f64, near: &[f64]) -> Option<Solution> {
         let mut start = near.to_vec();
         start[term] = value;
@@ -110,9 +105,9 @@ impl<'a> Regression<'a> {
 
     /// Residuals at `parameters`.
     ///
-    /// A variance estimate V with ν degrees of freedom is skewed, but (V/E)^(1/3) is nearly normal
-    /// with mean 1 - 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at
-    /// few degrees of freedom as well.
+    /// A variance estimate V with ν degrees of freedom is skewed; (V/E)^(1/3) is nearly normal with
+    /// mean 1 - 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at few
+    /// degrees of freedom as well.
     fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
         let covariance = self.model.covariance(&parameters);
         let expected: Vec<f64> = self.used.iter().map(|&i| self.model.expected(&parameters, i)).collect();
@@ -142,22 +137,20 @@ impl<'a> Regression<'a> {
 }
 
 impl Solution {
-    /// How many standard deviations the data lie above the held parameter `term`: the score of it,
-    /// with the other positive parameters fitted, over its standard deviation at these very
-    /// parameters (Rao, 1948). `None` where the data do not show it.
+    /// How many standard deviations the data lie above the held parameter `term`: its score, the
+    /// other positive parameters fitted, over its standard deviation (Rao, 1948).
     pub(super) fn score(&self, term: usize) -> Option<f64> {
         let direction = self.own_direction(term)?;
         Some(dot(&direction, &self.residuals) / dot(&direction, &direction).sqrt())
     }
 
-    /// Standard deviation of parameter `term`, the other positive ones fitted.
+    /// With the other positive parameters fitted.
     pub(super) fn standard_deviation(&self, term: usize) -> Option<f64> {
         let direction = self.own_direction(term)?;
         Some(1.0 / dot(&direction, &direction).sqrt())
     }
 
-    /// The derivative by `term`, less what the derivatives by the other positive parameters
-    /// explain.
+    /// The derivative by `term`, less what those by the other positive parameters explain.
     fn own_direction(&self, term: usize) -> Option<Vec<f64>> {
         let full = &self.derivatives[term];
         let mut others: Vec<Vec<f64>> = Vec::new();
@@ -171,7 +164,6 @@ impl Solution {
         (dot(&direction, &direction) > 1e-12 * dot(full, full)).then_some(direction)
     }
 
-    /// Correlation of the estimates of two positive parameters.
     pub(super) fn correlation(&self, p: usize, q: usize) -> Option<f64> {
         // The inverse information has the inner products of the dual directions.
         let (a, b) = (self.own_direction(p)?, self.own_direction(q)?);
@@ -179,7 +171,7 @@ impl Solution {
     }
 }
 
-/// `vector` less its parts along `others`, which are orthogonal to each other.
+/// `others` are orthogonal to each other.
 fn orthogonal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
     for other in others {
         let square = dot(other, other);
