@@ -79,7 +79,6 @@ pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
 pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions};
 pub use infer::disturbance::Disturbance;
-pub use infer::identification::{LagOne, NoiseType};
 pub use infer::level_change::{LevelChange, LevelShape};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter,

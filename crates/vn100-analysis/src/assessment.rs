@@ -155,7 +155,7 @@ impl Assessor<'_> {
         let mut last_law = None;
         let octaves = (curve.octaves.iter().enumerate())
             .map(|(i, octave)| {
-                let law = results.noise_types.get(i).and_then(imu_noise::NoiseType::law);
+                let law = results.noise_types.get(i).copied().flatten();
                 last_law = law.or(last_law);
                 let fitted = noise.as_ref().and_then(|noise| noise.edf(octave.m));
                 let edf = fitted.or_else(|| edf(octave, &curve.shape, last_law?));

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
-    ChannelSignal, Deviation, Estimator, Histogram, Moments, NoiseType, OctaveSum, RecordShape, Refusal,
+    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal,
     TimebaseSummary,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
@@ -245,7 +245,7 @@ pub struct ChannelSnapshot {
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
     /// What kind of noise each of the octaves shows.
-    pub noise_types: Vec<NoiseType>,
+    pub noise_types: Vec<Option<PowerLaw>>,
     /// Slope of the regression line over the record, in counts per sample; `None` for short records
     /// and behind gaps of unknown length.
     pub slope_counts: Option<f64>,

@@ -262,11 +262,11 @@ fn values(
             let block = |block: &Block| BlockValues {
                 start_s: block.first_sample as f64 * interval_s,
                 duration_s: block.length as f64 * interval_s,
-                count: block.count(),
-                mean: value(block.mean_counts() - offset),
-                std: block.std_counts().map(value),
-                min: value(f64::from(block.min_counts()) - offset),
-                max: value(f64::from(block.max_counts()) - offset),
+                count: block.count,
+                mean: value(block.mean_counts - offset),
+                std: block.std_counts.map(value),
+                min: value(f64::from(block.min_counts) - offset),
+                max: value(f64::from(block.max_counts) - offset),
             };
             SignalValues {
                 density,

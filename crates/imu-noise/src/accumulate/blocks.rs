@@ -19,14 +19,23 @@ pub(crate) struct Blocks {
     sums: Vec<Sums>,
 }
 
-/// One block of a record: which samples, and their exact statistics in counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// One block of a record and its statistics in counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     /// Absolute index of the first sample the block has room for, a multiple of its length.
     pub first_sample: u64,
     /// Samples the block has room for, a power of two.
     pub length: u64,
-    sums: Sums,
+    /// Samples present, at least 1.
+    pub count: u64,
+    /// Arithmetic mean.
+    pub mean_counts: f64,
+    /// Sample standard deviation (divisor n - 1), 0 for a constant; `None` for one sample.
+    pub std_counts: Option<f64>,
+    /// Smallest sample.
+    pub min_counts: i32,
+    /// Largest sample.
+    pub max_counts: i32,
 }
 
 /// Exact for up to 2^32 samples of 32 bits: 435 years at 40 Hz in [`MAX_BLOCKS`] blocks.
@@ -37,45 +46,6 @@ pub(crate) struct Sums {
     count: u64,
     min: i32,
     max: i32,
-}
-
-impl Block {
-    /// Samples present, at least 1 and at most [`length`](Self::length).
-    #[must_use]
-    pub const fn count(&self) -> u64 {
-        self.sums.count
-    }
-
-    /// Arithmetic mean in counts.
-    #[must_use]
-    pub fn mean_counts(&self) -> f64 {
-        self.sums.sum as f64 / self.sums.count as f64
-    }
-
-    /// Sample standard deviation in counts (divisor n - 1), 0 for a constant; `None` for one
-    /// sample.
-    #[must_use]
-    pub fn std_counts(&self) -> Option<f64> {
-        let Sums { squares, sum, count, .. } = self.sums;
-        if count < 2 {
-            return None;
-        }
-        let n = count as f64;
-        let numerator = I256::from(squares) * I256::from(count) - I256::from(sum) * I256::from(sum);
-        Some((numerator.as_f64() / (n * (n - 1.0))).sqrt())
-    }
-
-    /// Smallest sample in counts.
-    #[must_use]
-    pub const fn min_counts(&self) -> i32 {
-        self.sums.min
-    }
-
-    /// Largest sample in counts.
-    #[must_use]
-    pub const fn max_counts(&self) -> i32 {
-        self.sums.max
-    }
 }
 
 impl Blocks {
@@ -98,7 +68,7 @@ impl Blocks {
     pub(crate) fn iter(&self) -> impl Iterator<Item = Block> {
         let length = 1_u64 << self.length_log2;
         let present = self.sums.iter().zip(0_u64..).filter(|(sums, _)| sums.count > 0);
-        present.map(move |(&sums, block)| Block { first_sample: block * length, length, sums })
+        present.map(move |(sums, block)| sums.block(block * length, length))
     }
 
     fn merge_pairs(&mut self) {
@@ -138,6 +108,14 @@ impl Sums {
             max: window.iter().fold(pivot, |max, &count| max.max(count)),
         };
         (sums, second * window.len() as f64 - first * first)
+    }
+
+    fn block(&self, first_sample: u64, length: u64) -> Block {
+        let Self { squares, sum, count, min, max } = *self;
+        let n = count as f64;
+        let numerator = I256::from(squares) * I256::from(count) - I256::from(sum) * I256::from(sum);
+        let std_counts = (count > 1).then(|| (numerator.as_f64() / (n * (n - 1.0))).sqrt());
+        Block { first_sample, length, count, mean_counts: sum as f64 / n, std_counts, min_counts: min, max_counts: max }
     }
 
     fn add(&mut self, other: &Self) {

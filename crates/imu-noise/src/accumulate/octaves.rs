@@ -111,23 +111,18 @@ impl Octaves {
 
     /// The octaves that have a window, from m = 1 up; none below two samples (Hadamard: three).
     pub fn sums(&self) -> impl Iterator<Item = OctaveSum> {
-        let squares = |k: u32| match &self.windows {
-            Windows::Strided(cascade) => cascade.squares(k as usize),
-            Windows::Full(overlapping) => overlapping.squares(k as usize),
+        let octave = |k: u32| match &self.windows {
+            Windows::Strided(cascade) => cascade.octave(k as usize),
+            Windows::Full(overlapping) => overlapping.octave(k as usize),
         };
-        let terms = |k: u32| match &self.windows {
-            Windows::Strided(cascade) => cascade.terms(k as usize),
-            Windows::Full(overlapping) => overlapping.terms(k as usize),
-        };
-        (0..).map_while(move |k| squares(k).filter(|squares| squares.terms > 0).map(|squares| (k, squares))).map(
-            move |(k, squares)| OctaveSum {
-                deviation: self.deviation,
-                m: 1 << k,
-                terms: squares.terms,
-                sum_squares: squares.sum,
-                sum: terms(k),
-            },
-        )
+        let octaves = (0..).map_while(move |k| Some((k, octave(k).filter(|(squares, _)| squares.terms > 0)?)));
+        octaves.map(|(k, (squares, sum))| OctaveSum {
+            deviation: self.deviation,
+            m: 1 << k,
+            terms: squares.terms,
+            sum_squares: squares.sum,
+            sum,
+        })
     }
 }
 

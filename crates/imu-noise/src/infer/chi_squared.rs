@@ -79,15 +79,6 @@ pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
 /// Channels that make up a record: a probability of false alarm is shared among them.
 pub(crate) const CHANNELS: f64 = 12.0;
 
-pub(crate) fn normal_deviate(p: f64) -> f64 {
-    -normal_quantile(p)
-}
-
-/// The multiple of its mean that χ² exceeds with probability `p`; `None` unless 0 < p < 1.
-pub(crate) fn chi_squared_ratio(freedom: f64, p: f64) -> Option<f64> {
-    quantile(1.0 - p, freedom).map(|quantile| quantile / freedom)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

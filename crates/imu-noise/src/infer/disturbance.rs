@@ -40,14 +40,8 @@ impl ChannelSignal {
     /// [`Disturbance`]. Empty below 64 windows of 32 samples.
     #[must_use]
     pub fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
-        self.windows.disturbances(interval_s)
-    }
-}
-
-impl WindowStatistics {
-    /// Among the eight largest changes of mean and the eight largest spreads, in time order.
-    fn disturbances(&self, interval_s: f64) -> Vec<Disturbance> {
-        let mut found: Vec<_> = self.changed_means().chain(self.changed_spreads()).collect();
+        let windows = &self.windows;
+        let mut found: Vec<_> = windows.changed_means().chain(windows.changed_spreads()).collect();
         found.sort_by_key(|(stretch, _)| stretch.first_window);
         let mut joined: Vec<(PeakWindows, f64)> = Vec::new();
         for (stretch, sigmas) in found {
@@ -67,7 +61,9 @@ impl WindowStatistics {
         };
         joined.into_iter().map(disturbance).collect()
     }
+}
 
+impl WindowStatistics {
     fn changed_means(&self) -> impl Iterator<Item = (PeakWindows, f64)> {
         let deviation = [HALF, NINE_TENTHS].map(|(p, deviate)| self.changes.quantile(p).map(|size| size / deviate));
         let usual = deviation.into_iter().flatten().reduce(f64::max);
@@ -98,7 +94,7 @@ impl WindowStatistics {
 /// Sigmas that the largest of `windows` windows exceeds with probability `false_alarm`.
 fn threshold(windows: u32, false_alarm: f64) -> Option<f64> {
     let tests = f64::from(windows) * chi_squared::CHANNELS;
-    (windows >= MIN_WINDOWS).then(|| MARGIN * chi_squared::normal_deviate(false_alarm / tests))
+    (windows >= MIN_WINDOWS).then(|| -MARGIN * chi_squared::normal_quantile(false_alarm / tests))
 }
 
 fn outliers(

@@ -99,8 +99,8 @@ fn mean(block: &Block, first: &Block) -> Mean {
     Mean {
         block: (block.first_sample - first.first_sample) / block.length,
         // From the first, so that no digits are lost on a large offset.
-        mean: block.mean_counts() - first.mean_counts(),
-        relative_variance: block.length as f64 / block.count() as f64,
+        mean: block.mean_counts - first.mean_counts,
+        relative_variance: block.length as f64 / block.count as f64,
     }
 }
 

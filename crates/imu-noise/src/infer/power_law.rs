@@ -23,9 +23,6 @@ pub enum PowerLaw {
 }
 
 impl PowerLaw {
-    /// From the steepest up to the flattest spectrum.
-    pub const ALL: [Self; 5] = [Self::WhitePhase, Self::FlickerPhase, Self::White, Self::Flicker, Self::RandomWalk];
-
     /// The exponent α of the spectrum of the rate.
     #[must_use]
     pub const fn alpha(self) -> i8 {

@@ -78,9 +78,9 @@ struct Peak {
 fn peaks(spectrum: &Powers) -> Vec<Peak> {
     let last = spectrum.segment_samples / 2;
     let candidates = (last - LOWEST + 1) as f64 * chi_squared::CHANNELS;
-    let Some(threshold) = chi_squared::chi_squared_ratio(2.0 * spectrum.averages, FALSE_ALARM / candidates) else {
-        return Vec::new();
-    };
+    let freedom = 2.0 * spectrum.averages;
+    let Some(quantile) = chi_squared::quantile(1.0 - FALSE_ALARM / candidates, freedom) else { return Vec::new() };
+    let threshold = quantile / freedom;
     let mut peaks: Vec<Peak> = Vec::new();
     for k in LOWEST..=last {
         let power = spectrum.power(k);

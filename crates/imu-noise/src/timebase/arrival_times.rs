@@ -34,7 +34,7 @@ pub(super) struct ArrivalTimes {
     samples: u64,
     backwards: u64,
     intervals: IntervalStatistics,
-    events: VecDeque<GapEvent>,
+    pub(super) events: VecDeque<GapEvent>,
     missing: u64,
     gaps: u64,
 }
@@ -79,10 +79,6 @@ impl ArrivalTimes {
         if self.samples == 1 { self.begin_clock(at, 0.0) } else { self.push_stamp(at) }
     }
 
-    pub(super) fn poll(&mut self) -> Option<GapEvent> {
-        self.events.pop_front()
-    }
-
     /// No sample follows.
     pub(super) fn finish(&mut self) {
         let behind = std::mem::take(&mut self.behind).len();
@@ -106,7 +102,7 @@ impl ArrivalTimes {
     pub(super) fn summary(&self) -> TimebaseSummary {
         let (refusal, fitted_s) = match &self.phase {
             ArrivalPhase::Searching(_) => (None, None),
-            ArrivalPhase::Tracking(tracker) => (None, tracker.fitted_period_s()),
+            ArrivalPhase::Tracking(tracker) => (None, tracker.envelope.fitted_period_s),
             ArrivalPhase::Refused(refusal) => (Some(*refusal), None),
         };
         self.summary_of(refusal, fitted_s)

@@ -30,7 +30,8 @@ pub(super) struct Envelope {
     block_end: u64,
     lowest: Arrival,
     points: Vec<Arrival>,
-    fitted_period_s: Option<f64>,
+    /// Median slope over all pairs of points (Theil 1950, Sen 1968).
+    pub(super) fitted_period_s: Option<f64>,
 }
 
 impl Envelope {
@@ -61,11 +62,6 @@ impl Envelope {
             self.lowest = Arrival { index, at_s, lag_s };
         }
         closes
-    }
-
-    /// Median slope over all pairs of points (Theil 1950, Sen 1968).
-    pub(super) const fn fitted_period_s(&self) -> Option<f64> {
-        self.fitted_period_s
     }
 
     /// The fitted period if it is near the nominal one, else the nominal one.

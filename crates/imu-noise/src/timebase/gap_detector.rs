@@ -89,7 +89,7 @@ impl GapDetector {
         if let Some(arrivals) = &mut self.arrivals {
             arrivals.push(at);
         }
-        if let Some(counter) = self.counter.as_mut().filter(|counter| !counter.has_ended()) {
+        if let Some(counter) = self.counter.as_mut().filter(|counter| !counter.has_ended) {
             match count {
                 Some(count) => counter.push(count),
                 None => counter.finish(),
@@ -111,7 +111,7 @@ impl GapDetector {
     pub fn poll(&mut self) -> Option<GapEvent> {
         loop {
             if self.by_counter == 0 {
-                match self.counter.as_mut().map(|counter| (counter.poll(), counter.has_ended())) {
+                match self.counter.as_mut().map(|counter| (counter.events.pop_front(), counter.has_ended)) {
                     None => self.by_counter = u64::MAX,
                     Some((Some(GapEvent::Samples(samples)), _)) => self.by_counter = samples,
                     Some((Some(event), _)) => {
@@ -122,7 +122,7 @@ impl GapDetector {
                     Some((None, false)) => return None,
                 }
             } else if self.by_arrival == 0 {
-                match self.arrivals.as_mut().map(ArrivalTimes::poll) {
+                match self.arrivals.as_mut().map(|arrivals| arrivals.events.pop_front()) {
                     None => self.by_arrival = u64::MAX,
                     Some(Some(GapEvent::Samples(samples))) => self.by_arrival = samples,
                     Some(Some(GapEvent::Missing(_))) if self.counter_in_use => {}

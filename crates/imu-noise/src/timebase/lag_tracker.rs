@@ -94,7 +94,7 @@ pub(super) struct LagTracker {
     overcount_s: f64,
     /// Index in the stream of the next sample, dropped ones counted.
     index: u64,
-    envelope: Envelope,
+    pub(super) envelope: Envelope,
     /// Due times follow the fitted rate, not the nominal one.
     follows_fit: bool,
     reads: ReadPattern,
@@ -166,7 +166,7 @@ impl LagTracker {
     pub(super) fn finish(&mut self) -> Option<GapEvent> {
         let doubt = self.doubt?;
         let last_lag_s = self.held.back()? - (self.due_s - self.period_s);
-        if self.is_steady() || last_lag_s >= self.doubt_s() + self.reads.window_s() {
+        if self.is_steady() || last_lag_s >= self.doubt_s() + self.reads.window_s {
             return Some(self.gap(doubt));
         }
         Some(GapEvent::Samples(self.take_held().len() as u64))
@@ -181,7 +181,7 @@ impl LagTracker {
 
     /// The events held for a suspected increase, which has not happened.
     pub(super) fn clear_increase(&mut self) -> Vec<GapEvent> {
-        self.increase.take().map_or_else(Vec::new, |increase| increase.into_events())
+        self.increase.take().map_or_else(Vec::new, |increase| increase.events)
     }
 
     /// The events before the rate changed to `to_hz`, and the stamps of the samples after.
@@ -193,17 +193,12 @@ impl LagTracker {
     }
 
     pub(super) fn samples_held(&self) -> usize {
-        self.held.len() + self.increase.as_ref().map_or(0, |increase| increase.samples())
+        self.held.len() + self.increase.as_ref().map_or(0, |increase| increase.stamps_s.len())
     }
 
-    /// Fitted period; `None` until there are some blocks of samples.
-    pub(super) const fn fitted_period_s(&self) -> Option<f64> {
-        self.envelope.fitted_period_s()
-    }
-
-    /// The same without the samples of a suspected increase.
+    /// Fitted period without the samples of a suspected increase.
     pub(super) fn fitted_before_increase_s(&self) -> Option<f64> {
-        self.increase.as_ref().map_or(self.fitted_period_s(), |increase| increase.fitted_before_s())
+        self.increase.as_ref().map_or(self.envelope.fitted_period_s, |increase| increase.fitted_before_s)
     }
 
     fn take_held(&mut self) -> VecDeque<f64> {
@@ -238,8 +233,8 @@ impl LagTracker {
         }
         self.judged = 0;
         if let Some(increase) = &mut self.increase {
-            let all_late = increase.early_s() > ALL_LATE_PERIODS * self.period_s;
-            let window_s = self.reads.window_s();
+            let all_late = increase.early_s > ALL_LATE_PERIODS * self.period_s;
+            let window_s = self.reads.window_s;
             self.held.drain(..samples).for_each(|at_s| increase.push(at_s, window_s));
             if all_late {
                 self.envelope.restart();
@@ -256,7 +251,7 @@ impl LagTracker {
             self.period_s = self.envelope.credible_period_s();
         }
         self.block_samples += samples as u64;
-        if self.block_samples >= BLOCK_LEN && at_s - self.block_start_s >= self.reads.window_s() {
+        if self.block_samples >= BLOCK_LEN && at_s - self.block_start_s >= self.reads.window_s {
             self.end_block(at_s);
         }
         GapEvent::Samples(samples as u64)
@@ -268,7 +263,7 @@ impl LagTracker {
         let is_suspicious = early_s > SUSPICIOUS_PERIODS * self.period_s;
         if is_suspicious && self.increase.is_none() {
             let due_before_s = self.due_s - (samples + 1) as f64 * self.period_s;
-            let fitted_s = self.fitted_period_s();
+            let fitted_s = self.envelope.fitted_period_s;
             let increase = SuspectedIncrease::new(self.rates_hz, self.period_s, due_before_s, fitted_s);
             self.increase = Some(Box::new(increase));
         }
@@ -316,7 +311,7 @@ impl LagTracker {
         doubt.least_lag_s = doubt.least_lag_s.min(lag_s);
         doubt.most_lag_s = doubt.most_lag_s.max(lag_s);
         let doubt = *doubt;
-        let is_steady = doubt.reads >= CONFIRMATIONS && at_s - doubt.steady_since_s >= self.reads.window_s();
+        let is_steady = doubt.reads >= CONFIRMATIONS && at_s - doubt.steady_since_s >= self.reads.window_s;
         if !is_steady && self.held.len() < MAX_HELD {
             return None;
         }

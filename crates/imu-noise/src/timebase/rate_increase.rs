@@ -21,12 +21,12 @@ pub(super) struct SuspectedIncrease {
     period_s: f64,
     /// When the sample before the first one was due, and the period fitted until then.
     due_before_s: f64,
-    fitted_before_s: Option<f64>,
-    stamps_s: Vec<f64>,
-    events: Vec<GapEvent>,
+    pub(super) fitted_before_s: Option<f64>,
+    pub(super) stamps_s: Vec<f64>,
+    pub(super) events: Vec<GapEvent>,
     cutter: StretchCutter,
     /// By how much the samples of the present stretch came early, in all.
-    early_s: f64,
+    pub(super) early_s: f64,
     /// Place among the samples, and stamp, of the last one early by more than the tolerance.
     last_early: (usize, f64),
     /// Higher rate of the last stretch.
@@ -67,11 +67,6 @@ impl SuspectedIncrease {
         }
     }
 
-    /// By how much the samples of the present stretch came early, in all.
-    pub(super) const fn early_s(&self) -> f64 {
-        self.early_s
-    }
-
     /// Cleared once [`CONFIRMATIONS`] samples and the window of the reads passed without an early
     /// one.
     pub(super) fn push(&mut self, at_s: f64, window_s: f64) {
@@ -90,21 +85,6 @@ impl SuspectedIncrease {
     pub(super) fn hold(&mut self, event: GapEvent) -> Option<Judgement> {
         self.events.push(event);
         self.judgement.take()
-    }
-
-    /// The period fitted without the samples held.
-    pub(super) const fn fitted_before_s(&self) -> Option<f64> {
-        self.fitted_before_s
-    }
-
-    /// Samples held.
-    pub(super) const fn samples(&self) -> usize {
-        self.stamps_s.len()
-    }
-
-    /// The events, which hold.
-    pub(super) fn into_events(self) -> Vec<GapEvent> {
-        self.events
     }
 
     /// The events before the rate changed to `to_hz`, and the stamps of the samples after: against

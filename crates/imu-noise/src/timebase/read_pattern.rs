@@ -48,7 +48,8 @@ pub(super) struct ReadPattern {
     group_start_s: f64,
     phases: u16,
     is_mixed: bool,
-    window_s: f64,
+    /// Within it some sample arrives as early as any: a group of reads in a bunched stream.
+    pub(super) window_s: f64,
 }
 
 impl ReadPattern {
@@ -85,11 +86,6 @@ impl ReadPattern {
     /// Most reads bring several samples, and end near one phase.
     pub(super) fn may_jump(&self) -> bool {
         self.bunched_share > JUMPY_SHARE && !self.is_mixed
-    }
-
-    /// Within it some sample arrives as early as any: a group of reads in a bunched stream.
-    pub(super) const fn window_s(&self) -> f64 {
-        self.window_s
     }
 
     fn end_read(&mut self) {

@@ -29,8 +29,9 @@ pub(super) struct SampleCounter {
     held: Vec<Increment>,
     /// 0 for a counter that is ignored.
     step: Option<f64>,
-    events: VecDeque<GapEvent>,
-    has_ended: bool,
+    pub(super) events: VecDeque<GapEvent>,
+    /// Whether [`finish`](Self::finish) was called.
+    pub(super) has_ended: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,14 +60,6 @@ impl SampleCounter {
     pub(super) fn finish(&mut self) {
         self.learn_step();
         self.has_ended = true;
-    }
-
-    pub(super) const fn has_ended(&self) -> bool {
-        self.has_ended
-    }
-
-    pub(super) fn poll(&mut self) -> Option<GapEvent> {
-        self.events.pop_front()
     }
 
     fn learn_step(&mut self) {
@@ -143,7 +136,7 @@ mod tests {
         let mut counter = SampleCounter::default();
         counts.into_iter().for_each(|count| counter.push(count));
         counter.finish();
-        std::iter::from_fn(|| counter.poll()).collect()
+        std::iter::from_fn(|| counter.events.pop_front()).collect()
     }
 
     /// The first sample, that the counter is used, and this.
@@ -198,11 +191,11 @@ mod tests {
     fn events_come_as_soon_as_the_step_is_known() {
         let mut counter = SampleCounter::default();
         (0..31).for_each(|count| counter.push(count));
-        assert_eq!((counter.poll(), counter.poll()), (Some(Samples(1)), None));
+        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(Samples(1)), None));
         counter.push(31);
-        assert_eq!((counter.poll(), counter.poll()), (Some(CounterInUse), Some(Samples(31))));
+        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(CounterInUse), Some(Samples(31))));
         counter.push(33);
-        assert_eq!((counter.poll(), counter.poll()), (Some(Missing(1)), Some(Samples(1))));
+        assert_eq!((counter.events.pop_front(), counter.events.pop_front()), (Some(Missing(1)), Some(Samples(1))));
     }
 
     proptest! {

@@ -49,21 +49,21 @@ proptest! {
         }
         let blocks = signal.blocks();
         prop_assert!(blocks.len() <= MAX_BLOCKS);
-        prop_assert_eq!(blocks.iter().map(|block| block.count()).sum::<u64>(), samples.len() as u64);
+        prop_assert_eq!(blocks.iter().map(|block| block.count).sum::<u64>(), samples.len() as u64);
         for block in &blocks {
             prop_assert!(block.length.is_power_of_two() && block.first_sample % block.length == 0);
             let places = block.first_sample..block.first_sample + block.length;
             let inside: Vec<i32> = samples.iter().filter(|(i, _)| places.contains(i)).map(|(_, count)| *count).collect();
-            prop_assert_eq!(block.count(), inside.len() as u64);
-            prop_assert_eq!(Some(&block.min_counts()), inside.iter().min());
-            prop_assert_eq!(Some(&block.max_counts()), inside.iter().max());
+            prop_assert_eq!(block.count, inside.len() as u64);
+            prop_assert_eq!(Some(&block.min_counts), inside.iter().min());
+            prop_assert_eq!(Some(&block.max_counts), inside.iter().max());
             let mut moments = Moments::new();
             moments.push(&inside);
             let mean = moments.mean_counts().unwrap();
-            prop_assert!((block.mean_counts() - mean).abs() <= 1e-12 * mean.abs());
+            prop_assert!((block.mean_counts - mean).abs() <= 1e-12 * mean.abs());
             let std = moments.variance_counts2().map(f64::sqrt);
-            prop_assert_eq!(block.std_counts().is_some(), std.is_some());
-            for (block, std) in block.std_counts().iter().zip(std) {
+            prop_assert_eq!(block.std_counts.is_some(), std.is_some());
+            for (block, std) in block.std_counts.iter().zip(std) {
                 prop_assert!((block - std).abs() <= 1e-12 * std, "{} {}", block, std);
             }
         }
@@ -86,9 +86,9 @@ fn a_block_of_one_sample_has_no_deviation() {
     assert_eq!(signal.blocks(), []);
     signal.push(&[7]);
     let blocks = signal.blocks();
-    assert_eq!((blocks.len(), blocks[0].count(), blocks[0].std_counts()), (1, 1, None));
+    assert_eq!((blocks.len(), blocks[0].count, blocks[0].std_counts), (1, 1, None));
     signal.push(&[7]);
-    assert_eq!(signal.blocks()[0].std_counts(), Some(0.0));
+    assert_eq!(signal.blocks()[0].std_counts, Some(0.0));
 }
 
 #[test]

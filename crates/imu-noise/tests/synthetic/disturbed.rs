@@ -153,7 +153,7 @@ impl Channel {
     fn block_mean_std(&self, plan: &SpectrumPlan) -> f64 {
         let mut signal = ChannelSignal::new(plan);
         signal.push(&self.clean());
-        let means: Vec<_> = signal.blocks().iter().map(|block| block.mean_counts() / self.counts).collect();
+        let means: Vec<_> = signal.blocks().iter().map(|block| block.mean_counts / self.counts).collect();
         let n = means.len() as f64;
         let mean = means.iter().sum::<f64>() / n;
         (means.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()

@@ -140,7 +140,7 @@ mod tests {
         let snapshot = channel.snapshot(6, &shape(36));
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
         let blocks =
-            snapshot.signal.map(|signal| signal.blocks().iter().map(imu_noise::Block::count).collect::<Vec<_>>());
+            snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));
         assert_eq!(snapshot.printed_decimals, 6);
     }

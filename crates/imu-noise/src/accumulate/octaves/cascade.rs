@@ -72,13 +72,10 @@ impl Cascade {
         }
     }
 
-    pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
-        self.levels.get(k).map(|level| level.squares)
-    }
-
-    /// The sum of the terms before they are squared: of Allan differences, where they are kept.
-    pub(super) fn terms(&self, k: usize) -> Option<i128> {
-        self.levels.get(k).filter(|_| self.keeps_terms).map(|level| level.terms)
+    /// The octave m = 2^k, if any sample reached it: squares, and the sum of the terms before they are
+    /// squared, of Allan differences, where they are kept.
+    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
+        self.levels.get(k).map(|level| (level.squares, self.keeps_terms.then_some(level.terms)))
     }
 
     fn push_block(&mut self, block: &[i32]) {

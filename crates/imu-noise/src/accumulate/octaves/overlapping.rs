@@ -36,12 +36,10 @@ impl Overlapping {
         self.prefix.clear();
     }
 
-    pub(super) fn squares(&self, k: usize) -> Option<SquareSum> {
-        self.squares.get(k).copied()
-    }
-
-    pub(super) fn terms(&self, k: usize) -> Option<i128> {
-        self.terms.as_ref()?.get(k).copied()
+    /// As [`Cascade::octave`](super::cascade::Cascade::octave).
+    pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
+        let terms = self.terms.as_ref().and_then(|terms| terms.get(k).copied());
+        self.squares.get(k).map(|squares| (*squares, terms))
     }
 
     fn push_block(&mut self, block: &[i32]) {

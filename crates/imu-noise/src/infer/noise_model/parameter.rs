@@ -148,6 +148,18 @@ impl Parameter {
         Self { status, value: None, lower: None, upper: None }
     }
 
+    /// A value with the interval from `lower` to `upper`.
+    #[must_use]
+    pub const fn estimated(value: f64, lower: f64, upper: f64) -> Self {
+        Self { status: Status::Estimated, value: Some(value), lower: Some(lower), upper: Some(upper) }
+    }
+
+    /// A bound from above.
+    #[must_use]
+    pub const fn bounded(upper: f64) -> Self {
+        Self { upper: Some(upper), ..Self::without_value(Status::Bounded) }
+    }
+
     /// Half the width of the interval over the value; `None` without a value other than zero.
     #[must_use]
     pub fn relative_half_width(&self) -> Option<f64> {
@@ -162,16 +174,7 @@ impl Parameter {
         let Some((z, upper)) = found else { return Self::without_value(Status::NotObservable) };
         let best = solution.parameters[term];
         let (lower, present) = search.lower(z);
-        if present {
-            Self {
-                status: Status::Estimated,
-                value: Some(best.sqrt()),
-                lower: Some(lower.sqrt()),
-                upper: Some(upper.sqrt()),
-            }
-        } else {
-            Self { upper: Some(upper.sqrt()), ..Self::without_value(Status::Bounded) }
-        }
+        if present { Self::estimated(best.sqrt(), lower.sqrt(), upper.sqrt()) } else { Self::bounded(upper.sqrt()) }
     }
 
     pub(super) fn scaled(self, factor: f64) -> Self {
@@ -189,14 +192,9 @@ pub(super) fn ramp(slope: f64, deviation: f64, dof: f64, confidence: f64) -> Par
     let quantiles = chi_squared::student_two_sided(confidence, dof).zip(chi_squared::student_two_sided(0.96, dof));
     let Some((t, present)) = quantiles else { return Parameter::without_value(Status::NotObservable) };
     if slope.abs() > present.max(2.0) * deviation {
-        Parameter {
-            status: Status::Estimated,
-            value: Some(slope),
-            lower: Some(slope - t * deviation),
-            upper: Some(slope + t * deviation),
-        }
+        Parameter::estimated(slope, slope - t * deviation, slope + t * deviation)
     } else {
-        Parameter { upper: Some(slope.abs() + t * deviation), ..Parameter::without_value(Status::Bounded) }
+        Parameter::bounded(slope.abs() + t * deviation)
     }
 }
 
