@@ -139,8 +139,7 @@ mod tests {
         channel.push(&mut [3, 4]);
         let snapshot = channel.snapshot(6, &shape(36));
         assert_eq!((snapshot.octaves[0].terms, snapshot.octaves.len()), (2, 1));
-        let blocks =
-            snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
+        let blocks = snapshot.signal.map(|signal| signal.blocks().iter().map(|block| block.count).collect::<Vec<_>>());
         assert_eq!(blocks, Some(vec![2, 2]));
         assert_eq!(snapshot.printed_decimals, 6);
     }
