@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    csv::{ColumnMap, CsvError, Plan, RowBatches},
+    csv::{ColumnMap, CsvError, CsvPlan, CsvReader},
     detect_format::{Detected, Format, detect_format},
     event::Event,
     gunzip::Gunzip,
@@ -44,7 +44,7 @@ pub struct Capture {
 enum StreamInput {
     Bytes(ReaderSource),
     TimedBytes(Box<dyn Read + Send>, Sidecar),
-    Rows(Plan, Box<dyn Read + Send>),
+    Rows(CsvPlan, Box<dyn Read + Send>),
     Recording(Box<RecordingReader<Box<dyn Read + Send>>>),
 }
 
@@ -89,7 +89,7 @@ impl Capture {
         match self.input {
             StreamInput::Bytes(source) => Ok(read_samples(source, options, stop)),
             StreamInput::TimedBytes(reader, sidecar) => read_file(TimedReader::new(reader, sidecar, options), stop),
-            StreamInput::Rows(plan, reader) => read_file(RowBatches::new(plan, reader, options), stop),
+            StreamInput::Rows(plan, reader) => read_file(CsvReader::new(plan, reader, options), stop),
             StreamInput::Recording(recording) => read_file(Replay::new(*recording, options), stop),
         }
     }

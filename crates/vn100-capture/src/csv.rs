@@ -6,40 +6,72 @@
 //! [`ColumnMap`]. Numbers become counts of their last digit without the way through a float, stamps
 //! become nanoseconds, and a row that is not understood is counted with its reason.
 
-use thiserror::Error;
-
-mod channel;
 mod column_map;
 mod detect;
-mod fields;
 mod header;
-mod header_candidate;
 mod lines;
 mod number;
-mod plan;
+mod quantizer;
 mod reader;
-mod resolution;
-mod row_batches;
 mod stamp;
 #[cfg(test)]
 mod tests;
-mod unended_row;
 
+use thiserror::Error;
+use vn100_protocol::Layout;
+
+use self::{lines::LastField, quantizer::Quantizer, stamp::StampUnit};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use detect::detect;
-pub(crate) use plan::Plan;
-pub(crate) use row_batches::RowBatches;
-#[cfg(test)]
-use {
-    plan::Kind,
-    reader::{CsvReader, LineBytes, Rows},
-};
+pub(crate) use reader::CsvReader;
 
 /// How much of a file it takes to judge it: a thousand rows of up to 260 bytes.
 pub(crate) const HEAD_BYTES: usize = 256 * 1024;
 
 /// What some programs put before the first line.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// How a CSV file is to be read, decided by its head alone.
+#[derive(Debug, Clone)]
+pub(crate) struct CsvPlan {
+    kind: Kind,
+    /// The columns that are not used, by their names in the file.
+    ignored_columns: Vec<String>,
+    /// The channels whose last digits are rounded away.
+    rounded: Vec<String>,
+    /// LF, also behind a CR; or CR, as on old Macs.
+    line_end: u8,
+    separator: u8,
+    columns: Vec<ColumnUse>,
+    /// How the columns of channels become counts, in the order of the layout.
+    quantizers: Vec<Quantizer>,
+    /// How the last fields of the first rows are printed; `None` for a sentence, which has a
+    /// checksum.
+    last_field: Option<LastField>,
+    /// Lines before the first row.
+    lines_above: u64,
+}
+
+/// What the rows of a CSV file are.
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    /// Numbers, one per channel. The layout is named after the message when it has exactly the
+    /// channels of one, `CSV` otherwise; its decimals are the file's, and its scales lead from the
+    /// file's units to the channels' own.
+    Values(Layout),
+    /// Sentences as the sensor sent them.
+    Sentences,
+}
+
+/// What a column is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ColumnUse {
+    Ignored,
+    Stamp(StampUnit),
+    /// The channel at this place of the layout.
+    Channel(usize),
+    Sentence,
+}
 
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -4,7 +4,10 @@ use std::io::{self, Read};
 
 use vn100_protocol::{Check, Decoder, Item, Options, RejectReason};
 
-use crate::{csv, csv::ColumnMap, csv::CsvError, csv::Plan, recording};
+use crate::{
+    csv::{self, ColumnMap, CsvError, CsvPlan},
+    recording,
+};
 
 /// How much of a file is searched for a first sentence: much may stand before it, such as the log
 /// of a boot.
@@ -46,7 +49,7 @@ pub enum Format {
 pub(crate) enum Detected {
     Text,
     Raw,
-    Csv(Plan),
+    Csv(CsvPlan),
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
     UnusableCsv(CsvError),

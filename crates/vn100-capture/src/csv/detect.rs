@@ -1,8 +1,17 @@
 //! Finds the line that names the columns of a CSV file, and how the file is to be read then.
 
+use memchr::memmem;
+use vn100_protocol::{Channel, Layout, MESSAGES, Quantity};
+
 use super::{
-    BYTE_ORDER_MARK, CsvError, column_map::ColumnMap, fields::is_comment_or_blank, header_candidate::HeaderCandidate,
-    plan::Plan,
+    BYTE_ORDER_MARK, ColumnUse, CsvError, CsvPlan, Kind,
+    column_map::{ColumnMap, ColumnName, MappedChannel, known},
+    header::{Header, Places},
+    lines::{Fields, LastField, is_comment_or_blank},
+    number::{LastDigit, Number},
+    quantizer::{ColumnScan, Prior, SCANNED_ROWS},
+    shown,
+    stamp::{StampScan, StampUnit},
 };
 
 /// Comments above the first row that are looked at for the names of the columns: the nearest to it.
@@ -18,7 +27,7 @@ const COMMENTS_ABOVE: usize = 100;
 ///
 /// # Errors
 /// [`CsvError`] when this is a CSV file but lacks the columns, or the stamps.
-pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<Plan>, CsvError> {
+pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
     let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
     let line_end = if head.contains(&b'\r') && !head.contains(&b'\n') { b'\r' } else { b'\n' };
     let lines: Vec<&[u8]> =
@@ -50,4 +59,250 @@ pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<Plan
         Some(problem) if plan.is_none() => Err(problem),
         _ => Ok(plan),
     }
+}
+
+/// Rows that show how many fields a row has; fewer than are scanned, for every comment above them
+/// may be a header.
+const FITTED_ROWS: usize = 50;
+
+/// A line that may be the header.
+struct HeaderCandidate<'a> {
+    header: Header,
+    /// The head of the file.
+    lines: &'a [&'a [u8]],
+    /// What ends them.
+    line_end: u8,
+    /// Its place among the lines.
+    index: usize,
+}
+
+impl<'a> HeaderCandidate<'a> {
+    /// The line at `index`, which names the columns in the text `names`.
+    fn new(names: &[u8], lines: &'a [&'a [u8]], line_end: u8, index: usize) -> Self {
+        let mut candidate = Self { header: Header::read(names), lines, line_end, index };
+        candidate.header.fit(rows(lines, index + 1).take(FITTED_ROWS));
+        candidate
+    }
+
+    /// Whether `row` has as many fields as this line, or a sentence with commas of its own. A
+    /// comment may name a channel in passing.
+    fn fits(&self, row: &[u8]) -> bool {
+        let fields = Fields::new(row, self.header.separator).count();
+        fields == self.header.width() || memmem::find(row, b"$VN").is_some()
+    }
+
+    /// The plan, if this is the header.
+    fn plan(&self, map: Option<&ColumnMap>) -> Result<Option<CsvPlan>, CsvError> {
+        match map {
+            Some(map) if !map.channels.is_empty() => self.mapped(map).map(Some),
+            map => self.named(map.and_then(|map| map.stamp.as_ref())),
+        }
+    }
+
+    /// The plan for a header with known names, of which the user may have named the stamp's.
+    fn named(&self, stamp: Option<&(ColumnName, StampUnit)>) -> Result<Option<CsvPlan>, CsvError> {
+        let mut places = match stamp {
+            Some((column, _)) => self.header.known_places_stamped(column)?,
+            None => self.header.known_places(),
+        };
+        let lines_above = self.index + 1;
+        let has_sentence = || rows(self.lines, lines_above).any(|row| memmem::find(row, b"$VN").is_some());
+        if places.stamp.is_some() && places.sentence.is_some() && has_sentence() {
+            places.channels.clear();
+        } else {
+            places.sentence = None;
+            if !places.has_inertial_channel() {
+                let found = self.header.names.clone();
+                return if self.is_header_of_numbers() { Err(CsvError::UnknownColumns { found }) } else { Ok(None) };
+            }
+        }
+        places.channels.sort_by_key(|&(_, channel)| channel);
+        let channels: Vec<_> = places.channels.iter().map(|&(_, index)| known(index).clone()).collect();
+        let prior = |channel: &Channel| Prior {
+            decimals: channel.decimals,
+            limit: Some(channel.value(channel.limit_counts)),
+            zero_hundredths: 0,
+        };
+        let priors: Vec<_> = channels.iter().map(prior).collect();
+        let kind = match places.sentence {
+            Some(_) => Kind::Sentences,
+            None => Kind::Values(self.named_layout(channels)),
+        };
+        self.complete(&places, kind, &priors, stamp.map(|&(_, unit)| unit), lines_above).map(Some)
+    }
+
+    /// The plan for columns named by the user.
+    fn mapped(&self, map: &ColumnMap) -> Result<CsvPlan, CsvError> {
+        let mut places = self.header.mapped_places(map)?;
+        let is_row = self.header.is_row(map, &places);
+        let lines_above = self.index + usize::from(!is_row);
+        if places.stamp.is_none() && !is_row {
+            places.stamp = self.likely_stamp(&places, lines_above);
+        }
+        places.channels.sort_by_key(|&(_, channel)| channel);
+        let mut mapped: Vec<_> = map.channels.iter().collect();
+        mapped.sort_by_key(|mapped| mapped.index);
+        let channel = |mapped: &&MappedChannel| Channel { scale: mapped.unit.scale, ..known(mapped.index).clone() };
+        let channels: Vec<Channel> = mapped.iter().map(channel).collect();
+        let compensated = channels.iter().any(|channel| channel.quantity.is_attitude());
+        let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };
+        let prior = |zero_hundredths| Prior {
+            // the distance between two zeros must be a whole count
+            decimals: if zero_hundredths == 0 { 0 } else { 2 },
+            limit: None,
+            zero_hundredths,
+        };
+        let priors: Vec<_> = mapped.iter().map(|mapped| prior(mapped.unit.zero_hundredths)).collect();
+        let stamp_unit = map.stamp.as_ref().map(|&(_, unit)| unit);
+        self.complete(&places, Kind::Values(layout), &priors, stamp_unit, lines_above)
+    }
+
+    /// The column of the stamps by its name, where the user mapped other columns only: if it holds
+    /// times whose unit is sure. Otherwise it may be anything.
+    fn likely_stamp(&self, mapped: &Places, lines_above: usize) -> Option<usize> {
+        let place = self.header.known_places().stamp?;
+        let is_free = mapped.channels.iter().all(|&(taken, _)| taken != place);
+        let places = Places { stamp: Some(place), ..Places::default() };
+        let (_, stamps) = self.first_rows(&places, lines_above).ok().filter(|_| is_free)?;
+        stamps.are_times().then_some(place)
+    }
+
+    /// The layout of channels found by name. Uncompensated only when the file says so in its header
+    /// or a comment above, with `uncomp` or the name of an uncompensated message: the names of the
+    /// columns are the same for both, and to take compensated rates for uncompensated ones would
+    /// claim a bias instability that is not the sensor's. A message of nothing but what any
+    /// inertial sensor measures must be named, too.
+    fn named_layout(&self, channels: Vec<Channel>) -> Layout {
+        let head = self.lines[..=self.index].join(&b'\n').to_ascii_lowercase();
+        let says = |word: &str| memmem::find(&head, word.to_ascii_lowercase().as_bytes()).is_some();
+        let says_uncompensated =
+            says("uncomp") || MESSAGES.iter().any(|message| !message.compensated && says(&message.message));
+        let message = MESSAGES.into_iter().find(|message| {
+            *message.channels == *channels
+                && message.compensated != says_uncompensated
+                && (message.channels.iter().any(|channel| !is_of_any_sensor(channel)) || says(&message.message))
+        });
+        match message {
+            Some(message) => message.clone(),
+            None => Layout { message: "CSV".into(), compensated: !says_uncompensated, channels: channels.into() },
+        }
+    }
+
+    /// Whether a row of numbers follows a line of names.
+    fn is_header_of_numbers(&self) -> bool {
+        let Some(row) = rows(self.lines, self.index + 1).next() else {
+            return false;
+        };
+        let fields = || Fields::new(row, self.header.separator);
+        self.header.names_columns()
+            && fields().count() == self.header.width()
+            && fields().any(|field| Number::parse(field).is_some())
+    }
+
+    /// Completes a plan with what the first rows show, the unit of the stamps too where it is not
+    /// given.
+    fn complete(
+        &self,
+        places: &Places,
+        mut kind: Kind,
+        priors: &[Prior],
+        stamp_unit: Option<StampUnit>,
+        lines_above: usize,
+    ) -> Result<CsvPlan, CsvError> {
+        let (scans, stamps) = self.first_rows(places, lines_above)?;
+        let mut columns = vec![ColumnUse::Ignored; self.header.width()];
+        if let Some(place) = places.stamp {
+            let unit = stamp_unit.map_or_else(|| stamps.unit(), Ok);
+            columns[place] = ColumnUse::Stamp(unit.map_err(|unsure| CsvError::StampUnit {
+                column: self.header.names[place].clone(),
+                argument: self.header.argument(place),
+                step: unsure.step,
+                units: unsure.units,
+            })?);
+        }
+        if let Some(place) = places.sentence {
+            columns[place] = ColumnUse::Sentence;
+        }
+        let quantizers: Vec<_> = scans.iter().zip(priors).map(|(scan, &prior)| scan.quantizer(prior)).collect();
+        let mut rounded = Vec::new();
+        for (slot, (&(place, index), quantizer)) in places.channels.iter().zip(&quantizers).enumerate() {
+            columns[place] = ColumnUse::Channel(slot);
+            if quantizer.last_digit == LastDigit::Rounded {
+                rounded.push(known(index).name.to_string());
+            }
+        }
+        if let Kind::Values(layout) = &mut kind {
+            for (channel, quantizer) in layout.channels.to_mut().iter_mut().zip(&quantizers) {
+                channel.decimals = quantizer.decimals;
+                channel.limit_counts = quantizer.limit_counts;
+            }
+        }
+        let ends_in_sentence = columns.last() == Some(&ColumnUse::Sentence);
+        Ok(CsvPlan {
+            kind,
+            last_field: (!ends_in_sentence).then(|| self.last_field(lines_above)),
+            ignored_columns: places.ignored(&self.header),
+            rounded,
+            line_end: self.line_end,
+            separator: self.header.separator,
+            columns,
+            quantizers,
+            lines_above: lines_above as u64,
+        })
+    }
+
+    /// How the first rows end that do have a line end.
+    fn last_field(&self, lines_above: usize) -> LastField {
+        let ended = &self.lines[..self.lines.len() - 1];
+        let mut last_field = LastField::default();
+        for row in rows(ended, lines_above.min(ended.len())) {
+            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
+            if let Some(last) = fields.last().filter(|_| fields.len() == self.header.width()) {
+                last_field.add(last);
+            }
+        }
+        last_field
+    }
+
+    /// What the first rows print in the column of each channel, and in that of the stamps.
+    fn first_rows(&self, places: &Places, lines_above: usize) -> Result<(Vec<ColumnScan>, StampScan), CsvError> {
+        let mut scans = vec![ColumnScan::default(); places.channels.len()];
+        let mut stamps = StampScan::default();
+        let mut unreadable_stamp = None;
+        for row in rows(self.lines, lines_above) {
+            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
+            // a sentence has commas of its own
+            if fields.len() != self.header.width() && places.sentence.is_none() {
+                continue;
+            }
+            for (scan, &(place, _)) in scans.iter_mut().zip(&places.channels) {
+                if let Some(number) = Number::parse(fields[place]) {
+                    scan.add(&number);
+                }
+            }
+            if let Some(&field) = places.stamp.and_then(|place| fields.get(place)) {
+                match Number::parse(field) {
+                    Some(stamp) => stamps.add(&stamp),
+                    None => unreadable_stamp = unreadable_stamp.or(Some(field)),
+                }
+            }
+        }
+        match (places.stamp, unreadable_stamp) {
+            (Some(place), Some(field)) if stamps.is_empty() => {
+                Err(CsvError::Stamps { column: self.header.names[place].clone(), text: shown(field) })
+            }
+            _ => Ok((scans, stamps)),
+        }
+    }
+}
+
+/// Whether inertial sensors of any make measure it.
+fn is_of_any_sensor(channel: &Channel) -> bool {
+    matches!(channel.quantity, Quantity::MagneticField | Quantity::Acceleration | Quantity::AngularRate)
+}
+
+/// The first rows below `lines_above`.
+fn rows<'a>(lines: &'a [&'a [u8]], lines_above: usize) -> impl Iterator<Item = &'a [u8]> {
+    let below = lines[lines_above..].iter().copied();
+    below.filter(|line| !is_comment_or_blank(line)).take(SCANNED_ROWS)
 }

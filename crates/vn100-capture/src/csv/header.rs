@@ -1,10 +1,11 @@
 //! The line that names the columns, and what each column is for.
 
+use vn100_protocol::Quantity;
+
 use super::{
     CsvError,
-    channel::{by_alias, is_inertial, known},
-    column_map::{ColumnMap, ColumnName, STAMP},
-    fields::Fields,
+    column_map::{ColumnMap, ColumnName, STAMP, by_alias, known},
+    lines::Fields,
     number::Number,
     shown,
 };
@@ -167,7 +168,8 @@ impl Places {
 
     /// Whether there is a channel that only an inertial sensor has.
     pub(super) fn has_inertial_channel(&self) -> bool {
-        self.channels.iter().any(|&(_, channel)| is_inertial(channel))
+        let quantities = self.channels.iter().map(|&(_, channel)| known(channel).quantity);
+        { quantities }.any(|quantity| matches!(quantity, Quantity::Acceleration | Quantity::AngularRate))
     }
 
     /// The names of the columns that are not used.

@@ -1,10 +1,12 @@
-//! The lines of a reader, through one buffer that never grows.
+//! A CSV file cut into its lines, through one buffer that never grows, and a line into its fields. A
+//! record is a line: a line break inside quotes ends it, so that one lost quote damages one line
+//! only.
 
 use std::io::{self, Read};
 
-use memchr::memchr;
+use memchr::{memchr, memchr_iter};
 
-use super::BYTE_ORDER_MARK;
+use super::{BYTE_ORDER_MARK, number::Number};
 
 /// The size of the buffer: a line longer than this is not kept.
 pub(super) const LONGEST_LINE: usize = 64 * 1024;
@@ -25,19 +27,19 @@ pub(super) struct Lines<R> {
 }
 
 /// A line.
-pub(super) struct Line<'a> {
+pub(super) struct CsvLine<'a> {
     /// From 1.
     pub(super) number: u64,
     /// All of them, with the line end.
     pub(super) bytes: u64,
     /// Without the line end; the last bytes of an overlong line.
     pub(super) text: &'a [u8],
-    pub(super) state: State,
+    pub(super) completeness: Completeness,
 }
 
 /// What is there of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum Completeness {
     Whole,
     /// The last line of the data, without a line end: it may be cut.
     Unended,
@@ -61,7 +63,7 @@ impl<R: Read> Lines<R> {
 
     /// The next line that needs no read.
     #[inline]
-    pub(super) fn next_buffered(&mut self) -> Option<Line<'_>> {
+    pub(super) fn next_buffered(&mut self) -> Option<CsvLine<'_>> {
         let waiting = &self.buffer[self.begin..self.end];
         let (length, taken) = match memchr(self.line_end, waiting) {
             Some(length) => (length, length + 1),
@@ -80,12 +82,12 @@ impl<R: Read> Lines<R> {
             None => (text, taken > length),
         };
         let dropped = std::mem::take(&mut self.dropped);
-        let state = match (dropped, ended) {
-            (1.., _) => State::Overlong,
-            (0, true) => State::Whole,
-            (0, false) => State::Unended,
+        let completeness = match (dropped, ended) {
+            (1.., _) => Completeness::Overlong,
+            (0, true) => Completeness::Whole,
+            (0, false) => Completeness::Unended,
         };
-        Some(Line { number: self.number, bytes: dropped + taken as u64, text, state })
+        Some(CsvLine { number: self.number, bytes: dropped + taken as u64, text, completeness })
     }
 
     /// Reads once, when no line is buffered; `false` at the end of the data.
@@ -118,6 +120,121 @@ impl<R: Read> Lines<R> {
     }
 }
 
+/// The fields of a line, without the spaces and quotes around them.
+pub(super) struct Fields<'a> {
+    /// `None` behind the last field.
+    rest: Option<&'a [u8]>,
+    separator: u8,
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn new(line: &'a [u8], separator: u8) -> Self {
+        Self { rest: Some(line), separator }
+    }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let rest = self.rest?;
+        let end = field_end(rest, self.separator);
+        self.rest = rest.get(end + 1..);
+        Some(unquoted(&rest[..end]))
+    }
+}
+
+/// The length of the field at the head of `rest`. A quoted field may hold separators.
+#[inline]
+pub(super) fn field_end(rest: &[u8], separator: u8) -> usize {
+    if let Some(quote) = opening_quote(rest) {
+        return memchr_iter(b'"', &rest[quote + 1..])
+            .map(|at| quote + 1 + at)
+            .find_map(|closing| {
+                let behind = closing + 1;
+                let spaces = rest[behind..].iter().take_while(|&&b| b == b' ').count();
+                let end = behind + spaces;
+                (end == rest.len() || rest[end] == separator).then_some(end)
+            })
+            .unwrap_or(rest.len());
+    }
+    memchr(separator, rest).unwrap_or(rest.len())
+}
+
+/// Where the quote that the field at the head of `rest` begins with stands.
+pub(super) fn opening_quote(rest: &[u8]) -> Option<usize> {
+    let at = rest.iter().position(|&b| b != b' ')?;
+    (rest[at] == b'"').then_some(at)
+}
+
+/// Whether `field` begins with a quote that is not closed.
+pub(super) fn has_open_quote(field: &[u8]) -> bool {
+    match field.trim_ascii().strip_prefix(b"\"") {
+        Some(behind) => !behind.ends_with(b"\""),
+        None => false,
+    }
+}
+
+/// `field` without the spaces around it, and without its quotes; a quote that is not closed is one
+/// too.
+pub(super) fn unquoted(field: &[u8]) -> &[u8] {
+    let field = field.trim_ascii();
+    match field.strip_prefix(b"\"") {
+        Some(inner) => inner.strip_suffix(b"\"").unwrap_or(inner).trim_ascii(),
+        None => field,
+    }
+}
+
+/// Whether `line` is no row: nothing but spaces, or a `#` and what follows it.
+#[inline]
+pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
+    let first = line.iter().find(|byte| !byte.is_ascii_whitespace());
+    matches!(first, None | Some(b'#'))
+}
+
+/// How the last fields of rows are printed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LastField {
+    /// `None` before the first row.
+    form: Option<Form>,
+}
+
+/// What all fields have in common.
+#[derive(Debug, Clone, Copy)]
+struct Form {
+    /// Digits behind the point, of which there must be some: a whole number cut short looks like
+    /// one.
+    decimals: Option<u32>,
+    width: Option<usize>,
+}
+
+impl LastField {
+    pub(super) fn add(&mut self, field: &[u8]) {
+        let added = Form::of(field);
+        let common = self.form.map_or(added, |form| Form {
+            decimals: form.decimals.filter(|_| form.decimals == added.decimals),
+            width: form.width.filter(|_| form.width == added.width),
+        });
+        self.form = Some(common);
+    }
+
+    /// Whether `field` has the decimals or the width that all others have. Where they have neither
+    /// in common that is not known.
+    pub(super) fn is_whole(&self, field: &[u8]) -> bool {
+        let Form { decimals, width } = Form::of(field);
+        self.form.is_some_and(|form| {
+            form.decimals.is_some() && form.decimals == decimals || form.width.is_some() && form.width == width
+        })
+    }
+}
+
+impl Form {
+    fn of(field: &[u8]) -> Self {
+        let decimals = Number::parse(field).map(|number| number.decimals());
+        Self { decimals: decimals.filter(|&decimals| decimals > 0), width: Some(field.len()) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,17 +245,62 @@ mod tests {
         let mut found = Vec::new();
         while lines.fill().unwrap() {
             while let Some(line) = lines.next_buffered() {
-                found.push((line.number, line.bytes, line.text.to_vec(), line.state));
+                found.push((line.number, line.bytes, line.text.to_vec(), line.completeness));
             }
         }
-        let expected: [(u64, &[u8], State); 5] = [
-            (6, b"a", State::Whole),
-            (2, b"", State::Whole),
-            (1, b"", State::Whole),
-            (4, b"b\rc", State::Whole),
-            (2, b" d", State::Unended),
+        let expected: [(u64, &[u8], Completeness); 5] = [
+            (6, b"a", Completeness::Whole),
+            (2, b"", Completeness::Whole),
+            (1, b"", Completeness::Whole),
+            (4, b"b\rc", Completeness::Whole),
+            (2, b" d", Completeness::Unended),
         ];
         let expected = (1..).zip(expected).map(|(number, (bytes, text, state))| (number, bytes, text.to_vec(), state));
         assert_eq!(found, expected.collect::<Vec<_>>());
+    }
+
+    fn fields(line: &str, separator: u8) -> Vec<&str> {
+        Fields::new(line.as_bytes(), separator).map(|field| std::str::from_utf8(field).unwrap()).collect()
+    }
+
+    #[test]
+    fn quotes_hold_separators() {
+        assert_eq!(fields("a, b ,,c", b','), ["a", "b", "", "c"]);
+        assert_eq!(fields("1,\"$A,b*63\",2", b','), ["1", "$A,b*63", "2"]);
+        assert_eq!(fields("1; \"x;y\" ;2", b';'), ["1", "x;y", "2"]);
+        assert_eq!(fields("\"say \"\"a,b\"\"\",2", b','), ["say \"\"a,b\"\"", "2"]);
+        assert_eq!(fields("\t1\t", b'\t'), ["", "1", ""]);
+        assert_eq!(fields("", b','), [""]);
+    }
+
+    #[test]
+    fn an_open_quote_ends_with_its_line() {
+        assert_eq!(fields("1,\"$A,b*63", b','), ["1", "$A,b*63"]);
+        assert_eq!(fields("\"", b','), [""]);
+        for (field, open) in [("\"$A", true), ("\"", true), (" \"$A\" ", false), ("\"\"", false), ("a\"", false)] {
+            assert_eq!(has_open_quote(field.as_bytes()), open, "{field:?}");
+        }
+    }
+
+    #[test]
+    fn a_field_is_whole_with_the_decimals_or_the_width_of_all_others() {
+        for (others, field, whole) in [
+            (&["+00.000301", "-00.000391"][..], "+00.000724", true),
+            (&["+00.000301", "-00.000391"], "+00.00072", false),
+            (&["0.301", "-12.391"], "7.724", true),
+            (&["0.301", "-12.391"], "7.72", false),
+            (&["1234", "1235"], "1236", true),
+            (&["1234", "1235"], "123", false),
+            (&["9", "10"], "11", false),
+            (&["0.5", "0.25"], "0.125", false),
+            (&["12:00:01", "12:00:02"], "12:00:03", true),
+            (&["12:00:01", "12:00:02"], "12:00", false),
+            (&["", ""], "", true),
+            (&[], "0.5", false),
+        ] {
+            let mut last = LastField::default();
+            others.iter().for_each(|other| last.add(other.as_bytes()));
+            assert_eq!(last.is_whole(field.as_bytes()), whole, "{field} behind {others:?}");
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! Numbers as laboratory scripts print them, held exactly: `-077.706`, `0.0443`, `1e-05`, `1.5E+3`,
 //! `12`.
 
+use vn100_protocol::stream::RejectedRow;
+
 /// The powers of ten that fit 64 bits.
 const POWERS_OF_TEN: [u64; 20] = {
     let mut powers = [1; 20];
@@ -29,19 +31,10 @@ pub(super) struct Number {
     more: bool,
 }
 
-/// Why a number has no count of a given last digit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Misfit {
-    /// It has more decimals.
-    Decimals,
-    /// It is too large.
-    Range,
-}
-
 /// What becomes of digits behind the last one that is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LastDigit {
-    /// They make the number a misfit, unless they are zeros.
+    /// The number is rejected for them, unless they are zeros.
     Exact,
     /// They are rounded away, to the nearest count and from the middle to the even one; from the
     /// twentieth digit on they are cut.
@@ -104,29 +97,29 @@ impl Number {
         Some((number, end))
     }
 
-    /// The number in units of 10^-`decimals`.
+    /// The number in units of 10^-`decimals`; rejected where it has more decimals or is too large.
     #[inline]
-    pub(super) fn count(&self, decimals: u8, last_digit: LastDigit) -> Result<i64, Misfit> {
+    pub(super) fn count(&self, decimals: u8, last_digit: LastDigit) -> Result<i64, RejectedRow> {
         let magnitude = if self.decimals == i32::from(decimals) && !self.more {
             self.digits
         } else {
             self.rescaled(decimals, last_digit)?
         };
-        let magnitude = i64::try_from(magnitude).map_err(|_| Misfit::Range)?;
+        let magnitude = i64::try_from(magnitude).map_err(|_| RejectedRow::Range)?;
         Ok(magnitude * (1 - 2 * i64::from(self.negative)))
     }
 
-    fn rescaled(&self, decimals: u8, last_digit: LastDigit) -> Result<u64, Misfit> {
+    fn rescaled(&self, decimals: u8, last_digit: LastDigit) -> Result<u64, RejectedRow> {
         let added = i32::from(decimals).saturating_sub(self.decimals);
         let power = POWERS_OF_TEN.get(added.unsigned_abs() as usize);
         if added >= 0 {
             if self.more && last_digit == LastDigit::Exact {
-                return Err(Misfit::Decimals);
+                return Err(RejectedRow::Decimals);
             }
             return match power {
                 _ if self.digits == 0 => Ok(0),
-                Some(&power) => self.digits.checked_mul(power).ok_or(Misfit::Range),
-                None => Err(Misfit::Range),
+                Some(&power) => self.digits.checked_mul(power).ok_or(RejectedRow::Range),
+                None => Err(RejectedRow::Range),
             };
         }
         let (quotient, remainder, half) = match power {
@@ -137,7 +130,7 @@ impl Number {
         if remainder == 0 && !self.more {
             Ok(quotient)
         } else if last_digit == LastDigit::Exact {
-            Err(Misfit::Decimals)
+            Err(RejectedRow::Decimals)
         } else {
             let is_odd_count = quotient % 2 == 1;
             let up = remainder > half || remainder == half && (self.more || is_odd_count);
@@ -205,9 +198,13 @@ fn parse_exponent(input: &[u8], at: usize) -> Option<(i32, usize)> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{LastDigit::*, Misfit::*, *};
+    use super::{
+        LastDigit::*,
+        RejectedRow::{Decimals, Range},
+        *,
+    };
 
-    fn count(field: &str, decimals: u8, last_digit: LastDigit) -> Result<i64, Misfit> {
+    fn count(field: &str, decimals: u8, last_digit: LastDigit) -> Result<i64, RejectedRow> {
         Number::parse(field.as_bytes()).unwrap().count(decimals, last_digit)
     }
 

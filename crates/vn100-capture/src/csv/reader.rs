@@ -1,168 +1,260 @@
-//! The rows of a CSV file, some hundred at a time.
+//! The rows of a CSV file, read as its plan says, and batches of samples made of them.
 
-use std::io::{self, Read};
+use std::{
+    io::{self, Read},
+    sync::Arc,
+};
 
-use vn100_protocol::stream::RejectedRow;
+use vn100_protocol::{
+    Layout, Tally,
+    stream::{Arrival, Batch, Mark, MarkKind, ReadOptions, RejectedRow, RejectedRowCounts, SampleReader},
+};
 
 use super::{
-    fields::{Fields, field_end, has_open_quote, is_comment_or_blank, opening_quote, unquoted},
-    lines::{Line, Lines, State},
-    number::{Misfit, Number},
-    plan::{Column, Kind, Plan, Scale},
+    ColumnUse, CsvPlan, Kind,
+    lines::{
+        Completeness, CsvLine, Fields, Lines, field_end, has_open_quote, is_comment_or_blank, opening_quote, unquoted,
+    },
+    number::Number,
     shown,
     stamp::StampUnit,
 };
-use crate::event::{CsvReport, RejectedRows};
+use crate::{
+    event::{CsvReport, Event, RejectedRows},
+    read_samples::FileReader,
+};
 
-/// Rows handed over at once, accepted or rejected.
+/// Rows in one batch, accepted or rejected.
 const MOST_ROWS: usize = 512;
 
-/// Reads a CSV file as its plan says.
+/// Reads the samples of a CSV file, some hundred rows at a time.
 pub(crate) struct CsvReader<R> {
     lines: Lines<R>,
-    parser: Parser,
+    parser: RowParser,
+    rejected: RejectedRowCounts,
+    line_by_line: bool,
+    content: Content,
 }
 
-/// Rows of a CSV file. Of `counts` and `sentences` one is in use, by the [`Kind`] of the plan.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Rows {
-    /// Row after row, each with the channels in the order of the layout, in units of their last
-    /// decimals.
-    pub(crate) counts: Vec<i32>,
-    /// The sentences one behind the other, each with CR LF.
-    pub(crate) sentences: Vec<u8>,
-    /// Where each sentence ends.
-    pub(crate) sentence_ends: Vec<usize>,
-    /// The stamp of each row, in nanoseconds since that of the first row of the file; negative
-    /// where a clock was set back. Empty when the rows have no stamps.
-    pub(crate) stamps_ns: Vec<i64>,
-    /// The rejected rows, each with the number of good rows before it.
-    pub(crate) rejected: Vec<(usize, RejectedRow)>,
-    /// For each good row, the bytes of the file from its beginning to the end of the row.
-    pub(crate) bytes: Vec<LineBytes>,
-    /// The number of good rows.
-    pub(crate) count: usize,
+/// What rows become.
+enum Content {
+    Values(Values),
+    /// Sentences, to be decoded.
+    Sentences(SampleReader),
+}
+
+/// Numbers, already counts.
+struct Values {
+    layout: Arc<Layout>,
+    tally: Tally,
+    open: Batch,
 }
 
 impl<R: Read> CsvReader<R> {
     /// Reads `reader` from the first byte of the file on.
-    pub(crate) fn new(plan: Plan, reader: R) -> Self {
+    pub(crate) fn new(plan: CsvPlan, reader: R, options: ReadOptions) -> Self {
+        let content = match plan.kind.clone() {
+            Kind::Values(layout) => {
+                Content::Values(Values { layout: Arc::new(layout), tally: Tally::default(), open: Batch::default() })
+            }
+            Kind::Sentences => Content::Sentences(SampleReader::new(options)),
+        };
         Self {
             lines: Lines::new(reader, plan.line_end),
-            parser: Parser {
-                report: CsvReport {
-                    ignored_columns: plan.ignored_columns.clone(),
-                    rounded: plan.rounded.clone(),
-                    ..CsvReport::default()
-                },
-                plan,
-                first_stamp_ns: None,
-                quote_open: false,
-                bytes: LineBytes::default(),
-            },
+            parser: RowParser::new(plan),
+            rejected: RejectedRowCounts::default(),
+            line_by_line: options.line_by_line,
+            content,
         }
-    }
-
-    /// Replaces `rows` by the next ones: up to 512, fewer where more would have to be waited for.
-    /// `false` at the end of the file, with no rows.
-    ///
-    /// # Errors
-    /// That of the reader; nothing is lost by it.
-    pub(crate) fn next_rows(&mut self, rows: &mut Rows) -> io::Result<bool> {
-        rows.clear();
-        loop {
-            while rows.count + rows.rejected.len() < MOST_ROWS {
-                let Some(line) = self.lines.next_buffered() else {
-                    break;
-                };
-                self.parser.line(&line, rows);
-            }
-            if rows.count + rows.rejected.len() > 0 {
-                return Ok(true);
-            }
-            if !self.lines.fill()? {
-                return Ok(false);
-            }
-        }
-    }
-
-    /// What became of the lines so far.
-    pub(crate) fn report(&self) -> &CsvReport {
-        &self.parser.report
-    }
-
-    /// The bytes of the lines so far.
-    pub(crate) fn bytes(&self) -> LineBytes {
-        self.parser.bytes
     }
 }
 
-impl Rows {
-    /// The sentence of a row, with CR LF.
-    pub(crate) fn sentence(&self, row: usize) -> &[u8] {
-        let begin = row.checked_sub(1).map_or(0, |before| self.sentence_ends[before]);
-        &self.sentences[begin..self.sentence_ends[row]]
+impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
+    /// Up to 512 rows, fewer where more would have to be waited for.
+    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
+        let Self { lines, parser, rejected, line_by_line, content } = self;
+        let mut batches = Vec::new();
+        let mut row_count = 0;
+        while row_count == 0 {
+            while row_count < MOST_ROWS
+                && let Some(line) = lines.next_buffered()
+            {
+                match parser.push(&line) {
+                    None => continue,
+                    Some(Ok(())) => {
+                        content.push(parser);
+                        if *line_by_line {
+                            batches.extend(with_file(content.take_batches(), *rejected, parser.bytes));
+                        }
+                    }
+                    Some(Err(reason)) => {
+                        rejected.count(reason);
+                        content.mark_rejected();
+                    }
+                }
+                row_count += 1;
+            }
+            if row_count == 0 && !lines.fill()? {
+                return Ok(None);
+            }
+        }
+        batches.extend(with_file(content.take_batches(), *rejected, parser.bytes));
+        Ok(Some(batches.into_iter().map(Event::Batch).collect()))
     }
 
-    fn clear(&mut self) {
-        self.counts.clear();
-        self.sentences.clear();
-        self.sentence_ends.clear();
-        self.stamps_ns.clear();
-        self.rejected.clear();
-        self.bytes.clear();
-        self.count = 0;
+    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+        let batches = match &mut self.content {
+            Content::Values(values) => vec![values.take_batch()],
+            Content::Sentences(samples) => samples.finish(),
+        };
+        (with_file(batches, self.rejected, self.parser.bytes), Some(self.parser.report.clone()))
     }
+}
+
+impl Content {
+    fn mark_rejected(&mut self) {
+        match self {
+            Self::Values(values) => {
+                let before_row = values.row();
+                values.open.marks.push(Mark { before_row, kind: MarkKind::Rejected });
+            }
+            Self::Sentences(samples) => samples.mark_rejected_row(),
+        }
+    }
+
+    fn push(&mut self, row: &RowParser) {
+        match self {
+            Self::Values(values) => values.push(&row.counts, row.stamp_ns),
+            Self::Sentences(samples) => samples.push(&row.sentence, row.stamp_ns),
+        }
+    }
+
+    fn take_batches(&mut self) -> Vec<Batch> {
+        match self {
+            Self::Values(values) => vec![values.take_batch()],
+            Self::Sentences(samples) => samples.take_batches(),
+        }
+    }
+}
+
+impl Values {
+    fn push(&mut self, counts: &[i32], at_ns: Option<i64>) {
+        if let Some(at_ns) = at_ns {
+            let from_row = self.row();
+            self.open.arrivals.push(Arrival { from_row, at_ns });
+        }
+        self.open.counts.extend_from_slice(counts);
+        self.tally.samples += 1;
+        // a row of numbers carries no checksum
+        self.tally.unchecked_sentences += 1;
+    }
+
+    fn row(&self) -> usize {
+        self.open.counts.len() / self.layout.channels.len()
+    }
+
+    fn take_batch(&mut self) -> Batch {
+        let mut batch = std::mem::take(&mut self.open);
+        batch.layout = Some(Arc::clone(&self.layout));
+        batch.link.tally = self.tally;
+        batch
+    }
+}
+
+/// Adds what the file holds beside its samples. All bytes of a row are those of its line: stamp,
+/// other columns and line end too, even where its sentence is damaged.
+fn with_file(mut batches: Vec<Batch>, rejected: RejectedRowCounts, bytes: LineBytes) -> Vec<Batch> {
+    for link in batches.iter_mut().map(|batch| &mut batch.link) {
+        let tally = &mut link.tally;
+        tally.valid_sentence_bytes += bytes.rows.saturating_sub(tally.bytes());
+        tally.rejected_sentence_bytes += bytes.rejected;
+        tally.skipped_bytes += bytes.skipped;
+        for (reason, count) in rejected.iter() {
+            *match reason {
+                RejectedRow::Range => &mut tally.rejected.range,
+                RejectedRow::Length => &mut tally.rejected.too_long,
+                RejectedRow::Truncated => &mut tally.rejected.truncated,
+                RejectedRow::Fields | RejectedRow::Number | RejectedRow::Decimals | RejectedRow::Stamp => {
+                    &mut tally.rejected.grammar
+                }
+            } += count;
+        }
+        link.rejected_rows = Some(rejected);
+    }
+    batches
 }
 
 /// Bytes of the lines, line ends included.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct LineBytes {
-    pub(crate) rows: u64,
-    pub(crate) rejected: u64,
-    pub(crate) skipped: u64,
+pub(super) struct LineBytes {
+    pub(super) rows: u64,
+    pub(super) rejected: u64,
+    pub(super) skipped: u64,
 }
 
-struct Parser {
-    plan: Plan,
+/// Reads the rows of a CSV file one after the other. Of `counts` and `sentence` one is in use, by
+/// the [`Kind`] of the plan.
+pub(super) struct RowParser {
+    plan: CsvPlan,
+    /// Of the last good row, with the channels in the order of the layout, in units of their last
+    /// decimals.
+    pub(super) counts: Vec<i32>,
+    /// Of the last good row, with CR LF.
+    pub(super) sentence: Vec<u8>,
+    /// The stamp of the last good row, in nanoseconds since that of the first row of the file;
+    /// negative where a clock was set back.
+    pub(super) stamp_ns: Option<i64>,
     first_stamp_ns: Option<i64>,
     /// The last row ended inside quotes: the next line may be what is left of it.
     quote_open: bool,
-    report: CsvReport,
-    bytes: LineBytes,
+    pub(super) report: CsvReport,
+    pub(super) bytes: LineBytes,
 }
 
-impl Parser {
+impl RowParser {
+    pub(super) fn new(plan: CsvPlan) -> Self {
+        let (ignored_columns, rounded) = (plan.ignored_columns.clone(), plan.rounded.clone());
+        Self {
+            counts: vec![0; plan.quantizers.len()],
+            sentence: Vec::new(),
+            stamp_ns: None,
+            first_stamp_ns: None,
+            quote_open: false,
+            report: CsvReport { ignored_columns, rounded, ..CsvReport::default() },
+            bytes: LineBytes::default(),
+            plan,
+        }
+    }
+
+    /// Reads a line; `None` where it is no row.
     #[inline]
-    fn line(&mut self, line: &Line<'_>, rows: &mut Rows) {
+    pub(super) fn push(&mut self, line: &CsvLine<'_>) -> Option<Result<(), RejectedRow>> {
         self.report.lines += 1;
-        if line.state != State::Overlong && self.is_skipped(line) {
+        if line.completeness != Completeness::Overlong && self.is_skipped(line) {
             self.report.skipped_lines += 1;
             self.bytes.skipped += line.bytes;
-            return;
+            return None;
         }
-        let row = match line.state {
-            State::Overlong => Err(RejectedRow::Length),
-            State::Unended if !self.ends_whole(line.text) => Err(RejectedRow::Truncated),
-            State::Unended | State::Whole => self.row(line.text, rows),
+        let row = match line.completeness {
+            Completeness::Overlong => Err(RejectedRow::Length),
+            Completeness::Unended if !self.ends_whole(line.text) => Err(RejectedRow::Truncated),
+            Completeness::Unended | Completeness::Whole => self.row(line.text),
         };
         match row {
             Ok(()) => {
                 self.report.rows += 1;
                 self.bytes.rows += line.bytes;
-                rows.count += 1;
-                rows.bytes.push(self.bytes);
             }
-            Err(kind) => {
+            Err(reason) => {
                 self.bytes.rejected += line.bytes;
-                rows.rejected.push((rows.count, kind));
-                self.count_rejected(kind, line);
+                self.count_rejected(reason, line);
             }
         }
+        Some(row)
     }
 
     #[cold]
-    fn count_rejected(&mut self, reason: RejectedRow, line: &Line<'_>) {
+    fn count_rejected(&mut self, reason: RejectedRow, line: &CsvLine<'_>) {
         let rejected = &mut self.report.rejected;
         let at = rejected.binary_search_by_key(&reason, |rows| rows.reason).unwrap_or_else(|at| {
             let first = RejectedRows { reason, count: 0, first_line: line.number, first_text: shown(line.text) };
@@ -173,7 +265,7 @@ impl Parser {
     }
 
     #[inline]
-    fn is_skipped(&mut self, line: &Line<'_>) -> bool {
+    fn is_skipped(&mut self, line: &CsvLine<'_>) -> bool {
         if line.number <= self.plan.lines_above || is_comment_or_blank(line.text) {
             return true;
         }
@@ -191,34 +283,18 @@ impl Parser {
         count == self.plan.columns.len() && last_field.is_whole(last)
     }
 
-    /// Takes a row, or nothing of it.
     #[inline]
-    fn row(&mut self, line: &[u8], rows: &mut Rows) -> Result<(), RejectedRow> {
-        let stamp_ns = match self.plan.kind {
-            Kind::Values(_) => {
-                let begin = rows.counts.len();
-                rows.counts.resize(begin + self.plan.scales.len(), 0);
-                let row = self.values(line, &mut rows.counts[begin..]);
-                if row.is_err() {
-                    rows.counts.truncate(begin);
-                }
-                row.map_err(|kind| self.wrong_fields(line).unwrap_or(kind))?
-            }
-            Kind::Sentences => {
-                let (stamp_ns, sentence) = self.sentence(line)?;
-                rows.sentences.extend_from_slice(sentence);
-                rows.sentences.extend_from_slice(b"\r\n");
-                rows.sentence_ends.push(rows.sentences.len());
-                stamp_ns
-            }
+    fn row(&mut self, line: &[u8]) -> Result<(), RejectedRow> {
+        self.stamp_ns = match self.plan.kind {
+            Kind::Values(_) => self.values(line).map_err(|reason| self.wrong_fields(line).unwrap_or(reason))?,
+            Kind::Sentences => Some(self.sentence(line)?),
         };
-        rows.stamps_ns.extend(stamp_ns);
         Ok(())
     }
 
-    /// Reads the counts of a row into `counts` and returns its stamp.
+    /// Reads the counts of a row and returns its stamp.
     #[inline]
-    fn values(&mut self, line: &[u8], counts: &mut [i32]) -> Result<Option<i64>, RejectedRow> {
+    fn values(&mut self, line: &[u8]) -> Result<Option<i64>, RejectedRow> {
         let plan = &self.plan;
         let mut stamp = None;
         let mut rest = line;
@@ -227,17 +303,17 @@ impl Parser {
                 rest = rest.get(1..).ok_or(RejectedRow::Fields)?;
             }
             rest = match column {
-                Column::Channel(slot) => {
+                ColumnUse::Channel(slot) => {
                     let (number, rest) = leading_number(rest, plan.separator).ok_or(RejectedRow::Number)?;
-                    counts[slot] = plan.scales[slot].count(&number)?;
+                    self.counts[slot] = plan.quantizers[slot].count(&number)?;
                     rest
                 }
-                Column::Stamp(unit) => {
+                ColumnUse::Stamp(unit) => {
                     let (number, rest) = leading_number(rest, plan.separator).ok_or(RejectedRow::Stamp)?;
                     stamp = Some((number, unit));
                     rest
                 }
-                Column::Ignored | Column::Sentence => &rest[field_end(rest, plan.separator)..],
+                ColumnUse::Ignored | ColumnUse::Sentence => &rest[field_end(rest, plan.separator)..],
             };
         }
         if !rest.is_empty() {
@@ -246,8 +322,8 @@ impl Parser {
         stamp.map(|(stamp, unit)| self.since_first(&stamp, unit)).transpose()
     }
 
-    /// The stamp and the sentence of a row.
-    fn sentence<'a>(&mut self, line: &'a [u8]) -> Result<(Option<i64>, &'a [u8]), RejectedRow> {
+    /// Reads the sentence of a row and returns its stamp.
+    fn sentence(&mut self, line: &[u8]) -> Result<i64, RejectedRow> {
         let mut stamp = None;
         let mut sentence = None;
         let last = self.plan.columns.len() - 1;
@@ -257,21 +333,25 @@ impl Parser {
             let Some(begun) = rest.filter(|_| !self.quote_open) else {
                 break;
             };
-            let unquoted_tail = place == last && column == Column::Sentence && opening_quote(begun).is_none();
+            let unquoted_tail = place == last && column == ColumnUse::Sentence && opening_quote(begun).is_none();
             let end = if unquoted_tail { begun.len() } else { field_end(begun, self.plan.separator) };
             let field = &begun[..end];
             rest = begun.get(end + 1..);
             self.quote_open = has_open_quote(field);
             match column {
-                Column::Sentence => sentence = Some(unquoted(field)),
-                Column::Stamp(unit) => stamp = Some((unquoted(field), unit)),
-                Column::Ignored | Column::Channel(_) => {}
+                ColumnUse::Sentence => sentence = Some(unquoted(field)),
+                ColumnUse::Stamp(unit) => stamp = Some((unquoted(field), unit)),
+                ColumnUse::Ignored | ColumnUse::Channel(_) => {}
             }
         }
         let sentence = sentence.filter(|sentence| !sentence.is_empty() && rest.is_none()).ok_or(RejectedRow::Fields)?;
         let (stamp, unit) = stamp.ok_or(RejectedRow::Fields)?;
         let stamp = Number::parse(stamp).ok_or(RejectedRow::Stamp)?;
-        Ok((Some(self.since_first(&stamp, unit)?), sentence))
+        let stamp_ns = self.since_first(&stamp, unit)?;
+        self.sentence.clear();
+        self.sentence.extend_from_slice(sentence);
+        self.sentence.extend_from_slice(b"\r\n");
+        Ok(stamp_ns)
     }
 
     /// The time since the first good row.
@@ -287,23 +367,6 @@ impl Parser {
     fn wrong_fields(&self, line: &[u8]) -> Option<RejectedRow> {
         let fields = Fields::new(line, self.plan.separator).count();
         (fields != self.plan.columns.len()).then_some(RejectedRow::Fields)
-    }
-}
-
-impl Scale {
-    #[inline]
-    fn count(&self, number: &Number) -> Result<i32, RejectedRow> {
-        let count = number
-            .count(self.resolution.decimals, self.resolution.last_digit)
-            .map_err(|misfit| match misfit {
-                Misfit::Decimals => RejectedRow::Decimals,
-                Misfit::Range => RejectedRow::Range,
-            })?
-            .saturating_sub(self.zero_counts);
-        if count.unsigned_abs() > u64::from(self.limit_counts.unsigned_abs()) {
-            return Err(RejectedRow::Range);
-        }
-        i32::try_from(count).map_err(|_| RejectedRow::Range)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Whole files through [`detect`] and [`CsvReader`].
+//! Whole files through [`detect`] and [`RowParser`].
 
 use std::io::Read;
 
@@ -6,7 +6,11 @@ use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
 use vn100_protocol::stream::RejectedRow;
 
-use super::*;
+use super::{
+    lines::Lines,
+    reader::{LineBytes, RowParser},
+    *,
+};
 use crate::event::{CsvReport, RejectedRows};
 
 mod mapped;
@@ -43,33 +47,38 @@ impl Whole {
     }
 }
 
-fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<Plan>, CsvError> {
+fn plan(text: impl AsRef<[u8]>, map: Option<&str>) -> Result<Option<CsvPlan>, CsvError> {
     let map = map.map(|map| map.parse().unwrap());
     detect(text.as_ref(), map.as_ref())
 }
 
-fn layout(plan: &Plan) -> &vn100_protocol::Layout {
+fn layout(plan: &CsvPlan) -> &Layout {
     match &plan.kind {
         Kind::Values(layout) => layout,
         Kind::Sentences => panic!("sentences"),
     }
 }
 
-fn read(plan: Plan, reader: impl Read) -> Whole {
+fn read(plan: CsvPlan, reader: impl Read) -> Whole {
     let mut whole = Whole::default();
-    let mut reader = CsvReader::new(plan, reader);
-    let mut rows = Rows::default();
+    let mut lines = Lines::new(reader, plan.line_end);
+    let mut parser = RowParser::new(plan);
     let mut count = 0;
-    while reader.next_rows(&mut rows).unwrap() {
-        assert!(rows.count + rows.rejected.len() <= 512);
-        whole.counts.extend(&rows.counts);
-        whole.sentences.extend((0..rows.sentence_ends.len()).map(|row| rows.sentence(row).to_vec()));
-        whole.stamps_ns.extend(&rows.stamps_ns);
-        whole.rejected.extend(rows.rejected.iter().map(|&(before, kind)| (count + before, kind)));
-        count += rows.count;
+    while lines.fill().unwrap() {
+        while let Some(line) = lines.next_buffered() {
+            match parser.push(&line) {
+                None => {}
+                Some(Ok(())) => {
+                    whole.counts.extend(&parser.counts);
+                    whole.sentences.extend(Some(parser.sentence.clone()).filter(|sentence| !sentence.is_empty()));
+                    whole.stamps_ns.extend(parser.stamp_ns);
+                    count += 1;
+                }
+                Some(Err(reason)) => whole.rejected.push((count, reason)),
+            }
+        }
     }
-    assert!(!reader.next_rows(&mut rows).unwrap());
-    (whole.report, whole.bytes) = (reader.report().clone(), reader.bytes());
+    (whole.report, whole.bytes) = (parser.report.clone(), parser.bytes);
     assert_eq!(whole.report.rows, count as u64);
     assert_eq!(whole.rejected_rows(), whole.rejected.len() as u64);
     assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines);

@@ -28,7 +28,8 @@ const BUFFERED_BYTES: usize = 64 * 1024;
 /// more is written: what stands there is a recording that was cut.
 ///
 /// ```
-/// use vn100_capture::{Chunk, StreamInput, RecordingReader, RecordingWriter};
+/// use vn100_capture::{RecordingReader, RecordingWriter};
+/// use vn100_protocol::stream::{Chunk, StreamInput};
 ///
 /// let read = StreamInput::Chunk(Chunk { bytes: "$VNYMR,".into(), at_ns: Some(1_700_000_000_000_000_000) });
 /// let mut recording = RecordingWriter::new(Vec::new(), &[("operator".into(), "me".into())].into())?;

@@ -66,18 +66,18 @@ fn an_attitude_makes_a_recording_compensated() {
 #[test]
 fn what_does_not_fit_takes_fewer_decimals_and_says_so() {
     let mut text = "w\n".to_owned();
-    for row in 0..resolution::SCANNED_ROWS {
+    for row in 0..quantizer::SCANNED_ROWS {
         text.push_str(&format!("{}\n", (row as f64).sin() * 100.0));
     }
     text.push_str("0.00012345678901234\n21474\n300000\n");
     let plan = plan(&text, Some("gyro_x=w:deg/s")).unwrap().unwrap();
     let [rounded] = &plan.rounded[..] else { panic!("{:?}", plan.rounded) };
     // 64 * 100 with five decimals fits 32 bits
-    assert_eq!((&**rounded, plan.scales[0].resolution.decimals), ("gyro_x", 5));
+    assert_eq!((&**rounded, plan.quantizers[0].decimals), ("gyro_x", 5));
     let whole = read(plan, text.as_bytes());
     assert_eq!(whole.counts[1], 8_414_710);
-    assert_eq!(whole.counts[resolution::SCANNED_ROWS..], [12, 2_147_400_000]);
-    assert_eq!(whole.rejected, [(resolution::SCANNED_ROWS + 2, RejectedRow::Range)]);
+    assert_eq!(whole.counts[quantizer::SCANNED_ROWS..], [12, 2_147_400_000]);
+    assert_eq!(whole.rejected, [(quantizer::SCANNED_ROWS + 2, RejectedRow::Range)]);
 }
 
 #[test]
@@ -137,8 +137,9 @@ fn every_unit_leads_to_the_channels_own() {
         assert!((value - expected).abs() <= 1e-14 * expected.abs(), "{field} {unit} is {value} {}", channel.unit);
     }
     let tested: Vec<_> = table.iter().map(|&(_, unit, _, _)| unit).collect();
-    let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(channel::by_name);
-    let all = quantities.map(|index| channel::known(index.unwrap()).quantity).into_iter().flat_map(channel::units);
+    let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(column_map::by_name);
+    let all =
+        quantities.map(|index| column_map::known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
     assert_eq!(tested, all.map(|unit| unit.name).collect::<Vec<_>>());
 }
 
@@ -149,5 +150,5 @@ fn every_unit_of_a_stamp_leads_to_nanoseconds() {
         let whole = read_text(format!("t,w\n0,1\n{stamp},1\n"), Some(&format!("t=t:{unit},gyro_x=w:deg/s")));
         assert_eq!(whole.stamps_ns, [0, 25_000_000], "{unit}");
     }
-    assert_eq!(table.map(|(unit, _)| unit), stamp::StampUnit::NAMES.map(|(unit, _)| unit));
+    assert_eq!(table.map(|(unit, _)| unit), StampUnit::NAMES.map(|(unit, _)| unit));
 }

@@ -51,7 +51,7 @@ fn damaged_file() -> impl Strategy<Value = Vec<u8>> {
     })
 }
 
-fn lines(bytes: &[u8], plan: &Plan) -> u64 {
+fn lines(bytes: &[u8], plan: &CsvPlan) -> u64 {
     let ends = bytes.iter().filter(|&&byte| byte == plan.line_end).count();
     let unfinished = bytes.last().is_some_and(|&byte| byte != plan.line_end);
     (ends + usize::from(unfinished)) as u64

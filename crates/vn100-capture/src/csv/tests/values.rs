@@ -1,8 +1,11 @@
 //! Files with the fields of the sensor's lines in columns.
 
-use vn100_protocol::{VNIMU, VNMAR, VNQMR};
+use std::io;
+
+use vn100_protocol::{VNIMU, VNMAR, VNQMR, stream::ReadOptions};
 
 use super::*;
+use crate::{event::Event, read_samples::FileReader};
 
 const IMU_HEADER: &str = "mag_x,mag_y,mag_z,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temperature,pressure";
 
@@ -22,7 +25,7 @@ fn the_sensors_own_decimals_and_a_scripts_floats_are_the_same() {
     let text = format!("# {HEADER}\n1.761939167192566e+09,{saved}\n");
     let plan = plan(&text, None).unwrap().unwrap();
     assert_eq!(plan.rounded.len(), 12);
-    assert_eq!((&*plan.rounded[9], plan.scales[9].resolution.decimals), ("gyro_x", 7));
+    assert_eq!((&*plan.rounded[9], plan.quantizers[9].decimals), ("gyro_x", 7));
     let channels = layout(&plan).channels.clone();
     let whole = read(plan, text.as_bytes());
     for (slot, channel) in channels.iter().enumerate() {
@@ -39,7 +42,7 @@ fn columns_come_in_any_order_and_the_others_are_named() {
     assert_eq!(names, ["accel_x", "gyro_x", "gyro_z"]);
     assert_eq!(layout(&plan).message, "CSV");
     assert_eq!(plan.ignored_columns, ["note"]);
-    assert!(plan.is_stamped());
+    assert_eq!(plan.columns[3], ColumnUse::Stamp(StampUnit::Seconds));
     assert_eq!(read(plan, text.as_bytes()).counts, [1000, 1, 3]);
 }
 
@@ -100,7 +103,7 @@ fn more_decimals_than_the_sensor_prints_are_kept() {
 #[test]
 fn each_rejected_row_is_counted_with_its_reason() {
     let mut text = "t,gyro_x,accel_x\n".to_owned();
-    for row in 0..resolution::SCANNED_ROWS {
+    for row in 0..quantizer::SCANNED_ROWS {
         text.push_str(&format!("{row}.0,0.000001,9.81\n"));
     }
     for row in [
@@ -171,26 +174,41 @@ fn stamps_may_go_backwards() {
 fn a_reader_that_fails_loses_nothing() {
     struct Faulty(u8);
     impl Read for Faulty {
-        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
             self.0 += 1;
             match self.0 {
                 1 => (&b"gyro_x\n1\n0.00"[..]).read(buffer),
-                2 => Err(std::io::ErrorKind::Interrupted.into()),
-                3 => Err(std::io::Error::other("unplugged")),
+                2 => Err(io::ErrorKind::Interrupted.into()),
+                3 => Err(io::Error::other("unplugged")),
                 4 => (&b"0002\n"[..]).read(buffer),
                 _ => Ok(0),
             }
         }
     }
     let plan = plan("gyro_x\n1\n", None).unwrap().unwrap();
-    let mut reader = CsvReader::new(plan, Faulty(0));
-    let mut rows = Rows::default();
-    assert!(reader.next_rows(&mut rows).unwrap());
-    assert_eq!(rows.counts, [1_000_000]);
-    assert_eq!(reader.next_rows(&mut rows).unwrap_err().to_string(), "unplugged");
-    assert!(reader.next_rows(&mut rows).unwrap());
-    assert_eq!(rows.counts, [2]);
-    assert!(!reader.next_rows(&mut rows).unwrap());
+    let mut reader = CsvReader::new(plan, Faulty(0), ReadOptions::default());
+    assert_eq!(next_counts(&mut reader).unwrap(), Some(vec![1_000_000]));
+    assert_eq!(next_counts(&mut reader).unwrap_err().to_string(), "unplugged");
+    assert_eq!(next_counts(&mut reader).unwrap(), Some(vec![2]));
+    assert_eq!(next_counts(&mut reader).unwrap(), None);
+}
+
+/// The counts of the next batch; `None` at the end.
+fn next_counts(reader: &mut CsvReader<impl Read + Send + 'static>) -> io::Result<Option<Vec<i32>>> {
+    let events = reader.next_events()?;
+    Ok(events.map(|events| match &events[..] {
+        [Event::Batch(batch)] => batch.counts.clone(),
+        other => panic!("{other:?}"),
+    }))
+}
+
+#[test]
+fn a_batch_holds_512_rows_at_most() {
+    let text = format!("gyro_x\n{}", "1\n,\n".repeat(600));
+    let plan = plan(&text, None).unwrap().unwrap();
+    let mut reader = CsvReader::new(plan, io::Cursor::new(text), ReadOptions::default());
+    let rows = std::iter::from_fn(|| next_counts(&mut reader).unwrap().map(|counts| counts.len()));
+    assert_eq!(rows.collect::<Vec<_>>(), [256, 256, 88]);
 }
 
 #[test]

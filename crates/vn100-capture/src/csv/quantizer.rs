@@ -1,4 +1,6 @@
-//! How many decimals a channel has, judged by the first rows of its column.
+//! How the numbers of a column become counts: with how many decimals, judged by its first rows.
+
+use vn100_protocol::stream::RejectedRow;
 
 use super::number::{LastDigit, Number};
 
@@ -31,11 +33,14 @@ struct Most {
     numbers: u32,
 }
 
-/// The resolution chosen for a channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Resolution {
+/// How a number becomes a count.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quantizer {
     pub(super) decimals: u8,
     pub(super) last_digit: LastDigit,
+    /// Taken off every count.
+    zero_counts: i64,
+    pub(super) limit_counts: i32,
 }
 
 /// What is known of a channel beforehand.
@@ -45,6 +50,19 @@ pub(super) struct Prior {
     pub(super) decimals: u8,
     /// The largest magnitude of a value, where that is known.
     pub(super) limit: Option<f64>,
+    /// As in [`Unit`](super::column_map::Unit).
+    pub(super) zero_hundredths: i64,
+}
+
+impl Quantizer {
+    #[inline]
+    pub(super) fn count(&self, number: &Number) -> Result<i32, RejectedRow> {
+        let count = number.count(self.decimals, self.last_digit)?.saturating_sub(self.zero_counts);
+        if count.unsigned_abs() > u64::from(self.limit_counts.unsigned_abs()) {
+            return Err(RejectedRow::Range);
+        }
+        i32::try_from(count).map_err(|_| RejectedRow::Range)
+    }
 }
 
 impl ColumnScan {
@@ -57,22 +75,29 @@ impl ColumnScan {
         self.significant.add(number.significant_decimals(), magnitude);
     }
 
+    pub(super) fn quantizer(&self, prior: Prior) -> Quantizer {
+        let (decimals, last_digit) = self.resolution(prior);
+        let power = 10_f64.powi(decimals.into());
+        // a cast saturates
+        let limit_counts = prior.limit.map_or(i32::MAX, |limit| (limit * power).round() as i32);
+        let zero_counts = (prior.zero_hundredths as f64 * power / 100.0) as i64;
+        Quantizer { decimals, last_digit, zero_counts, limit_counts }
+    }
+
     /// The decimals as they stand, when they are a last digit: at least half of the numbers have
     /// them (nine in ten have where a script drops zeros at the end), and the largest number fits
     /// 32 bits with them. Otherwise the numbers are floats printed in full, whose last digits mean
     /// nothing: as many decimals as fit with room for larger values, and the rest is rounded away.
-    pub(super) fn resolution(&self, prior: Prior) -> Resolution {
-        let decimals = |decimals: u32| decimals.min(MOST_DECIMALS) as u8;
+    fn resolution(&self, prior: Prior) -> (u8, LastDigit) {
         let prior_decimals = u32::from(prior.decimals);
-        let exact = |most: u32| Resolution { decimals: decimals(most), last_digit: LastDigit::Exact };
         if prior.limit.is_some() && self.printed.decimals <= prior_decimals {
-            return exact(prior_decimals);
+            return (prior.decimals, LastDigit::Exact);
         }
         for most in [self.printed, self.significant] {
             let kept = most.decimals.max(prior_decimals);
             let is_last_digit = self.nonzero > 0 && 2 * most.numbers >= self.nonzero;
             if is_last_digit && kept <= MOST_DECIMALS && fits(self.largest, kept) {
-                return exact(kept);
+                return (kept as u8, LastDigit::Exact);
             }
         }
         let limit = prior.limit.unwrap_or(HEADROOM * self.largest);
@@ -83,7 +108,7 @@ impl ColumnScan {
             self.printed.decimals.clamp(fewest, most)
         };
         let kept = (0..=wanted).rev().find(|&kept| fits(limit, kept));
-        Resolution { decimals: decimals(kept.unwrap_or(0).max(prior_decimals)), last_digit: LastDigit::Rounded }
+        (kept.unwrap_or(0).max(prior_decimals) as u8, LastDigit::Rounded)
     }
 }
 
@@ -105,16 +130,15 @@ impl Most {
 mod tests {
     use super::{LastDigit::*, *};
 
-    const ANY: Prior = Prior { decimals: 0, limit: None };
-    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0) };
+    const ANY: Prior = Prior { decimals: 0, limit: None, zero_hundredths: 0 };
+    const RATE: Prior = Prior { decimals: 6, limit: Some(40.0), zero_hundredths: 0 };
 
     fn resolution(fields: &[&str], prior: Prior) -> (u8, LastDigit) {
         let mut scan = ColumnScan::default();
         for field in fields {
             scan.add(&Number::parse(field.as_bytes()).unwrap());
         }
-        let resolution = scan.resolution(prior);
-        (resolution.decimals, resolution.last_digit)
+        scan.resolution(prior)
     }
 
     #[test]
