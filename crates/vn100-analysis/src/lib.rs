@@ -43,7 +43,6 @@ pub use snapshot::{
     ChannelSnapshot, FalseRate, MissingFrom, Outages, RateChange, RateFrom, RegisterChannel, Snapshot, Timing,
 };
 pub use source_facts::{
-    CsvFacts, FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
-    RejectedRows, SourceFacts,
+    FileFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts, SourceFacts,
 };
 pub use warning::{Warning, WarningKind};

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use vn100_protocol::stream::CsvReport;
+
 /// The source of a record.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SourceFacts {
@@ -15,7 +17,7 @@ pub struct SourceFacts {
     /// The stored file; `None` for what is no file, and where it was not read for that.
     pub file: Option<FileFacts>,
     /// The lines of a CSV file.
-    pub csv: Option<CsvFacts>,
+    pub csv: Option<CsvReport>,
     /// What a recording that is replayed says of itself.
     pub recording: Option<RecordingFacts>,
     /// The conditions of the measurement, as the user wrote them down.
@@ -37,36 +39,6 @@ pub struct FileFacts {
     pub bytes: u64,
     /// The SHA-256 of its bytes, in 64 hexadecimal digits.
     pub sha256: String,
-}
-
-/// The lines of a CSV file: `lines = rows + skipped_lines + all rejected`.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct CsvFacts {
-    /// Lines read.
-    pub lines: u64,
-    /// Lines that became samples.
-    pub rows: u64,
-    /// Header, comments and blank lines.
-    pub skipped_lines: u64,
-    /// Rows that were rejected, by reason.
-    pub rejected: Vec<RejectedRows>,
-    /// Columns that were not used.
-    pub ignored_columns: Vec<String>,
-    /// Columns with more digits than are kept.
-    pub rounded: Vec<String>,
-}
-
-/// Rows of a CSV file rejected for one reason.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct RejectedRows {
-    /// Why.
-    pub reason: String,
-    /// How many.
-    pub count: u64,
-    /// Number of the first, from 1.
-    pub first_line: u64,
-    /// Text of the first.
-    pub first_text: String,
 }
 
 /// What a recording says of itself.

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use vn100_protocol::stream::{Batch, LinkEvent, RejectedRow, SampleReader, StreamInput};
+use vn100_protocol::stream::{Batch, CsvReport, LinkEvent, SampleReader, StreamInput};
 
 /// One thing that happened on a stream, in the order it happened.
 #[derive(Debug)]
@@ -32,34 +32,4 @@ pub struct End {
     pub error: Option<io::Error>,
     /// What became of the lines, where the source is a CSV file.
     pub csv: Option<CsvReport>,
-}
-
-/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows`.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct CsvReport {
-    /// All lines.
-    pub lines: u64,
-    /// Rows that were understood.
-    pub rows: u64,
-    /// Header, comments and blank lines.
-    pub skipped_lines: u64,
-    /// Rejected rows, one entry for each reason.
-    pub rejected: Vec<RejectedRows>,
-    /// Columns that are not used, by their names in the file.
-    pub ignored_columns: Vec<String>,
-    /// Channels whose last digits are rounded away, because they have more than a count can hold.
-    pub rounded: Vec<String>,
-}
-
-/// Rows of a CSV file rejected for one reason.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RejectedRows {
-    /// Why.
-    pub reason: RejectedRow,
-    /// How many.
-    pub count: u64,
-    /// Number of the first such line, from 1.
-    pub first_line: u64,
-    /// Its beginning.
-    pub first_text: String,
 }

@@ -41,7 +41,7 @@ pub use capture::{Capture, OpenError};
 pub use clock::Clock;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
-pub use event::{CsvReport, End, Event, RejectedRows};
+pub use event::{End, Event};
 pub use lossy_sender::LossySender;
 pub use read_samples::{WAITING_BATCHES, read_samples};
 pub use recording::{

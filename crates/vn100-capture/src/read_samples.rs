@@ -5,10 +5,10 @@ use std::{io, thread};
 
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
-use vn100_protocol::stream::{Batch, ReadOptions, SampleReader};
+use vn100_protocol::stream::{Batch, CsvReport, ReadOptions, SampleReader};
 
 use crate::{
-    event::{CsvReport, End, Event},
+    event::{End, Event},
     source::Source,
 };
 

@@ -7,12 +7,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{
-    event::{CsvReport, Event},
-    read_samples::FileReader,
-    source::READ_BYTES,
-};
-use vn100_protocol::stream::{Batch, ReadOptions, SampleReader};
+use crate::{event::Event, read_samples::FileReader, source::READ_BYTES};
+use vn100_protocol::stream::{Batch, CsvReport, ReadOptions, SampleReader};
 
 /// No line of a sidecar is longer, comments included.
 const LONGEST_LINE: usize = 1024;

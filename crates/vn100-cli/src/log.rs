@@ -17,10 +17,10 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use vn100_capture::{CsvReport, Event};
+use vn100_capture::Event;
 use vn100_driver::LinkState;
 use vn100_pipeline::EventObserver;
-use vn100_protocol::stream::{LinkEventKind, ReadOptions};
+use vn100_protocol::stream::{CsvReport, LinkEventKind, ReadOptions};
 use vn100_report::printable;
 
 use crate::{args::LogArgs, exit::report};

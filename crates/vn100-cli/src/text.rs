@@ -8,7 +8,8 @@ mod verdict;
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
-use vn100_analysis::{Assessment, CsvFacts, MissingFrom, RateFrom, Snapshot, SourceFacts};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, Snapshot, SourceFacts};
+use vn100_protocol::stream::CsvReport;
 use vn100_report::{
     Measured, RecordingDocument,
     names::{echoes, rejected_lines},
@@ -155,7 +156,7 @@ fn write_wrapped(out: &mut String, text: &str) -> fmt::Result {
     writeln!(out, "{}", textwrap::fill(text, textwrap::Options::new(WIDTH).subsequent_indent("             ")))
 }
 
-fn write_csv(out: &mut String, csv: &CsvFacts) -> fmt::Result {
+fn write_csv(out: &mut String, csv: &CsvReport) -> fmt::Result {
     writeln!(out, "  CSV lines  {} ({} rows, {} header, comment or blank)", csv.lines, csv.rows, csv.skipped_lines)?;
     for rejected in &csv.rejected {
         let text = format!(

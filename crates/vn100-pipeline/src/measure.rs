@@ -24,8 +24,9 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
-use vn100_capture::{CsvReport, Event, RecordingState};
+use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
+use vn100_protocol::stream::CsvReport;
 
 use crate::{
     assessor::{Assessor, GoalCheck},

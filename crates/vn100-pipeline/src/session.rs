@@ -19,7 +19,7 @@ use crate::{
     measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     replay::{ReplaySpec, run_replay},
     session_event::SessionEvent,
-    state::{SourceState, Stage, csv_facts},
+    state::{SourceState, Stage},
 };
 
 /// Commands that may wait; behind them `try_send` refuses and `send` waits.
@@ -146,7 +146,7 @@ pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> Ses
     let state = channels.state.borrow();
     let assessment = state.assessor.exact(&snapshot);
     SessionResult {
-        facts: SourceFacts { csv: csv.map(csv_facts), ..state.facts_at(true) },
+        facts: SourceFacts { csv, ..state.facts_at(true) },
         unmet: UnmetGoal::of(goals, &snapshot, &assessment),
         snapshot,
         assessment,

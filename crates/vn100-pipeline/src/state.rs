@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use vn100_analysis::{
-    Analysis, Assessment, CsvFacts, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts,
-    RecordingFacts, RejectedRows, Settings, Snapshot, SourceFacts,
+    Analysis, Assessment, LinkFacts, LinkStatus, PlaybackFacts, RecorderFacts, RecordingEndFacts, RecordingFacts,
+    Settings, Snapshot, SourceFacts,
 };
-use vn100_capture::{CsvReport, Recorded, RecordingState};
+use vn100_capture::{Recorded, RecordingState};
 use vn100_driver::LinkState;
 
 use crate::{assessor::Assessor, end_reason::EndReason, pace::Playback};
@@ -140,23 +140,6 @@ fn link_facts(state: &LinkState) -> LinkFacts {
             LinkFacts { status, cause: Some(cause.clone()), ..LinkFacts::default() }
         }
         _ => LinkFacts { status: LinkStatus::Closed, ..LinkFacts::default() },
-    }
-}
-
-pub(crate) fn csv_facts(report: CsvReport) -> CsvFacts {
-    let rejected = |rows: vn100_capture::RejectedRows| RejectedRows {
-        reason: rows.reason.to_string(),
-        count: rows.count,
-        first_line: rows.first_line,
-        first_text: rows.first_text,
-    };
-    CsvFacts {
-        lines: report.lines,
-        rows: report.rows,
-        skipped_lines: report.skipped_lines,
-        rejected: report.rejected.into_iter().map(rejected).collect(),
-        ignored_columns: report.ignored_columns,
-        rounded: report.rounded,
     }
 }
 

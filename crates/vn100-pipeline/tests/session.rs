@@ -6,11 +6,11 @@ use std::{collections::VecDeque, io, sync::Arc, time::Duration};
 use tokio::{sync::mpsc, time};
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Settings, SourceFacts, WarningKind, WhyUnmet};
-use vn100_capture::{CsvReport, End, Event, RejectedRows, Source, read_samples};
+use vn100_capture::{End, Event, Source, read_samples};
 use vn100_pipeline::{Command, EndReason, Session, SessionEvent, SessionResult, Stage};
 use vn100_protocol::{
     DeviceError, VNYMR,
-    stream::{Batch, Chunk, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, StreamInput},
+    stream::{Batch, Chunk, CsvReport, LinkEvent, LinkEventKind, ReadOptions, RejectedRow, RejectedRows, StreamInput},
 };
 
 const LINE: &[u8] = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
@@ -165,7 +165,7 @@ async fn what_became_of_csv_lines_is_among_the_facts() {
     let csv = session.result.await.unwrap().facts.csv.unwrap();
     assert_eq!((csv.lines, csv.rows, csv.skipped_lines), (10, 7, 1));
     let [rejected] = &csv.rejected[..] else { panic!("{csv:?}") };
-    assert_eq!((rejected.reason.as_str(), rejected.count), ("fields", 2));
+    assert_eq!((rejected.reason, rejected.count), (RejectedRow::Fields, 2));
     assert_eq!((rejected.first_line, rejected.first_text.as_str()), (7, "1,2"));
     assert_eq!((csv.ignored_columns, csv.rounded), (vec!["note".to_owned()], vec!["gyro_x".to_owned()]));
 }

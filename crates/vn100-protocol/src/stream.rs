@@ -15,6 +15,6 @@ pub use batch::{Arrival, Batch, Mark, MarkKind, RegisterReply, RowCounter};
 pub use counts::{MessageName, StreamCounts};
 pub use diagnostic::Diagnostic;
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
-pub use rejected_rows::{RejectedRow, RejectedRowCounts};
+pub use rejected_rows::{CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
 pub use sample_reader::{ReadOptions, SampleReader};
 pub use unsolicited_errors::UnsolicitedErrors;

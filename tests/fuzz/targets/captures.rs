@@ -8,8 +8,8 @@ use std::{
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::{Analysis, Assessment, Settings};
-use vn100_capture::{Capture, ColumnMap, CsvReport, Event, Format, OpenError};
-use vn100_protocol::stream::{ReadOptions, StreamCounts};
+use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
+use vn100_protocol::stream::{CsvReport, ReadOptions, StreamCounts};
 
 /// All that a capture tells, whatever its batches are.
 #[derive(Debug, Default, PartialEq)]

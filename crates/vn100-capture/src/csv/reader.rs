@@ -7,7 +7,10 @@ use std::{
 
 use vn100_protocol::{
     Layout, Tally,
-    stream::{Arrival, Batch, Mark, MarkKind, ReadOptions, RejectedRow, RejectedRowCounts, SampleReader},
+    stream::{
+        Arrival, Batch, CsvReport, Mark, MarkKind, ReadOptions, RejectedRow, RejectedRowCounts, RejectedRows,
+        SampleReader,
+    },
 };
 
 use super::{
@@ -19,10 +22,7 @@ use super::{
     shown,
     stamp::StampUnit,
 };
-use crate::{
-    event::{CsvReport, Event, RejectedRows},
-    read_samples::FileReader,
-};
+use crate::{event::Event, read_samples::FileReader};
 
 /// Rows in one batch, accepted or rejected.
 const MOST_ROWS: usize = 512;

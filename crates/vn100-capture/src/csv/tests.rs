@@ -4,14 +4,13 @@ use std::io::Read;
 
 use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
-use vn100_protocol::stream::RejectedRow;
+use vn100_protocol::stream::{CsvReport, RejectedRow, RejectedRows};
 
 use super::{
     lines::Lines,
     reader::{LineBytes, RowParser},
     *,
 };
-use crate::event::{CsvReport, RejectedRows};
 
 mod mapped;
 mod properties;

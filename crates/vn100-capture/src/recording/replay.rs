@@ -3,12 +3,8 @@
 use std::io::{self, Read};
 
 use super::reader::{Entry, RecordingReader};
-use crate::{
-    event::{CsvReport, Event},
-    read_samples::FileReader,
-    source::READ_BYTES,
-};
-use vn100_protocol::stream::{Batch, ReadOptions, SampleReader, StreamInput};
+use crate::{event::Event, read_samples::FileReader, source::READ_BYTES};
+use vn100_protocol::stream::{Batch, CsvReport, ReadOptions, SampleReader, StreamInput};
 
 /// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
 pub(crate) struct Replay<R> {

@@ -1,5 +1,6 @@
-//! Why rows of a table are rejected, and how many.
+//! What became of the lines of a CSV file: why rows of it are rejected, and how many.
 
+use alloc::{string::String, vec::Vec};
 use core::fmt;
 
 /// Why a row of a CSV file was rejected.
@@ -20,6 +21,36 @@ pub enum RejectedRow {
     /// The last line has no line end, and its last field is not printed as those above, or not
     /// there: the file may be cut in it.
     Truncated,
+}
+
+/// The lines of a CSV file, each counted once: `lines = rows + skipped_lines + rejected rows`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CsvReport {
+    /// All lines.
+    pub lines: u64,
+    /// Rows that were understood.
+    pub rows: u64,
+    /// Header, comments and blank lines.
+    pub skipped_lines: u64,
+    /// Rejected rows, one entry for each reason.
+    pub rejected: Vec<RejectedRows>,
+    /// Columns that are not used, by their names in the file.
+    pub ignored_columns: Vec<String>,
+    /// Channels whose last digits are rounded away, because they have more than a count can hold.
+    pub rounded: Vec<String>,
+}
+
+/// Rows of a CSV file rejected for one reason.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RejectedRows {
+    /// Why.
+    pub reason: RejectedRow,
+    /// How many.
+    pub count: u64,
+    /// Number of the first such line, from 1.
+    pub first_line: u64,
+    /// Its beginning.
+    pub first_text: String,
 }
 
 /// Rejected rows of a CSV file, by reason.

@@ -20,7 +20,7 @@ pub struct ReadOptions {
     pub line_by_line: bool,
     /// Keep commands, answers and refused lines in the batches, as
     /// [`diagnostics`](Batch::diagnostics). Rejected rows of a CSV file are not
-    /// among them: its [report](crate::CsvReport) names the first of each kind.
+    /// among them: its [report](super::CsvReport) names the first of each kind.
     pub diagnostics: bool,
 }
 

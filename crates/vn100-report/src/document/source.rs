@@ -7,7 +7,8 @@ use std::{
 };
 
 use serde::Serialize;
-use vn100_analysis::{CsvFacts, RecordingFacts, Snapshot, SourceFacts};
+use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
+use vn100_protocol::stream::CsvReport;
 
 #[derive(Debug, Serialize)]
 pub(crate) struct SourceDocument {
@@ -82,9 +83,9 @@ struct Odd {
     first_text: String,
 }
 
-fn csv(facts: &CsvFacts) -> Csv {
+fn csv(facts: &CsvReport) -> Csv {
     let odd = facts.rejected.iter().map(|rejected| Odd {
-        reason: rejected.reason.clone(),
+        reason: rejected.reason.to_string(),
         count: rejected.count,
         first_line: rejected.first_line,
         first_text: rejected.first_text.clone(),
