@@ -10,6 +10,7 @@ use clap::{
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
     error::ErrorKind,
 };
+use imu_noise::Estimator;
 use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
 use vn100_sim::Message;
@@ -19,7 +20,7 @@ use link::{baud_rate, output_rate};
 pub(crate) use measure::{
     CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs,
 };
-use measure::{Estimator, confidence, length};
+use measure::{confidence, length};
 
 /// Live Allan deviation and statistics for the VectorNav VN-100.
 #[derive(Debug, Parser)]

@@ -16,11 +16,11 @@ use vn100_protocol::stream::ReadOptions;
 use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
-    args::{AttachArgs, OutputFormat, RecordArgs, SourceName},
+    args::{AttachArgs, OutputFormat, SourceName},
     exit::print_json_line,
     interrupt::{HangUp, stop_on_interrupt},
     live_source::{EmulatedPort, live_source},
-    log::{Entries, Log, takes_terminal},
+    log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated, print_state},
     status::{Status, StatusLine},
     user_files::{evaluation, read_conditions},
@@ -31,16 +31,7 @@ use crate::{
 /// Data time in which the temperature is asked for twice at least.
 const TEMPERATURE_EXPECTED_S: f64 = 21.0;
 
-pub(crate) fn attach(args: AttachArgs) -> Result<Completion> {
-    let format = args.result.format();
-    run(args, format)
-}
-
-pub(crate) fn record(args: RecordArgs) -> Result<Completion> {
-    run(args.into(), OutputFormat::Summary)
-}
-
-fn run(args: AttachArgs, format: OutputFormat) -> Result<Completion> {
+pub(crate) fn attach(args: AttachArgs, format: OutputFormat) -> Result<Completion> {
     if !args.record.is_empty() && args.record.len() != args.sources.len() {
         bail!(
             "--record is given {} times for {} sources: give it once for each, in their order",
@@ -49,14 +40,10 @@ fn run(args: AttachArgs, format: OutputFormat) -> Result<Completion> {
         );
     }
     let conditions = read_conditions(args.recording.meta.as_deref())?;
-    let log = Log::open(&args.link.log)?;
+    let log = args.link.log.clone();
     // the work is little and comes in small pieces: a second worker would be woken for each of them, and find nothing
-    let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
-    let runtime = runtime.context("cannot start the worker thread")?;
-    let exit = runtime.block_on(attach_all(args, format, conditions, log.entries()));
-    // a thread may hang in a read of standard input that is no longer needed
-    runtime.shutdown_background();
-    exit
+    let mut runtime = Builder::new_multi_thread();
+    run_logged(runtime.worker_threads(1), &log, async move |log| attach_all(args, format, conditions, log).await)
 }
 
 async fn attach_all(

@@ -11,7 +11,7 @@ use std::{
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::{
-    runtime::Runtime,
+    runtime::Builder,
     sync::Semaphore,
     task::{self, JoinHandle},
     time,
@@ -24,7 +24,7 @@ use crate::{
     args::FileArgs,
     exit::print_json_line,
     interrupt::{HangUp, stop_on_interrupt},
-    log::{Entries, Log, takes_terminal},
+    log::{Entries, run_logged, takes_terminal},
     result::{FAULT, evaluated_replay, print_state},
     words::remedy_words,
 };
@@ -37,12 +37,8 @@ pub(crate) fn measure_files(
     printed: bool,
     take: impl FnMut(Measured) -> Result<()>,
 ) -> Result<()> {
-    let log = Log::open(&args.log)?;
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let result = runtime.block_on(measure_all(args, evaluation, printed, log.entries(), take));
-    // a thread may hang in a read of standard input that is no longer needed
-    runtime.shutdown_background();
-    result
+    let work = async |log| measure_all(args, evaluation, printed, log, take).await;
+    run_logged(&mut Builder::new_multi_thread(), &args.log, work)
 }
 
 async fn measure_all(

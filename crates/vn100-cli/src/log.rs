@@ -17,6 +17,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use tokio::runtime::Builder;
 use vn100_capture::Event;
 use vn100_driver::LinkState;
 use vn100_pipeline::EventObserver;
@@ -30,7 +31,7 @@ use crate::{args::LogArgs, exit::report};
 const WAITING_ENTRIES: usize = 4096;
 
 /// Diagnostics as the options ask for them, from here on until it is dropped.
-pub(crate) struct Log {
+struct Log {
     entries: Entries,
     writer: Option<JoinHandle<()>>,
 }
@@ -47,7 +48,7 @@ impl Log {
     ///
     /// # Errors
     /// When the file exists, be it as a link, or cannot be made.
-    pub(crate) fn open(args: &LogArgs) -> Result<Self> {
+    fn open(args: &LogArgs) -> Result<Self> {
         let file = match &args.log {
             Some(path) => Some((path.clone(), create(path)?)),
             None => None,
@@ -81,11 +82,6 @@ impl Log {
             }
         });
         Ok(Self { entries, writer: Some(writer.context("cannot start the thread of the log")?) })
-    }
-
-    /// Where to send entries.
-    pub(crate) fn entries(&self) -> Entries {
-        self.entries.clone()
     }
 }
 
@@ -151,6 +147,20 @@ impl Entries {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
+}
+
+/// Runs `work` on that runtime, with a log as the options ask for it.
+pub(crate) fn run_logged<T>(
+    runtime: &mut Builder,
+    args: &LogArgs,
+    work: impl AsyncFnOnce(Entries) -> Result<T>,
+) -> Result<T> {
+    let log = Log::open(args)?;
+    let runtime = runtime.enable_all().build().context("cannot start the worker threads")?;
+    let result = runtime.block_on(work(log.entries.clone()));
+    // a thread may hang in a read of standard input that is no longer needed
+    runtime.shutdown_background();
+    result
 }
 
 /// Whether diagnostics would be written over what else is shown on the terminal.

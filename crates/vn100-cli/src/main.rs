@@ -4,11 +4,9 @@
 mod args;
 mod attach;
 mod compare;
-mod configure;
 mod documentation;
 mod exit;
 mod files;
-mod info;
 mod interrupt;
 mod live_source;
 mod log;
@@ -17,6 +15,7 @@ mod ports;
 mod replay;
 mod report;
 mod result;
+mod sensor;
 mod sim;
 mod status;
 mod text;
@@ -30,14 +29,17 @@ use clap::Parser;
 use vn100_pipeline::LiveError;
 use vn100_report::Completion;
 
-use crate::args::{Args, Command};
+use crate::args::{Args, Command, OutputFormat};
 
 fn main() -> ExitCode {
     let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {
-        Command::Attach(args) => attach::attach(args),
-        Command::Record(args) => attach::record(args),
-        Command::Info(args) => info::info(args),
-        Command::Configure(args) => configure::configure(args),
+        Command::Attach(args) => {
+            let format = args.result.format();
+            attach::attach(args, format)
+        }
+        Command::Record(args) => attach::attach(args.into(), OutputFormat::Summary),
+        Command::Info(args) => sensor::info(args),
+        Command::Configure(args) => sensor::configure(args),
         Command::Replay(args) => replay::replay(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Plan(args) => plan::plan(&args),
@@ -52,13 +54,11 @@ fn main() -> ExitCode {
         Err(error) if exit::is_broken_pipe(&error) => Completion::Complete,
         Err(error) => {
             exit::report(&format!("{error:#}"));
-            if has_no_sensor(&error) { Completion::NoData } else { Completion::Failed }
+            match error.downcast_ref() {
+                Some(LiveError::NoSensor(_)) => Completion::NoData,
+                _ => Completion::Failed,
+            }
         }
     };
     exit::code(completion)
-}
-
-/// Whether no sensor was found.
-fn has_no_sensor(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(LiveError::NoSensor(_)))
 }

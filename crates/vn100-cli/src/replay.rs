@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use anyhow::{Context, Result, bail};
 use tokio::{
-    runtime::Runtime,
+    runtime::Builder,
     task::{self, JoinHandle},
 };
 use vn100_analysis::Settings;
@@ -16,7 +16,7 @@ use crate::{
     args::ReplayArgs,
     files::{measure_files, replay_spec},
     interrupt::{HangUp, stop_on_interrupt},
-    log::{Entries, Log, takes_terminal},
+    log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay},
     user_files::evaluation,
     view::{self, MessageQueue, SourceMonitor, View},
@@ -44,12 +44,8 @@ fn replay_in_view(args: &ReplayArgs, speed: Speed) -> Result<Completion> {
     if takes_terminal(&args.files.log) {
         bail!("-v would be written over the view: --log FILE keeps the diagnostics beside it");
     }
-    let log = Log::open(&args.files.log)?;
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
-    let exit = runtime.block_on(replay_all(args, speed, log.entries()));
-    // a thread may hang in a read of standard input that is no longer needed
-    runtime.shutdown_background();
-    exit
+    let work = async |log| replay_all(args, speed, log).await;
+    run_logged(&mut Builder::new_multi_thread(), &args.files.log, work)
 }
 
 async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Completion> {

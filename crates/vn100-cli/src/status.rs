@@ -15,6 +15,7 @@ use crate::{
 };
 
 /// The lines of all sources. Where stderr is no terminal, only link events are written.
+#[derive(Clone)]
 pub(crate) struct Status {
     lines: MultiProgress,
     /// Where words go while a view has the terminal.
@@ -50,14 +51,8 @@ impl Status {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
             bar.set_style(style);
         }
-        StatusLine {
-            bar,
-            view: self.view.clone(),
-            name: printable(name),
-            reported: None,
-            failure_reported: false,
-            hint_reported: false,
-        }
+        let (status, name) = (self.clone(), printable(name));
+        StatusLine { bar, status, name, reported: None, failure_reported: false, hint_reported: false }
     }
 
     /// Takes the lines away while `print` writes to the terminal.
@@ -69,7 +64,7 @@ impl Status {
 /// The line of one source.
 pub(crate) struct StatusLine {
     bar: ProgressBar,
-    view: Option<MessageQueue>,
+    status: Status,
     name: String,
     /// The link state that was last reported.
     reported: Option<LinkState>,
@@ -90,7 +85,7 @@ impl StatusLine {
             self.failure_reported = true;
             let failure =
                 format!("{}: RECORDING FAILED, {}: {error}; the measurement goes on", self.name, path.display());
-            self.report(&failure);
+            self.status.report(&failure);
         }
         let state = link.map_or("reading".into(), link_name);
         let recorded = recording.map_or(String::new(), |recording| match recording.error {
@@ -105,19 +100,12 @@ impl StatusLine {
     /// unless a later one needs the user.
     pub(crate) fn report_link(&mut self, state: &LinkState) {
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
-            self.report(&about(&self.name, &event));
+            self.status.report(&about(&self.name, &event));
             if let Some(hint) = latency_hint(state).filter(|_| !self.hint_reported) {
                 self.hint_reported = true;
-                self.report(&about(&self.name, hint));
+                self.status.report(&about(&self.name, hint));
             }
             self.reported = Some(state.clone());
-        }
-    }
-
-    fn report(&self, text: &str) {
-        match &self.view {
-            Some(view) => view.push(text.to_owned()),
-            None => self.bar.suspend(|| report(text)),
         }
     }
 }
@@ -167,7 +155,8 @@ fn latency_hint(state: &LinkState) -> Option<&str> {
     up(state)?.latency_timer.as_ref()?.advice.as_deref()
 }
 
-fn up(state: &LinkState) -> Option<&Up> {
+/// The connection, while there is one.
+pub(crate) fn up(state: &LinkState) -> Option<&Up> {
     match state {
         LinkState::Up(up) | LinkState::Silent(up) => Some(up),
         _ => None,

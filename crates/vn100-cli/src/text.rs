@@ -3,7 +3,6 @@
 
 mod noise;
 mod statistics;
-mod verdict;
 
 use std::fmt::{self, Write};
 
@@ -19,9 +18,8 @@ use vn100_report::{
 };
 
 use crate::words::remedy_words;
-use noise::{write_filter_models, write_noise};
+use noise::{write_filter_models, write_noise, write_verdicts};
 use statistics::{write_deviations, write_distribution, write_parts, write_statistics};
-use verdict::write_verdicts;
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;

@@ -9,7 +9,7 @@ use vn100_pipeline::{
 };
 use vn100_report::numbers::plain::time;
 
-use crate::{configure::describe, exit::about};
+use crate::{exit::about, sensor::describe};
 
 const RESTORED: &str = "put back as it was";
 

@@ -2,7 +2,11 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use clap::ValueEnum;
+use clap::{
+    ValueEnum,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use imu_noise::{Deviation, Estimator};
 use vn100_analysis::{DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
@@ -19,11 +23,11 @@ pub(crate) struct MeasureArgs {
     pub(crate) rate: Option<f64>,
 
     /// Windows that enter the deviation
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = one_of(&ESTIMATORS), default_value = "strided")]
     pub(crate) estimator: Estimator,
 
     /// Which deviation
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = one_of(&DEVIATIONS), default_value = "allan")]
     pub(crate) deviation: Deviation,
 
     /// Leave this much data time out at the beginning, for example 10min (warm-up)
@@ -72,8 +76,8 @@ impl MeasureArgs {
     pub(crate) fn settings(&self) -> Settings {
         Settings {
             rate_hz: self.rate,
-            estimator: self.estimator.into(),
-            deviation: self.deviation.into(),
+            estimator: self.estimator,
+            deviation: self.deviation,
             skip: self.skip,
             duration: self.duration,
             detrend: self.detrend.is_some(),
@@ -129,45 +133,24 @@ pub(crate) enum OutputFormat {
     Ndjson,
 }
 
-/// Windows of the deviation, by their names on the command line and in results.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Estimator {
-    /// Octave windows at stride tau/16: fully overlapping up to m = 16, bounded memory
-    #[default]
-    Strided,
-    /// Fully overlapping at every octave (OADEV); memory grows with the record
-    Full,
-    /// The textbook non-overlapping deviation (ADEV), stride tau
-    Plain,
-}
+/// The windows of the deviation: name, help, estimator.
+const ESTIMATORS: [(&str, &str, Estimator); 3] = [
+    ("strided", "Octave windows at stride tau/16: fully overlapping up to m = 16, bounded memory", Estimator::Strided),
+    ("full", "Fully overlapping at every octave (OADEV); memory grows with the record", Estimator::Full),
+    ("plain", "The textbook non-overlapping deviation (ADEV), stride tau", Estimator::Plain),
+];
 
-impl From<Estimator> for imu_noise::Estimator {
-    fn from(estimator: Estimator) -> Self {
-        match estimator {
-            Estimator::Strided => Self::Strided,
-            Estimator::Full => Self::Full,
-            Estimator::Plain => Self::Plain,
-        }
-    }
-}
+const DEVIATIONS: [(&str, &str, Deviation); 2] = [
+    ("allan", "Allan deviation", Deviation::Allan),
+    ("hadamard", "Hadamard deviation, blind to a linear drift of the rate", Deviation::Hadamard),
+];
 
-/// Deviations, by their names on the command line and in results.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Deviation {
-    /// Allan deviation
-    #[default]
-    Allan,
-    /// Hadamard deviation, blind to a linear drift of the rate
-    Hadamard,
-}
-
-impl From<Deviation> for imu_noise::Deviation {
-    fn from(deviation: Deviation) -> Self {
-        match deviation {
-            Deviation::Allan => Self::Allan,
-            Deviation::Hadamard => Self::Hadamard,
-        }
-    }
+/// One of `choices` by its name.
+fn one_of<T: Copy + Send + Sync>(choices: &'static [(&str, &str, T)]) -> impl TypedValueParser<Value = T> {
+    let described = choices.iter().map(|(name, help, _)| PossibleValue::new(*name).help(*help));
+    PossibleValuesParser::new(described).try_map(|name| {
+        choices.iter().find(|(known, ..)| *known == name).map(|(.., choice)| *choice).ok_or("there is no such choice")
+    })
 }
 
 /// What is removed from a channel before its deviation is taken.

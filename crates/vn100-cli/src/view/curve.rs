@@ -1,14 +1,13 @@
 //! What the deviation plot shows, in the unit chosen: points, bars, the model through them, and the
-//! logarithmic axes around them.
+//! logarithmic axes around them; and the units that one steps through.
 
-use imu_noise::{Convention, Deviation, Term};
+use imu_noise::{Convention, Deviation, Sensor, Sides, Term, conventions};
 use vn100_analysis::{letter, sensor_of};
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
     source::{Group, Source},
     state::{Axes, State},
-    units::{convention, written},
 };
 
 /// Places along an octave where the model is drawn.
@@ -66,7 +65,7 @@ impl Plot {
             Curve { name: channel.name.clone(), axis, points, model }
         });
         let own = || source.values[group.channels[0]].unit.clone();
-        Self { unit: unit.map_or_else(own, written), curves: curves.collect() }
+        Self { unit: unit.map_or_else(own, shown_unit), curves: curves.collect() }
     }
 
     /// Every deviation that must be seen, with the bounds of those that are known well enough.
@@ -226,8 +225,41 @@ fn tick(digit: i32, exponent: i32) -> Tick {
     Tick { at: f64::from(digit).log10() + f64::from(exponent), label }
 }
 
+/// Places among the conventions of N, B and K. Deviations are in the unit of B.
+type Together = [usize; 3];
+
+/// Those of data sheets first. Each unit of N has its turn.
+const GYRO: [Together; 6] = [[2, 1, 1], [4, 2, 2], [5, 2, 2], [0, 0, 0], [1, 0, 0], [3, 1, 1]];
+const ACCEL: [Together; 6] = [[3, 1, 2], [4, 2, 2], [5, 2, 2], [2, 0, 1], [0, 0, 0], [1, 0, 0]];
+const MAG: [Together; 3] = [[0, 0, 0], [2, 1, 0], [1, 0, 0]];
+
+/// The unit of a parameter after so many steps.
+pub(crate) fn convention(sensor: Sensor, term: Term, steps: usize) -> Convention {
+    let all: &[Together] = match sensor {
+        Sensor::Gyroscope => &GYRO,
+        Sensor::Accelerometer => &ACCEL,
+        Sensor::Magnetometer => &MAG,
+    };
+    let [white, bias, walk] = all[steps % all.len()];
+    let known = conventions(sensor, term);
+    known[match term {
+        Term::White => white,
+        Term::BiasInstability => bias,
+        Term::RateRandomWalk => walk,
+        Term::Quantization | Term::RateRamp => 0,
+    }]
+}
+
+/// The unit with signs for what ASCII spells out; one-sided densities are marked.
+pub(crate) fn shown_unit(convention: Convention) -> String {
+    let unit = convention.unit.replace("sqrt(", "√").replace(')', "").replace("^2", "²");
+    if convention.sides == Some(Sides::One) { format!("{unit} one-sided") } else { unit }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -263,6 +295,28 @@ mod tests {
             let zoomed = axis.zoomed(zoom, values[0]);
             prop_assert!(zoomed.part(values[0]).is_some());
             prop_assert!(zoomed.low >= axis.low - 1e-9 && zoomed.high <= axis.high + 1e-9);
+        }
+    }
+
+    #[test]
+    fn every_unit_has_its_turn() {
+        for (sensor, turns) in [(Sensor::Gyroscope, 6), (Sensor::Accelerometer, 6), (Sensor::Magnetometer, 3)] {
+            for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+                let seen: BTreeSet<_> = (0..turns).map(|steps| shown_unit(convention(sensor, term, steps))).collect();
+                let all: BTreeSet<_> = conventions(sensor, term).iter().map(|known| shown_unit(*known)).collect();
+                assert_eq!(seen, all, "{sensor:?} {term:?}");
+                assert_eq!(convention(sensor, term, turns), convention(sensor, term, 0));
+            }
+        }
+    }
+
+    #[test]
+    fn units_shown_together_belong_together() {
+        for steps in 0..6 {
+            let [n, b, k] = [Term::White, Term::BiasInstability, Term::RateRandomWalk]
+                .map(|term| convention(Sensor::Gyroscope, term, steps).unit);
+            let angle = |unit: &str| unit.split('/').next().unwrap_or_default().to_owned();
+            assert!(angle(n) == angle(b) && angle(b) == angle(k), "{n} {b} {k}");
         }
     }
 }

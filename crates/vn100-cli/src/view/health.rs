@@ -21,10 +21,10 @@ use vn100_report::{
 };
 
 use super::{
+    curve::{convention, shown_unit},
     draw::Scene,
     source::{Phase, Source, short_name},
     theme::Theme,
-    units::{convention, written},
     warnings::shortened,
 };
 use crate::{status::link_name, words::remedy_words};
@@ -326,5 +326,5 @@ fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String 
     if values.is_empty() {
         return String::new();
     }
-    format!("{} N {} {}", short_name(quantity), values.join(" "), scene.theme.spelled(written(unit)))
+    format!("{} N {} {}", short_name(quantity), values.join(" "), scene.theme.spelled(shown_unit(unit)))
 }

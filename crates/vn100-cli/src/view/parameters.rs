@@ -19,11 +19,11 @@ use vn100_report::{
 };
 
 use super::{
+    curve::{convention, shown_unit},
     draw::{Scene, framed},
     source::{Group, Source, short_name},
     state::{Axes, Panel},
     theme::SIGNS,
-    units::{convention, written},
 };
 
 /// Of an axis.
@@ -78,7 +78,7 @@ pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Optio
         let sign = SIGNS.get(axis).unwrap_or(&"●");
         spans.push(Span::styled(format!("  {sign} {text}"), scene.theme.axis(axis)));
     }
-    spans.push(Span::raw(scene.theme.spelled(format!("  {}", written(unit)))));
+    spans.push(Span::raw(scene.theme.spelled(format!("  {}", shown_unit(unit)))));
     Some(Line::from(spans))
 }
 
@@ -130,7 +130,7 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
                 .and_then(|parameter| Some(theme.spelled(spread(parameter.value?, parameter.lower?, parameter.upper?))))
                 .unwrap_or_default()
         };
-        let term_name = theme.spelled(format!(" {name}, {}", written(unit)));
+        let term_name = theme.spelled(format!(" {name}, {}", shown_unit(unit)));
         let beside = term_name.chars().count() + 2 <= label_columns;
         let mut titled = vec![
             Span::styled(format!(" {letter}"), Style::new().bold()),
@@ -231,7 +231,7 @@ fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
         Claim::Typical { from, to, .. } if from == to => format!("typically {}", number(from)),
         Claim::Typical { from, to, .. } => format!("typically {} to {}", number(from), number(to)),
     };
-    format!("{claim} {}", written(unit))
+    format!("{claim} {}", shown_unit(unit))
 }
 
 /// How small a walk a longer record would show.

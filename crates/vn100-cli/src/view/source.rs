@@ -13,7 +13,7 @@ use vn100_report::{
     units::{ChannelValues, channel_values},
 };
 
-use crate::words;
+use crate::{status::up, words};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
@@ -139,10 +139,7 @@ impl Source {
     /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line
     /// has no speed, or nothing has come.
     pub(crate) fn line_load(&self) -> Option<f64> {
-        let baud = match self.link.as_ref()? {
-            LinkState::Up(up) | LinkState::Silent(up) => up.baud?,
-            _ => return None,
-        };
+        let baud = up(self.link.as_ref()?)?.baud?;
         let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);
         let lines = timing.samples + timing.excluded + timing.missing;
         let bytes_per_line = tally.bytes() as f64 / lines as f64;

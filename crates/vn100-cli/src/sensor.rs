@@ -1,11 +1,13 @@
-//! `vn100 info`: what a sensor is, what it sends, what its line can carry.
+//! `vn100 info` and `vn100 configure`: what a sensor is, what it sends, what its line can carry, and
+//! changes of what it sends.
 
 use std::{collections::BTreeMap, fmt::Write};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use serde::Serialize;
-use tokio::runtime::Runtime;
-use vn100_driver::{CommandError, LinkHandle, LinkState};
+use tokio::runtime::Builder;
+use tokio_util::sync::CancellationToken;
+use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MESSAGES, OUTPUT_RATES_HZ,
     ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
@@ -13,11 +15,13 @@ use vn100_protocol::{
 use vn100_report::{Completion, printable};
 
 use crate::{
-    args::InfoArgs,
+    args::{ConfigureArgs, InfoArgs, LinkArgs, SourceName},
     exit::{print, print_json},
     interrupt::{HangUp, stop_on_interrupt},
     live_source::live_source,
-    log::Log,
+    log::run_logged,
+    status::up,
+    text::text,
 };
 
 /// What is asked: identity, output, processing.
@@ -30,16 +34,9 @@ pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
     if args.link.listen_only {
         bail!("--listen-only sends nothing to the sensor, so that it cannot be asked");
     }
-    let log = Log::open(&args.link.log)?;
-    let runtime = Runtime::new().context("cannot start the worker threads")?;
     let name = args.source.to_string();
-    let info = runtime.block_on(async {
-        let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (source, _emulated) = live_source(&args.source, &args.link, &log.entries())?;
-        let asked = source.with_link(None, &stop, async |link| {
-            stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
-        });
-        asked.await
+    let info = with_sensor(&args.source, &args.link, async |link, stop| {
+        stop.run_until_cancelled(ask(&link, name)).await.unwrap_or_else(|| bail!("interrupted"))
     })?;
     if args.json {
         print_json(&info)?
@@ -47,6 +44,19 @@ pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
         print(&info.text())?
     }
     Ok(Completion::Complete)
+}
+
+/// Connects to that sensor and does `work` with it, which the token ends early.
+fn with_sensor<T>(
+    name: &SourceName,
+    args: &LinkArgs,
+    work: impl AsyncFnOnce(LinkHandle, CancellationToken) -> Result<T>,
+) -> Result<T> {
+    run_logged(&mut Builder::new_multi_thread(), &args.log, async |log| {
+        let stop = stop_on_interrupt(HangUp::Stops)?;
+        let (source, _emulated) = live_source(name, args, &log)?;
+        source.with_link(None, &stop, |link| work(link, stop.clone())).await
+    })
 }
 
 /// A sensor, as it was asked.
@@ -71,14 +81,14 @@ struct Info {
     checksum_bits: Option<u8>,
     /// Whether each line carries a count.
     count: Option<bool>,
-    line: Option<Line>,
+    line: Option<LineLoad>,
     /// Every register asked, by number, as printed.
     registers: BTreeMap<u8, String>,
 }
 
 /// What the line carries and could carry.
 #[derive(Debug, Serialize)]
-struct Line {
+struct LineLoad {
     bytes_per_s: f64,
     bytes_per_s_at_most: u32,
     /// The highest rate of each message that is analysed, were it the only one.
@@ -95,25 +105,22 @@ async fn ask(link: &LinkHandle, source: String) -> Result<Info> {
             Err(error) => return Err(error.into()),
         }
     }
-    let baud = match &*link.state().borrow() {
-        LinkState::Up(up) | LinkState::Silent(up) => up.baud,
-        _ => None,
-    };
+    let baud = up(&link.state().borrow()).and_then(|up| up.baud);
     Ok(Info::new(source, baud, registers))
 }
 
 impl Info {
     fn new(source: String, baud: Option<u32>, registers: BTreeMap<u8, String>) -> Self {
         let text = |register: u8| registers.get(&register).filter(|text| !text.is_empty()).cloned();
-        let message = value::<AsyncType>(&registers, 6);
-        let rate = value::<AsyncRate>(&registers, 7);
-        let control = value::<ProtocolControl>(&registers, 30);
-        let filter = value::<ImuFilter>(&registers, 85);
-        let speed = baud.and_then(BaudRate::new).or_else(|| value(&registers, 5));
+        let message = register_value::<AsyncType>(&registers, 6);
+        let rate = register_value::<AsyncRate>(&registers, 7);
+        let control = register_value::<ProtocolControl>(&registers, 30);
+        let filter = register_value::<ImuFilter>(&registers, 85);
+        let speed = baud.and_then(BaudRate::new).or_else(|| register_value(&registers, 5));
         let line = speed.and_then(|speed| {
             let form = control.as_ref().map(LineForm::from)?;
             let packets: Option<LinkLoad> = (75..=77)
-                .filter_map(|register| value::<BinaryOutput>(&registers, register))
+                .filter_map(|register| register_value::<BinaryOutput>(&registers, register))
                 .map(|output| LinkLoad::of_packets(&output))
                 .sum();
             let lines = LinkLoad::of_lines(message?.line_length(form)?, rate?);
@@ -121,7 +128,7 @@ impl Info {
                 let length = AsyncType::from_header(layout.message.as_bytes())?.line_length(form)?;
                 Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
-            Some(Line {
+            Some(LineLoad {
                 bytes_per_s: (packets? + lines).bytes_per_s(),
                 bytes_per_s_at_most: speed.bytes_per_s(),
                 highest_rate_hz: highest.collect(),
@@ -159,10 +166,7 @@ impl Info {
     }
 
     fn text(&self) -> String {
-        let mut out = String::new();
-        // a String takes everything
-        let _ = self.write(&mut out);
-        out
+        text(|out| self.write(out))
     }
 
     fn write(&self, out: &mut String) -> std::fmt::Result {
@@ -212,9 +216,50 @@ impl Info {
     }
 }
 
-fn value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
+fn register_value<T: RegisterValue>(registers: &BTreeMap<u8, String>, register: u8) -> Option<T> {
     let fields = RegisterFields::new(registers.get(&register)?.as_str()).ok()?;
     RegisterContents { register: Register(register), fields }.value().ok()
+}
+
+pub(crate) fn configure(args: ConfigureArgs) -> Result<Completion> {
+    let settings = OutputSettings {
+        baud: args.set_baud,
+        count: args.count,
+        save: args.save,
+        ..args.change.settings().unwrap_or_default()
+    };
+    if settings == OutputSettings::default() {
+        bail!("nothing to change: give --set-rate, --set-message, --set-baud, --window, --count or --save");
+    }
+    if args.link.listen_only {
+        bail!("--listen-only sends nothing to the sensor, so that it cannot be changed");
+    }
+    if settings.baud.is_some() && args.source.kind() == "tcp" {
+        bail!(
+            "the serial server sets the speed of its line, and would not hear the sensor at another: --set-baud needs a port"
+        );
+    }
+    let configured = with_sensor(&args.source, &args.link, async |link, stop| {
+        Ok(vn100_driver::configure(&link, &settings, &stop).await?)
+    })?;
+    let kept = match (settings.save, configured.changes.is_empty()) {
+        (true, _) => "; the sensor keeps all its settings when it is switched off",
+        (false, false) => "; until it is switched off: --save keeps it",
+        (false, true) => "",
+    };
+    print(&format!("{}: {}{kept}\n", printable(&args.source.to_string()), describe(&configured)))?;
+    Ok(if configured.rate_is_kept() { Completion::Complete } else { Completion::Failed })
+}
+
+/// What was changed, and whether the sensor does what it is set to.
+pub(crate) fn describe(configured: &Configured) -> String {
+    let changes: Vec<_> = configured.changes.iter().map(ToString::to_string).collect();
+    let changed = if changes.is_empty() { "all was as asked".into() } else { changes.join(", ") };
+    let (measured_hz, rate_hz) = (configured.measured_hz, configured.rate_hz);
+    let verdict =
+        if configured.rate_is_kept() { "" } else { ": NOT as set; look at the cable and the speed of the line" };
+    let found = if configured.was_paused { "; its output was paused, and is on now" } else { "" };
+    printable(&format!("{changed}{found}; {measured_hz:.1} lines a second come, {rate_hz} are set{verdict}"))
 }
 
 #[cfg(test)]
