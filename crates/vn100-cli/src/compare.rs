@@ -7,10 +7,10 @@ use anyhow::Result;
 use vn100_analysis::{Chance, ComparedRecord, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
 use vn100_report::{
     ComparisonDocument, Completion, Measured,
-    names::{folding, sensor},
+    names::{folding, names_of},
     numbers::plain::{counted, four_digits, short},
     printable, record_letter,
-    units::{sensor_group, tests_by_channel},
+    units::tests_by_channel,
 };
 
 use crate::{
@@ -75,7 +75,12 @@ fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison)
 }
 
 fn write_ranking(out: &mut String, ranking: &Ranking, comparison: &Comparison) -> fmt::Result {
-    writeln!(out, "\nwhite noise N of the {}, {}, the quietest first", sensor(ranking.quantity), ranking.unit)?;
+    writeln!(
+        out,
+        "\nwhite noise N of the {}, {}, the quietest first",
+        names_of(ranking.quantity).quantity,
+        ranking.unit
+    )?;
     for ranked in &ranking.records {
         let axes: Vec<String> =
             ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();
@@ -215,11 +220,8 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
         }
     }
     if comparison.means.iter().any(|channel| channel.bias_removed) {
-        let text = format!(
-            "The spread of a {} whose bias is taken out is that of a filter's remainder, not of the sensor's bias; VNIMU carries that.",
-            sensor_group(vn100_protocol::Quantity::AngularRate)
-        );
-        writeln!(out, "{}", fill(&text, "", ""))?;
+        let text = "The spread of a gyro whose bias is taken out is that of a filter's remainder, not of the sensor's bias; VNIMU carries that.";
+        writeln!(out, "{}", fill(text, "", ""))?;
     }
     Ok(())
 }

@@ -14,10 +14,10 @@ use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, S
 
 use crate::{
     measured::Measured,
-    units::{BarValues, ChannelValues, NormValues, Point, channel_values, norm_values},
+    units::{BarValues, BlockValues, ChannelValues, NormValues, Point, channel_values, norm_values},
 };
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
-use signal::{Block, NormalityDocument, SpectrumDocument, StationarityDocument};
+use signal::{NormalityDocument, SpectrumDocument, StationarityDocument, blocks};
 use source::SourceDocument;
 
 /// The JSON document of one source.
@@ -96,7 +96,7 @@ struct Channel {
     stationarity: Option<StationarityDocument>,
     /// These two only at the end.
     spectrum: Option<SpectrumDocument>,
-    blocks: Option<Vec<Block>>,
+    blocks: Option<Vec<BlockValues>>,
     /// Against each figure of the data sheet; only at the end.
     verdict: Option<Vec<VerdictDocument>>,
     /// Of a gyroscope; only at the end.
@@ -285,7 +285,7 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
         noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),
         spectrum: at_end().map(SpectrumDocument::new),
-        blocks: at_end().map(|signal| signal.blocks.iter().map(|block| Block::new(block, skipped_s)).collect()),
+        blocks: at_end().map(|signal| blocks(signal, skipped_s)),
         verdict: None,
         grade: None,
     }

@@ -1,11 +1,13 @@
 //! All figures of a report, made once for the page and for the files beside it.
 
+use vn100_analysis::{SENSORS, axes_name};
 use vn100_protocol::Quantity;
 
 use crate::{
     figure::{
         DrawingError, Figure, allan_of_axes, allan_of_axis, allan_of_records, envelope, histogram, segments, spectrum,
     },
+    names::names_of,
     record::Record,
 };
 
@@ -21,23 +23,17 @@ pub struct Figures {
     pub(crate) segments: Vec<Figure>,
 }
 
-/// What has an Allan plot, in the order of the report.
-const SENSORS: [(Quantity, &str, &str); 3] = [
-    (Quantity::AngularRate, "gyro", "Gyroscope"),
-    (Quantity::Acceleration, "accel", "Accelerometer"),
-    (Quantity::MagneticField, "mag", "Magnetometer"),
-];
-
 impl Figures {
     /// Of one record; `prefix` makes its names unique in a report of several.
     ///
     /// # Errors
     /// None, unless this program was built with a damaged font.
     pub fn of(record: &Record<'_>, prefix: &str) -> Result<Self, DrawingError> {
-        let deviation = record.snapshot().deviation;
+        let deviation = record.measured.snapshot.deviation;
         let skipped_s = record.skipped_s();
         let mut all = Self::default();
-        for (quantity, id, name) in SENSORS {
+        for (quantity, sensor) in SENSORS {
+            let (id, name) = (axes_name(sensor), names_of(quantity).title);
             let axes = record.of(quantity);
             all.allan_sensors.extend(allan_of_axes(id, name, &axes, deviation)?);
             for channel in &axes {
@@ -65,7 +61,7 @@ impl Figures {
     /// None, unless this program was built with a damaged font.
     pub fn together(records: &[Record<'_>], names: &[String]) -> Result<Self, DrawingError> {
         let mut all = Self::default();
-        for (quantity, ..) in SENSORS {
+        for (quantity, _) in SENSORS {
             let mut done: Vec<&str> = Vec::new();
             for channel in records.iter().flat_map(|record| record.of(quantity)) {
                 if done.contains(&channel.name.as_str()) {
@@ -82,7 +78,7 @@ impl Figures {
                     })
                     .collect();
                 let Some(first) = records.first() else { continue };
-                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.snapshot().deviation)?);
+                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.measured.snapshot.deviation)?);
             }
         }
         Ok(all)

@@ -103,9 +103,9 @@ impl SensorFindings {
 
 impl Findings {
     pub(crate) fn of(record: &Record<'_>) -> Self {
-        let snapshot = record.snapshot();
+        let snapshot = &record.measured.snapshot;
         let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
-        let warnings = snapshot.warnings.iter().chain(&record.assessment().warnings);
+        let warnings = snapshot.warnings.iter().chain(&record.measured.assessment.warnings);
         Self {
             message: message.filter(|message| message.starts_with("VN")),
             compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
@@ -120,9 +120,9 @@ impl Findings {
             gaps: snapshot.timing.gaps,
             has_stamps: snapshot.arrivals.is_some(),
             has_registers: !snapshot.registers.is_empty(),
-            has_conditions: record.facts().meta.is_some(),
+            has_conditions: record.measured.facts.meta.is_some(),
             sensors: sensors(record),
-            motion: record.assessment().motion.clone(),
+            motion: record.measured.assessment.motion.clone(),
             warnings: warnings.map(|warning| warning.kind).collect(),
         }
     }
@@ -154,7 +154,7 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
             let channels: Vec<&ChannelValues> =
                 record.streamed().iter().filter(|channel| channel.quantity == quantity).collect();
             let long_taus = channels.first()?.noise.as_ref()?.long_taus;
-            let assessed = record.channels.iter().zip(&record.assessment().channels);
+            let assessed = record.channels.iter().zip(&record.measured.assessment.channels);
             let onboard =
                 assessed.clone().find(|(channel, _)| channel.quantity == quantity).and_then(|(_, of)| of.onboard);
             let axes = channels.into_iter().map(|channel| axis(record, channel)).collect();

@@ -6,17 +6,41 @@ use vn100_protocol::{Quantity, Tally};
 
 use crate::{numbers::plain::four_digits, record::record_letter};
 
-/// What measures this.
+/// What is measured, in the order of results.
+pub const QUANTITIES: [Quantity; 7] = [
+    Quantity::AngularRate,
+    Quantity::Acceleration,
+    Quantity::MagneticField,
+    Quantity::Angle,
+    Quantity::Quaternion,
+    Quantity::Temperature,
+    Quantity::Pressure,
+];
+
+/// The names of a quantity.
+#[derive(Debug, Clone, Copy)]
+pub struct QuantityNames {
+    /// The shortest word for what measures it.
+    pub short: &'static str,
+    /// Itself, in a sentence.
+    pub quantity: &'static str,
+    /// What measures it, as a title.
+    pub title: &'static str,
+}
+
+/// The names of that quantity.
 #[must_use]
-pub fn sensor(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle | Quantity::Quaternion => "orientation",
-        Quantity::MagneticField => "magnetic field",
-        Quantity::Acceleration => "acceleration",
-        Quantity::AngularRate => "angular rate",
-        Quantity::Temperature => "temperature",
-        Quantity::Pressure => "pressure",
-    }
+pub fn names_of(quantity: Quantity) -> QuantityNames {
+    let (short, quantity, title) = match quantity {
+        Quantity::AngularRate => ("gyro", "angular rate", "Gyroscope"),
+        Quantity::Acceleration => ("accel", "acceleration", "Accelerometer"),
+        Quantity::MagneticField => ("mag", "magnetic field", "Magnetometer"),
+        Quantity::Angle => ("angle", "orientation", "Orientation"),
+        Quantity::Quaternion => ("quat", "orientation", "Orientation quaternion"),
+        Quantity::Temperature => ("temp", "temperature", "Temperature"),
+        Quantity::Pressure => ("baro", "pressure", "Pressure"),
+    };
+    QuantityNames { short, quantity, title }
 }
 
 /// A status of a parameter, in words.

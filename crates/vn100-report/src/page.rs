@@ -63,10 +63,10 @@ pub fn write_page(
     options: PageOptions<'_>,
 ) -> io::Result<()> {
     let title = match records {
-        [record] => format!("Noise report: {}", record.facts().name),
+        [record] => format!("Noise report: {}", record.measured.facts.name),
         _ => format!("Noise report of {} captures", records.len()),
     };
-    let is_empty = |record: &Record<'_>| record.snapshot().timing.samples == 0;
+    let is_empty = |record: &Record<'_>| record.measured.snapshot.timing.samples == 0;
     let readings = figures::readings(figures.iter().chain([together]).flat_map(Figures::all))?;
     let page = html! {
         (DOCTYPE)
@@ -87,7 +87,7 @@ pub fn write_page(
                         (several::several(records, together, options))
                         @for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                             article {
-                                h2.record { (record_letter(index)) ": " (record.facts().name) }
+                                h2.record { (record_letter(index)) ": " (record.measured.facts.name) }
                                 (one(record, figures, options, &format!("{}-", record_letter(index))))
                             }
                         }
@@ -124,11 +124,11 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
         let (anchor, name) = sections[index];
         html! { section id={ (prefix) (anchor) } { h2 { (name) } (content) } }
     };
-    if record.snapshot().timing.samples == 0 {
+    if record.measured.snapshot.timing.samples == 0 {
         return html! {
             p.warning { (lead(record)) }
             p { "There is nothing to conclude from. What is known of the capture follows." }
-            @if !record.snapshot().warnings.is_empty() { (section(1, warnings(record, options.words))) }
+            @if !record.measured.snapshot.warnings.is_empty() { (section(1, warnings(record, options.words))) }
             (section(9, facts::facts(record, options)))
         };
     }
@@ -150,7 +150,7 @@ fn one(record: &Record<'_>, figures: &Figures, options: PageOptions<'_>, prefix:
 }
 
 fn lead(record: &Record<'_>) -> String {
-    let snapshot = record.snapshot();
+    let snapshot = &record.measured.snapshot;
     let timing = &snapshot.timing;
     match &snapshot.layout {
         Some(layout) if timing.samples > 0 => format!(
@@ -161,7 +161,7 @@ fn lead(record: &Record<'_>) -> String {
             duration(timing.duration_s()),
             trimmed(timing.rate_hz, 4)
         ),
-        _ => record.facts().error.clone().unwrap_or_else(|| "No valid sample in this capture.".into()),
+        _ => record.measured.facts.error.clone().unwrap_or_else(|| "No valid sample in this capture.".into()),
     }
 }
 
@@ -179,7 +179,8 @@ fn answers(findings: &Findings, words: RemedyWords) -> Markup {
 }
 
 fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
-    let warnings: Vec<_> = record.snapshot().warnings.iter().chain(&record.assessment().warnings).collect();
+    let warnings: Vec<_> =
+        record.measured.snapshot.warnings.iter().chain(&record.measured.assessment.warnings).collect();
     html! {
         @if warnings.is_empty() { p { "None." } }
         @for warning in warnings {

@@ -1,6 +1,6 @@
 //! One capture's result in the units in which a report gives it.
 
-use vn100_analysis::{Assessment, FigureVerdict, Snapshot, SourceFacts};
+use vn100_analysis::FigureVerdict;
 use vn100_protocol::Quantity;
 
 use crate::{
@@ -11,7 +11,8 @@ use crate::{
 /// One result of a report.
 #[derive(Debug, Clone)]
 pub struct Record<'a> {
-    pub(crate) measured: &'a Measured,
+    /// The result itself.
+    pub measured: &'a Measured,
     pub(crate) channels: Vec<ChannelValues>,
     pub(crate) norms: Vec<NormValues>,
 }
@@ -24,33 +25,9 @@ impl<'a> Record<'a> {
         Self { measured, channels, norms: norm_values(&measured.snapshot) }
     }
 
-    /// The result itself.
-    #[must_use]
-    pub fn measured(&self) -> &'a Measured {
-        self.measured
-    }
-
-    /// Whether no sample came.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.snapshot().timing.samples == 0
-    }
-
-    pub(crate) fn facts(&self) -> &SourceFacts {
-        &self.measured.facts
-    }
-
-    pub(crate) fn snapshot(&self) -> &Snapshot {
-        &self.measured.snapshot
-    }
-
-    pub(crate) fn assessment(&self) -> &Assessment {
-        &self.measured.assessment
-    }
-
     /// Excluded before the first sample.
     pub(crate) fn skipped_s(&self) -> f64 {
-        self.snapshot().skipped.as_secs_f64()
+        self.measured.snapshot.skipped.as_secs_f64()
     }
 
     /// What the data sheet's figures come to for `channel`; none without a sheet.
@@ -62,7 +39,7 @@ impl<'a> Record<'a> {
 
     /// The channels of the message, without what was read between its lines.
     pub(crate) fn streamed(&self) -> &[ChannelValues] {
-        self.channels.get(..self.snapshot().channels.len()).unwrap_or(&self.channels)
+        self.channels.get(..self.measured.snapshot.channels.len()).unwrap_or(&self.channels)
     }
 
     /// The channels of one sensor, in their order.

@@ -330,19 +330,6 @@ pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<TestsOfChannel<'_>> {
     channels
 }
 
-/// What the axes of one sensor are called together.
-#[must_use]
-pub fn sensor_group(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle | Quantity::Quaternion => "attitude",
-        Quantity::MagneticField => "mag",
-        Quantity::Acceleration => "accel",
-        Quantity::AngularRate => "gyro",
-        Quantity::Temperature => "temperature",
-        Quantity::Pressure => "pressure",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -64,7 +64,7 @@ impl<'a> Exports<'a> {
         for form in &self.forms {
             for (index, (record, figures)) in records.iter().zip(figures).enumerate() {
                 // nothing could be read: the command says so already
-                if record.is_empty() {
+                if record.measured.snapshot.timing.samples == 0 {
                     continue;
                 }
                 if let Err(error) = self.write_one(*form, index, record, figures) {
@@ -95,7 +95,7 @@ impl<'a> Exports<'a> {
                 CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &table.text(record)))
             }
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&Document::of(record.measured(), remedy_words))?;
+                let document = serde_json::to_string_pretty(&Document::of(record.measured, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
             ExportForm::Kalibr => {

@@ -9,7 +9,7 @@ use vn100_analysis::{
     Assessment, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion, Verdicts, letter,
 };
 use vn100_report::{
-    names::{WHY_CONSISTENT, grade_text, in_words, sensor, sentence, shown_in, verdict_name},
+    names::{WHY_CONSISTENT, grade_text, in_words, names_of, sentence, shown_in, verdict_name},
     numbers::plain::{four_digits, short},
     units::{ChannelValues, si_unit},
 };
@@ -42,7 +42,7 @@ pub(super) fn write_noise(
         writeln!(
             out,
             "\nnoise of the {}, {level} % intervals; * counts positive frequencies only",
-            sensor(group[0].0.quantity)
+            names_of(group[0].0.quantity).quantity
         )?;
         row(out, "", group, |(channel, _)| channel.name.clone())?;
         for (term, name) in TERMS {
@@ -184,7 +184,7 @@ pub(super) fn write_filter_models(
     for group in axes.chunk_by(|(a, _), (b, _)| a.quantity == b.quantity) {
         let Some(noise) = group[0].0.noise.as_ref() else { continue };
         let unit = |term| si_unit(noise.sensor, term);
-        writeln!(out, "\n{}, for filters", sensor(group[0].0.quantity))?;
+        writeln!(out, "\n{}, for filters", names_of(group[0].0.quantity).quantity)?;
         row(out, "", group, |(channel, _)| channel.name.clone())?;
         writeln!(out, "white + Gauss-Markov")?;
         write_fitted(out, &format!("  N {}", unit(Term::White)), group, |fit| fit.white)?;

@@ -8,7 +8,7 @@ use vn100_analysis::Snapshot;
 use vn100_protocol::Quantity;
 use vn100_report::{
     EARTH_RATE_RAD_S,
-    names::sensor,
+    names::names_of,
     numbers::plain::short,
     units::{BlockValues, ChannelValues, LEAST_EDF, Point, fitted, norm_values},
 };
@@ -179,7 +179,15 @@ pub(super) fn write_deviations(
     // what was asked for between the lines has no deviation
     let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
     for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
-        write!(out, "\n{}, {}\n{:>8} {:>7} {:>7}", sensor(group[0].quantity), group[0].unit, "tau (s)", "m", "terms")?;
+        write!(
+            out,
+            "\n{}, {}\n{:>8} {:>7} {:>7}",
+            names_of(group[0].quantity).quantity,
+            group[0].unit,
+            "tau (s)",
+            "m",
+            "terms"
+        )?;
         for channel in group {
             write!(out, " {:>COLUMN$}", channel.name)?;
         }

@@ -14,13 +14,16 @@ use ratatui::{
         canvas::{Canvas, Line as Stroke, Points},
     },
 };
-use vn100_report::numbers::plain::{digits, tau, time};
+use vn100_report::{
+    names::names_of,
+    numbers::plain::{digits, tau, time},
+};
 
 use super::{
     curve::{Curve, LogAxis, Plot, next_octave},
     draw::{Regions, Scene, framed},
     parameters,
-    source::{Phase, Source, short_name},
+    source::{Phase, Source},
     state::Panel,
     theme::{SIGNS, Theme},
 };
@@ -43,7 +46,7 @@ pub(crate) fn draw(
         Deviation::Allan => "Allan deviation",
         Deviation::Hadamard => "Hadamard deviation",
     };
-    let title = format!("{deviation} σ(τ) of the {}, {}", short_name(group.quantity), plot.unit);
+    let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit);
     let title = scene.theme.spelled(title);
     let block = framed(scene, Panel::Allan, title);
     let inner = block.inner(area);

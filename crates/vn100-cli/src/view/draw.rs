@@ -9,9 +9,11 @@ use ratatui::{
     widgets::{Block, Borders, Paragraph},
 };
 
+use vn100_report::names::names_of;
+
 use super::{
     allan, channels, health, keys, parameters,
-    source::{Source, short_name},
+    source::Source,
     state::{Panel, State},
     theme::Theme,
     warnings,
@@ -159,7 +161,7 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
         x += 1;
     }
     for (place, group) in source.groups().iter().enumerate() {
-        let name = short_name(group.quantity);
+        let name = names_of(group.quantity).short;
         let text = format!(" {} {name} ", place + 1);
         let width = text.chars().count() as u16;
         regions.sensors.push((Rect::new(x, area.y, width, 1), place));

@@ -15,7 +15,7 @@ use vn100_driver::{LinkState, Up};
 use vn100_pipeline::{Playback, Speed};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::rejected_lines,
+    names::{names_of, rejected_lines},
     numbers::plain::{clock, digits, digits_trimmed, grouped, ppm, time},
     printable,
 };
@@ -23,7 +23,7 @@ use vn100_report::{
 use super::{
     curve::{convention, shown_unit},
     draw::Scene,
-    source::{Phase, Source, short_name},
+    source::{Phase, Source},
     theme::Theme,
     warnings::shortened,
 };
@@ -326,5 +326,5 @@ fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String 
     if values.is_empty() {
         return String::new();
     }
-    format!("{} N {} {}", short_name(quantity), values.join(" "), scene.theme.spelled(shown_unit(unit)))
+    format!("{} N {} {}", names_of(quantity).short, values.join(" "), scene.theme.spelled(shown_unit(unit)))
 }

@@ -13,7 +13,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::verdict_name,
+    names::{names_of, verdict_name},
     numbers::plain::{digits, digits_trimmed, spread, tau, time},
     units::ChannelValues,
 };
@@ -21,7 +21,7 @@ use vn100_report::{
 use super::{
     curve::{convention, shown_unit},
     draw::{Scene, framed},
-    source::{Group, Source, short_name},
+    source::{Group, Source},
     state::{Axes, Panel},
     theme::SIGNS,
 };
@@ -46,7 +46,7 @@ const TERMS: [(Term, &str); 4] = [
 pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
     let Some(group) = scene.state.group(source) else { return };
     let level = 100.0 * source.assessment.confidence;
-    let title = format!("Noise of the {}, {level:.0} % intervals", short_name(group.quantity));
+    let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
     let block = framed(scene, Panel::Parameters, title);
     let inner = block.inner(area);
     frame.render_widget(block, area);

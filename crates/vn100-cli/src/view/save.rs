@@ -11,13 +11,14 @@ use std::{
 
 use super::{
     curve::{Plot, factor},
-    source::{Source, short_name},
+    source::Source,
     state::State,
 };
 use crate::words::remedy_words;
 use vn100_analysis::Assessment;
 use vn100_report::{
-    Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, units::ChannelValues,
+    Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of,
+    units::ChannelValues,
 };
 
 /// Writes both, and gives the message for the user. `assessment` is of the snapshot of the source:
@@ -58,7 +59,7 @@ pub(super) fn picture(state: &State, source: &Source) -> Result<Option<Figure>, 
     let channels: Vec<&ChannelValues> =
         channels.filter(|channel| shown.curves.iter().any(|curve| curve.name == channel.name)).collect();
     let factor = factor(&group, state);
-    allan_in_unit(short_name(group.quantity), &channels, (&shown.unit, factor), source.snapshot.deviation)
+    allan_in_unit(names_of(group.quantity).short, &channels, (&shown.unit, factor), source.snapshot.deviation)
 }
 
 /// A name that says what it holds: source and number of samples.

@@ -9,7 +9,9 @@ use vn100_driver::LinkState;
 use vn100_pipeline::{Command, EndReason, Playback, Session, SourceState, Stage};
 use vn100_protocol::Quantity;
 use vn100_report::{
-    Evaluation, no_sample, printable,
+    Evaluation,
+    names::QUANTITIES,
+    no_sample, printable,
     units::{ChannelValues, channel_values},
 };
 
@@ -57,17 +59,6 @@ pub(crate) struct Group {
     /// Places among the channels.
     pub(crate) channels: Vec<usize>,
 }
-
-/// Those that one looks for first come first.
-const ORDER: [Quantity; 7] = [
-    Quantity::AngularRate,
-    Quantity::Acceleration,
-    Quantity::MagneticField,
-    Quantity::Angle,
-    Quantity::Quaternion,
-    Quantity::Temperature,
-    Quantity::Pressure,
-];
 
 impl Source {
     /// A source of which nothing is known.
@@ -127,7 +118,7 @@ impl Source {
             let channels = streamed.iter().enumerate().filter(|(_, channel)| channel.quantity == quantity);
             Group { quantity, channels: channels.map(|(place, _)| place).collect() }
         };
-        ORDER.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
+        QUANTITIES.into_iter().map(of).filter(|group| !group.channels.is_empty()).collect()
     }
 
     /// The part of the capture that was replayed, 0 to 1.
@@ -146,19 +137,6 @@ impl Source {
         // a sensor that reconnected without its settings sends at its own rate
         let rate_hz = self.snapshot.rate_change.map_or(timing.rate_hz, |change| change.to_hz);
         (lines > 0).then(|| bytes_per_line * rate_hz * 10.0 / f64::from(baud))
-    }
-}
-
-/// The shortest word for a sensor.
-pub(crate) fn short_name(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::AngularRate => "gyro",
-        Quantity::Acceleration => "accel",
-        Quantity::MagneticField => "mag",
-        Quantity::Angle => "angle",
-        Quantity::Quaternion => "quat",
-        Quantity::Temperature => "temp",
-        Quantity::Pressure => "baro",
     }
 }
 

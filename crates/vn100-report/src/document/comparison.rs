@@ -6,11 +6,11 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking, RemedyWords};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking, RemedyWords, axes_name, sensor_of};
 
 use crate::{
     measured::Measured,
-    units::{TestsOfChannel, sensor_group, tests_by_channel},
+    units::{TestsOfChannel, tests_by_channel},
 };
 
 /// The JSON document of several records side by side.
@@ -236,7 +236,7 @@ fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -
     });
     let leads = ranking.lead().is_some_and(|lead| comparison.is_significant(lead));
     SensorDocument {
-        sensor: sensor_group(ranking.quantity),
+        sensor: sensor_of(ranking.quantity).map_or("", axes_name),
         unit: ranking.unit,
         ranked: ranked.collect(),
         folds_alike: ranking.folds_alike,

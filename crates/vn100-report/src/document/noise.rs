@@ -47,6 +47,13 @@ struct GaussMarkov {
 #[derive(Debug, Serialize)]
 struct Bounds {
     status: &'static str,
+    #[serde(flatten)]
+    range: Range,
+}
+
+/// A value and its interval.
+#[derive(Debug, Serialize)]
+struct Range {
     value: Option<f64>,
     lower: Option<f64>,
     upper: Option<f64>,
@@ -69,10 +76,8 @@ struct Fit {
 
 #[derive(Debug, Serialize)]
 struct ParameterDocument {
-    status: &'static str,
-    value: Option<f64>,
-    lower: Option<f64>,
-    upper: Option<f64>,
+    #[serde(flatten)]
+    bounds: Bounds,
     unit: &'static str,
     /// The same in every other unit in use.
     conventions: Vec<InUnit>,
@@ -83,9 +88,8 @@ struct InUnit {
     unit: &'static str,
     /// Of a density, which frequencies it counts.
     sides: Option<&'static str>,
-    value: Option<f64>,
-    lower: Option<f64>,
-    upper: Option<f64>,
+    #[serde(flatten)]
+    range: Range,
 }
 
 #[derive(Debug, Serialize)]
@@ -174,8 +178,15 @@ impl NoiseDocument {
 
 impl Bounds {
     fn new(parameter: Parameter) -> Self {
-        let Parameter { value, lower, upper, .. } = parameter;
-        Self { status: status(parameter.status), value, lower, upper }
+        Self { status: status(parameter.status), range: Range::new(parameter, 1.0) }
+    }
+}
+
+impl Range {
+    /// In a unit of which one of the parameter's is `factor`.
+    fn new(Parameter { value, lower, upper, .. }: Parameter, factor: f64) -> Self {
+        let [value, lower, upper] = [value, lower, upper].map(|value| value.map(|value| value * factor));
+        Self { value, lower, upper }
     }
 }
 
@@ -183,24 +194,16 @@ impl ParameterDocument {
     /// The SI unit comes first among `conventions`.
     fn new(parameter: Parameter, conventions: &[Convention]) -> Self {
         let says_something = parameter.value.is_some() || parameter.upper.is_some();
-        let in_unit = |convention: &Convention| {
-            let times = |value: Option<f64>| value.map(|value| value * convention.factor);
-            InUnit {
-                unit: convention.unit,
-                sides: convention.sides.map(|sides| match sides {
-                    Sides::One => "one",
-                    Sides::Two => "two",
-                }),
-                value: times(parameter.value),
-                lower: times(parameter.lower),
-                upper: times(parameter.upper),
-            }
+        let in_unit = |convention: &Convention| InUnit {
+            unit: convention.unit,
+            sides: convention.sides.map(|sides| match sides {
+                Sides::One => "one",
+                Sides::Two => "two",
+            }),
+            range: Range::new(parameter, convention.factor),
         };
         Self {
-            status: status(parameter.status),
-            value: parameter.value,
-            lower: parameter.lower,
-            upper: parameter.upper,
+            bounds: Bounds::new(parameter),
             unit: conventions.first().map_or("", |si| si.unit),
             conventions: conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect(),
         }

@@ -40,18 +40,6 @@ struct Line {
     share_of_variance: f64,
 }
 
-/// The deviation per segment of the record.
-#[derive(Debug, Serialize)]
-pub(crate) struct Block {
-    start_s: f64,
-    duration_s: f64,
-    count: u64,
-    mean: f64,
-    std: Option<f64>,
-    min: f64,
-    max: f64,
-}
-
 /// What happened in the middle of the record.
 #[derive(Debug, Serialize)]
 pub(crate) struct StationarityDocument {
@@ -112,11 +100,9 @@ impl SpectrumDocument {
     }
 }
 
-impl Block {
-    pub(crate) fn new(block: &BlockValues, skipped_s: f64) -> Self {
-        let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
-        Self { start_s: skipped_s + start_s, duration_s, count, mean, std, min, max }
-    }
+/// The blocks of a record, with times of the record.
+pub(crate) fn blocks(signal: &SignalValues, skipped_s: f64) -> Vec<BlockValues> {
+    signal.blocks.iter().map(|block| BlockValues { start_s: skipped_s + block.start_s, ..*block }).collect()
 }
 
 impl StationarityDocument {

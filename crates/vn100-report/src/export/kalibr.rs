@@ -39,14 +39,12 @@ impl KalibrYaml {
     /// the white noise and the random walk that together lie above the whole curve of every axis.
     #[must_use]
     pub fn of(record: &Record<'_>, with_over_bound: bool) -> Self {
-        let snapshot = record.snapshot();
+        let snapshot = &record.measured.snapshot;
         let mut yaml = Self::default();
         let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
         yaml.comment(&format!(
             "{} samples of {message} at {} Hz; intervals at {}",
-            snapshot.timing.samples,
-            snapshot.timing.rate_hz,
-            record.assessment().confidence
+            snapshot.timing.samples, snapshot.timing.rate_hz, record.measured.assessment.confidence
         ));
         let findings = Findings::of(record);
         if findings.motion.is_some() {

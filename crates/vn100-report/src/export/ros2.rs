@@ -91,8 +91,8 @@ impl<W: Write> Ros2Messages<W> {
             .compression(Some(Compression::Zstd))
             .disable_seeking(true);
         let mut mcap = options.create(NoSeek::new(out))?;
-        let stamped = record.snapshot().arrivals.is_some();
-        let rate_hz = record.snapshot().timing.rate_hz;
+        let stamped = record.measured.snapshot.arrivals.is_some();
+        let rate_hz = record.measured.snapshot.timing.rate_hz;
         let imu = mcap.add_schema("sensor_msgs/msg/Imu", "ros2msg", format!("{IMU}{HEADER}").as_bytes())?;
         let field = mcap.add_schema(
             "sensor_msgs/msg/MagneticField",
@@ -107,11 +107,14 @@ impl<W: Write> Ros2Messages<W> {
             format!("number of the sample / {rate_hz} Hz from 0: the capture has no arrival times")
         };
         let entries = [
-            ("capture", record.facts().name.clone()),
-            ("sha256", record.facts().file.as_ref().map_or_else(|| "not recorded".into(), |file| file.sha256.clone())),
+            ("capture", record.measured.facts.name.clone()),
+            (
+                "sha256",
+                record.measured.facts.file.as_ref().map_or_else(|| "not recorded".into(), |file| file.sha256.clone()),
+            ),
             (
                 "message",
-                record.snapshot().layout.as_ref().map_or_else(String::new, |layout| layout.message.to_string()),
+                record.measured.snapshot.layout.as_ref().map_or_else(String::new, |layout| layout.message.to_string()),
             ),
             ("stamps", stamps),
             ("frame", "axes of the sensor: x forwards, y right, z down; orientation against north, east, down".into()),

@@ -54,7 +54,7 @@ pub(super) fn facts(record: &Record<'_>, options: PageOptions<'_>) -> Markup {
 }
 
 fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
-    let (facts, snapshot) = (record.facts(), record.snapshot());
+    let (facts, snapshot) = (&record.measured.facts, &record.measured.snapshot);
     let file = facts.file.as_ref();
     let recorded = facts.recording.as_ref().map(RecordingDocument::new);
     let of = |part: fn(&RecordingDocument) -> Option<String>| recorded.as_ref().and_then(part);
@@ -77,7 +77,7 @@ fn capture(record: &Record<'_>, program: Program<'_>) -> Vec<Row> {
 }
 
 fn sensor(record: &Record<'_>) -> Vec<Row> {
-    let registers = &record.snapshot().registers;
+    let registers = &record.measured.snapshot.registers;
     let text = |register: Register| registers.get(&register.0).map(|text| text.trim().to_owned());
     let identity = [
         ("Model", Register::MODEL),
@@ -172,7 +172,7 @@ fn averaging(filter: ImuFilter) -> String {
 }
 
 fn conditions(record: &Record<'_>) -> Vec<Row> {
-    let meta = record.facts().meta.as_ref();
+    let meta = record.measured.facts.meta.as_ref();
     let of = |name: &str| meta.and_then(|meta| meta.get(name)).cloned();
     let mut rows: Vec<Row> = CONDITIONS.iter().map(|(name, shown)| or_not_recorded(shown, of(name))).collect();
     let temperature = record.of(Quantity::Temperature).first().and_then(|channel| channel.min.zip(channel.max));
@@ -184,7 +184,7 @@ fn conditions(record: &Record<'_>) -> Vec<Row> {
 }
 
 fn timing(record: &Record<'_>) -> Vec<Row> {
-    let snapshot = record.snapshot();
+    let snapshot = &record.measured.snapshot;
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     let from = match timing.rate_from {
         RateFrom::Option => "as the user said",
@@ -294,7 +294,7 @@ pub(super) fn or_not_recorded(name: &str, value: Option<String>) -> Row {
 }
 
 pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
-    let snapshot = record.snapshot();
+    let snapshot = &record.measured.snapshot;
     vec![
         fact(
             "Deviation",
@@ -318,7 +318,7 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
             "Confidence",
             format!(
                 "{} % two-sided, chi-squared with the degrees of freedom of the fitted mixture of noises [3]; each interval holds alone",
-                trimmed(100.0 * record.assessment().confidence, 2)
+                trimmed(100.0 * record.measured.assessment.confidence, 2)
             ),
         ),
         fact(

@@ -4,21 +4,22 @@ use imu_noise::Deviation;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::{statistics::ORDER, table};
+use super::table;
 use crate::{
     figure::{Axis, Figure, Rectangle, Scale, Series, pretty_unit},
     figures::Figures,
+    names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
     record::Record,
     units::{ChannelValues, Point},
 };
 
 pub(super) fn allan(record: &Record<'_>, figures: &Figures) -> Markup {
-    let level = trimmed(100.0 * record.assessment().confidence, 2);
+    let level = trimmed(100.0 * record.measured.assessment.confidence, 2);
     html! {
         p {
             "Bars are " (level) " % intervals, each alone at that level; points with fewer than two degrees of freedom have none. "
-            @if record.snapshot().deviation == Deviation::Allan {
+            @if record.measured.snapshot.deviation == Deviation::Allan {
                 "The thick line is the fitted model over the averaging times it was fitted to; the thin ones are its white noise (dashed), flat part (dotted) and random walk (dash-dotted), each only where it is \
                  estimated, with a mark where its letter is read: N at 1 s, K at 3 s. Hollow marks are what the graphical rules read: a ring for N, a square for the minimum, a triangle for K."
             } @else {
@@ -69,10 +70,10 @@ pub(super) fn points(record: &Record<'_>) -> Markup {
     html! {
         details {
             summary { "The deviations as numbers" }
-            @for (quantity, name) in ORDER {
+            @for quantity in QUANTITIES {
                 @let channels: Vec<&ChannelValues> = record.of(quantity).into_iter().filter(|channel| !channel.deviations.is_empty()).collect();
                 @if let Some(first) = channels.first() {
-                    h4 { (name) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
+                    h4 { (names_of(quantity).title) ", " (pretty_unit(&first.unit)) "; in brackets the interval, edf: equivalent degrees of freedom" }
                     @let axes = channels.iter().flat_map(|channel| [&*channel.name, "edf"]);
                     (table(None, &["τ (s)", "m", "terms"].into_iter().chain(axes).collect::<Vec<_>>(), &octaves(&channels, first)))
                 }

@@ -4,14 +4,13 @@
 use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
 use vn100_analysis::{
-    ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, StreamUnknown, letter,
+    ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };
-use vn100_protocol::Quantity;
 
-use super::{statistics::ORDER, table};
+use super::table;
 use crate::{
     figure::pretty_unit,
-    names::{grade_text, in_words, shown_in, verdict_name},
+    names::{QUANTITIES, grade_text, in_words, names_of, shown_in, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
     record::Record,
     units::ChannelValues,
@@ -28,18 +27,13 @@ const TERMS: [(Term, &str); 5] = [
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
 pub(super) fn parameters(record: &Record<'_>) -> Markup {
-    let sensors = [
-        (Quantity::AngularRate, "Gyroscope"),
-        (Quantity::Acceleration, "Accelerometer"),
-        (Quantity::MagneticField, "Magnetometer"),
-    ];
     html! {
-        @for (quantity, name) in sensors {
+        @for (quantity, sensor) in SENSORS {
             @let channels = record.of(quantity);
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
-                h3 { (name) }
-                (sensor_table(&axes, first.sensor, record.snapshot().deviation))
+                h3 { (names_of(quantity).title) }
+                (sensor_table(&axes, sensor, record.measured.snapshot.deviation))
                 @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
             }
         }
@@ -167,14 +161,14 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
             p { "None was compared: the built-in figures are for the VN-100's own messages; " code { (words(&Remedy::GiveDatasheet)) " FILE.toml" } " gives those of another sensor." }
         };
     };
-    if let Some(motion) = &record.assessment().motion {
+    if let Some(motion) = &record.measured.assessment.motion {
         return html! {
             h3 { "Beside the data sheet: " (verdicts.datasheet) }
             p { "Nothing is compared: " (pretty_unit(&motion.to_string())) "." }
         };
     }
-    let rows: Vec<(&ChannelValues, &FigureVerdict)> = (ORDER.iter())
-        .flat_map(|(quantity, _)| record.of(*quantity))
+    let rows: Vec<(&ChannelValues, &FigureVerdict)> = (QUANTITIES.into_iter())
+        .flat_map(|quantity| record.of(quantity))
         .flat_map(|channel| record.verdicts(channel).iter().map(move |verdict| (channel, verdict)))
         .collect();
     let columns = ["channel", "", "unit", "data sheet", "read by such a sensor in this stream", "measured", "verdict"];

@@ -7,7 +7,7 @@ use super::{PageOptions, figures::grid, row, table};
 use crate::{
     figure::pretty_unit,
     figures::Figures,
-    names::folding,
+    names::{folding, names_of},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
     record::{Record, record_letter},
     units::tests_by_channel,
@@ -16,9 +16,9 @@ use crate::{
 pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
     let compared: Vec<vn100_analysis::ComparedRecord<'_>> = (records.iter())
         .map(|record| vn100_analysis::ComparedRecord {
-            name: &record.facts().name,
-            snapshot: record.snapshot(),
-            assessment: record.assessment(),
+            name: &record.measured.facts.name,
+            snapshot: &record.measured.snapshot,
+            assessment: &record.measured.assessment,
         })
         .collect();
     let comparison = Comparison::of(&compared, options.confidence);
@@ -40,10 +40,10 @@ pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageO
 fn list(records: &[Record<'_>]) -> Markup {
     let rows = html! {
         @for (index, record) in records.iter().enumerate() {
-            @let timing = &record.snapshot().timing;
+            @let timing = &record.measured.snapshot.timing;
             (row(record_letter(index), [
-                record.facts().name.clone(),
-                record.snapshot().layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
+                record.measured.facts.name.clone(),
+                record.measured.snapshot.layout.as_ref().map_or(NOTHING, |layout| &layout.message).to_owned(),
                 grouped(timing.samples),
                 duration(timing.duration_s()),
                 format!("{} Hz", trimmed(timing.rate_hz, 4)),
@@ -56,7 +56,7 @@ fn list(records: &[Record<'_>]) -> Markup {
 fn rankings(comparison: &Comparison) -> Markup {
     html! {
         @for ranking in &comparison.rankings {
-            h3 { "White noise of the " (crate::names::sensor(ranking.quantity)) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
+            h3 { "White noise of the " (names_of(ranking.quantity).quantity) ", " (pretty_unit(ranking.unit)) ", the quietest first" }
             @let rows = html! {
                 @for ranked in &ranking.records {
                     @let axes: Vec<_> = ranked.axes.iter().map(|(name, white)| format!("{name} {}", four_digits(*white))).collect();

@@ -12,26 +12,17 @@ use super::{row, table};
 use crate::{
     figure::pretty_unit,
     findings::shakes,
+    names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
     page::EARTH_RATE_RAD_S,
     record::Record,
     units::{ChannelValues, NormValues},
 };
 
-/// The sensors in the order in which they are reported.
-pub(super) const ORDER: [(Quantity, &str); 7] = [
-    (Quantity::AngularRate, "Gyroscope"),
-    (Quantity::Acceleration, "Accelerometer"),
-    (Quantity::MagneticField, "Magnetometer"),
-    (Quantity::Angle, "Orientation"),
-    (Quantity::Quaternion, "Orientation quaternion"),
-    (Quantity::Temperature, "Temperature"),
-    (Quantity::Pressure, "Pressure"),
-];
-
 pub(super) fn statistics(record: &Record<'_>, words: RemedyWords) -> Markup {
     html! {
-        @for (quantity, name) in ORDER {
+        @for quantity in QUANTITIES {
+            @let name = names_of(quantity).title;
             @let channels = record.of(quantity);
             @if !channels.is_empty() {
                 @let norm = record.norms.iter().find(|norm| norm.quantity == quantity);
