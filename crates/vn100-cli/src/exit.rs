@@ -20,7 +20,6 @@ pub(crate) fn code(completion: Completion) -> ExitCode {
     })
 }
 
-/// Reports an error on stderr.
 pub(crate) fn report(message: &str) {
     // without stderr there is no other place to report to
     let _ = writeln!(io::stderr(), "vn100: {}", printable(message));

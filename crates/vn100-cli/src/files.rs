@@ -123,13 +123,11 @@ fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
 }
 
-/// Bytes of all sources together, on one bar.
 pub(crate) struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    /// How often it is worth moving the bar.
     pub(crate) const PERIOD: Duration = Duration::from_millis(100);
 
     /// A bar for sources of these sizes in bytes; without an end if one does not know its size.

@@ -69,7 +69,6 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     writer.finish()
 }
 
-/// Follows a session to its end.
 async fn follow(mut session: Session, messages: MessageQueue, evaluation: Arc<Evaluation>) -> Result<Measured> {
     let name = session.state.borrow().name().to_owned();
     let report = |event| words::event(&name, event).into_iter().for_each(|text| messages.push(text));

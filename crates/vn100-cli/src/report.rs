@@ -75,7 +75,6 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
 }
 
-/// The options that repeat the measurement.
 fn option_text(args: &ReportArgs) -> String {
     let measure = &args.files.measure;
     let mut words: Vec<String> = Vec::new();

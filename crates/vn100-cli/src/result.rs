@@ -19,7 +19,6 @@ use crate::{
 /// A task of the measurement died.
 pub(crate) const FAULT: &str = "the measurement stopped by a fault of this program";
 
-/// The result of a session, evaluated.
 pub(crate) async fn evaluated(result: SessionResult, evaluation: &Arc<Evaluation>) -> Result<Measured> {
     let evaluation = Arc::clone(evaluation);
     // it takes its time, in which other sources are measured
@@ -80,7 +79,6 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
     measured.note_failed_recording(text);
 }
 
-/// Writes results in the order of the sources.
 pub(crate) struct ResultWriter {
     format: OutputFormat,
     documents: Vec<Document>,

@@ -27,7 +27,6 @@ use crate::{
 /// What is asked: identity, output, processing.
 const REGISTERS: [u8; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 30, 35, 75, 76, 77, 82, 85];
 
-/// The refreshes of gyroscope and accelerometer in a second.
 const REFRESH_HZ: u32 = 800;
 
 pub(crate) fn info(args: InfoArgs) -> Result<Completion> {
@@ -59,7 +58,6 @@ fn with_sensor<T>(
     })
 }
 
-/// A sensor, as it was asked.
 #[derive(Debug, Serialize)]
 struct Info {
     schema: &'static str,
@@ -86,7 +84,6 @@ struct Info {
     registers: BTreeMap<u8, String>,
 }
 
-/// What the line carries and could carry.
 #[derive(Debug, Serialize)]
 struct LineLoad {
     bytes_per_s: f64,

@@ -39,7 +39,6 @@ pub(crate) fn sim(args: &SimArgs) -> Result<Completion> {
     }
 }
 
-/// Serves the emulated port until stopped.
 fn emulate(args: &SimArgs) -> Result<Completion> {
     let runtime = Runtime::new().context("cannot start the worker threads")?;
     runtime.block_on(async {
@@ -58,7 +57,6 @@ fn emulate(args: &SimArgs) -> Result<Completion> {
     })
 }
 
-/// What passed, in words.
 fn summary(stats: &PtyStats) -> String {
     let PtyStats { openings, bytes_sent, bytes_dropped, bytes_unread } = *stats;
     let opened = if openings == 1 { "once".to_owned() } else { format!("{openings} times") };
@@ -68,12 +66,10 @@ fn summary(stats: &PtyStats) -> String {
     )
 }
 
-/// The emulated sensor that the options describe.
 pub(crate) fn device(args: &SimSensorArgs) -> Device {
     Device::new(DeviceConfig { profile: args.profile.clone(), seed: args.seed, ..DeviceConfig::default() })
 }
 
-/// How it is connected.
 pub(crate) fn pty_options(args: &SimSensorArgs) -> PtyOptions {
     PtyOptions { faults: args.faults.clone(), seed: args.seed, ..PtyOptions::default() }
 }

@@ -23,7 +23,6 @@ pub(crate) struct Status {
 }
 
 impl Status {
-    /// How often a line is worth writing anew.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
     /// Lines on stderr; none where a view takes the messages, or the log goes to the terminal.
@@ -36,7 +35,6 @@ impl Status {
         Self { lines: MultiProgress::with_draw_target(target), view }
     }
 
-    /// Writes a message that stays.
     pub(crate) fn report(&self, text: &str) {
         match &self.view {
             Some(view) => view.push(text.to_owned()),
@@ -44,7 +42,6 @@ impl Status {
         }
     }
 
-    /// A line for the source of that name.
     pub(crate) fn line(&self, name: &str) -> StatusLine {
         let bar = self.lines.add(ProgressBar::no_length());
         // the default style stands in for a template it does not understand
@@ -61,12 +58,10 @@ impl Status {
     }
 }
 
-/// The line of one source.
 pub(crate) struct StatusLine {
     bar: ProgressBar,
     status: Status,
     name: String,
-    /// The link state that was last reported.
     reported: Option<LinkState>,
     failure_reported: bool,
     /// How to shorten the latency of the adapter.
@@ -163,7 +158,6 @@ pub(crate) fn up(state: &LinkState) -> Option<&Up> {
     }
 }
 
-/// The state of a link in few words.
 pub(crate) fn link_name(state: &LinkState) -> String {
     match state {
         LinkState::Opening => "opening".into(),

@@ -38,7 +38,6 @@ pub(crate) fn text(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
     out
 }
 
-/// A paragraph.
 pub(crate) fn fill(text: &str, first_indent: &str, indent: &str) -> String {
     let options = textwrap::Options::new(WIDTH).initial_indent(first_indent).subsequent_indent(indent);
     // an exponent stays with its number

@@ -11,7 +11,6 @@ use vn100_report::{Evaluation, parse_datasheet, parse_toml};
 
 use crate::args::MeasureArgs;
 
-/// The conditions in the user's file; none without one.
 pub(crate) fn read_conditions(file: Option<&Path>) -> Result<BTreeMap<String, String>> {
     let Some(file) = file else { return Ok(BTreeMap::new()) };
     let text = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;

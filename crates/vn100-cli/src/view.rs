@@ -139,10 +139,8 @@ impl Drop for View {
     }
 }
 
-/// Signals about the terminal.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Signals {
-    /// The terminal was hung up.
     pub(crate) hung_up: CancellationToken,
     /// The program was stopped, and continues.
     pub(crate) continued: Arc<AtomicBool>,
@@ -179,7 +177,6 @@ impl Signals {
         Ok(signals)
     }
 
-    /// There are none here.
     #[cfg(not(unix))]
     pub(crate) fn listen() -> io::Result<Self> {
         Ok(Self::default())
@@ -195,7 +192,6 @@ const LOOK: Duration = Duration::from_millis(250);
 /// How long a message takes the place of the keys.
 const MESSAGE_FOR: Duration = Duration::from_secs(6);
 
-/// What the view shares with the program.
 pub(crate) struct Shared {
     /// The view asks for the end.
     pub(crate) stop: CancellationToken,
@@ -206,12 +202,10 @@ pub(crate) struct Shared {
     pub(crate) evaluation: Arc<Evaluation>,
 }
 
-/// How the view ended.
 #[derive(Debug)]
 pub(crate) enum Ended {
     /// It was closed; with the last screen to be left on the terminal, if asked.
     Closed(Option<String>),
-    /// The terminal is gone.
     TerminalGone,
 }
 
@@ -320,7 +314,6 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
     }
 }
 
-/// The screen as text.
 fn screen_text(buffer: &Buffer) -> String {
     let width = usize::from(buffer.area.width).max(1);
     let mut out = String::new();
@@ -354,7 +347,6 @@ struct Messages {
 }
 
 impl MessageQueue {
-    /// Adds one.
     pub(crate) fn push(&self, message: String) {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         if messages.all.len() == MOST_MESSAGES {
@@ -371,7 +363,6 @@ impl MessageQueue {
         if seen { None } else { messages.all.back().map(|message| printable(message)) }
     }
 
-    /// All, to be written down.
     pub(crate) fn take(&self) -> Vec<String> {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         messages.all.drain(..).collect()

@@ -60,7 +60,6 @@ struct Link {
     bytes: u64,
     frames: u64,
     replies: u64,
-    /// Questions that the line brought back.
     echoes: u64,
     other_messages: u64,
     binary_packets: u64,
@@ -71,7 +70,6 @@ struct Link {
     /// How often its output was found paused, and was resumed.
     outputs_resumed: u64,
     reconnects: u64,
-    /// Time in which the link was lost.
     down_s: Option<f64>,
     bad_frames: BadFrames,
 }

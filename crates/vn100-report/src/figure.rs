@@ -55,7 +55,6 @@ pub struct Figure {
     pub(crate) x: Axis,
     pub(crate) y: Axis,
     pub(crate) area: Rectangle,
-    /// What can be read off it.
     pub(crate) series: Vec<Series>,
     drawing: Drawing,
 }
@@ -76,7 +75,6 @@ pub(crate) struct Value {
 }
 
 impl Figure {
-    /// For a page.
     pub(crate) fn svg_element(&self) -> String {
         svg::element(&self.drawing, &self.id, &self.title)
     }
@@ -96,17 +94,14 @@ impl Figure {
     }
 }
 
-/// How an entry of a legend looks.
 #[derive(Debug, Clone, Copy)]
 enum Sample {
     Line(Stroke),
     Symbol(Shape, Colour),
-    /// Line and symbol.
     Both(Stroke, Shape),
     Area(Colour, f64),
 }
 
-/// A figure that is being drawn.
 struct Plot {
     figure: Figure,
     place: Place,

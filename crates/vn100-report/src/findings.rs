@@ -8,7 +8,6 @@ use vn100_analysis::{
 use super::record::Record;
 use crate::{names::sentence, units::ChannelValues};
 
-/// Of one record.
 #[derive(Debug, Clone)]
 pub(crate) struct Findings {
     /// Of the VN-100's; `None` where another sensor's data came.
@@ -26,7 +25,6 @@ pub(crate) struct Findings {
     pub(crate) has_stamps: bool,
     pub(crate) has_registers: bool,
     pub(crate) has_conditions: bool,
-    /// Name of the data sheet that the record was compared with.
     pub(crate) datasheet: Option<String>,
     pub(crate) sensors: Vec<SensorFindings>,
     /// The sensor was moved.
@@ -34,7 +32,6 @@ pub(crate) struct Findings {
     pub(crate) warnings: Vec<WarningKind>,
 }
 
-/// Of the axes of one sensor.
 #[derive(Debug, Clone)]
 pub(crate) struct SensorFindings {
     pub(crate) sensor: Sensor,
@@ -45,7 +42,6 @@ pub(crate) struct SensorFindings {
     pub(crate) axes: Vec<AxisFindings>,
 }
 
-/// Of one axis.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisFindings {
     pub(crate) name: String,

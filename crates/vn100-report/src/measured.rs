@@ -115,7 +115,6 @@ pub fn no_sample(name: &str, snapshot: &Snapshot) -> String {
     }
 }
 
-/// How well the figure is known instead.
 fn not_met(name: &str, UnmetGoal { goal, why }: &UnmetGoal) -> String {
     let axes = match why {
         WhyUnmet::OutOfReach(why) => return format!("{name}: {goal} cannot be reached: {why}"),

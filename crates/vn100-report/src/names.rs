@@ -170,7 +170,6 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
 pub const WHY_CONSISTENT: &str = "nothing speaks against the figure, and nothing can pass or fail, for the averaging on board (register \
                                          85) or the rate is not known, or a line was removed";
 
-/// What the numbers do not say by themselves.
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {
         (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, which is no guarantee",

@@ -42,7 +42,6 @@ impl<'a> Record<'a> {
         self.channels.get(..self.measured.snapshot.channels.len()).unwrap_or(&self.channels)
     }
 
-    /// The channels of one sensor, in their order.
     pub(crate) fn of(&self, quantity: Quantity) -> Vec<&ChannelValues> {
         self.channels.iter().filter(|channel| channel.quantity == quantity).collect()
     }

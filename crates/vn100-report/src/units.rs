@@ -57,7 +57,6 @@ pub struct BarValues {
     pub counts: Vec<u64>,
 }
 
-/// Most bars of a histogram.
 const MOST_BARS: usize = 64;
 
 /// How the channel went through time and frequency.

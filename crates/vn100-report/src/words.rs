@@ -11,14 +11,12 @@ use vn100_analysis::RemedyWords;
 
 use super::findings::Findings;
 
-/// A question and its answer, in paragraphs.
 #[derive(Debug, Clone)]
 pub(crate) struct Answer {
     pub(crate) question: &'static str,
     pub(crate) sentences: Vec<String>,
 }
 
-/// The questions a report is read for, in order.
 pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> Vec<Answer> {
     let answers = [
         ("How noisy is the sensor?", noise::noise(findings)),

@@ -19,7 +19,6 @@ use crate::{
     words::remedy_words,
 };
 
-/// What comes out of a report beside its page.
 pub(crate) struct Exports<'a> {
     /// Each once.
     forms: Vec<ExportForm>,

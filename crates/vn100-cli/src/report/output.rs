@@ -9,7 +9,6 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 
-/// Where results go.
 #[derive(Debug, Clone)]
 pub(crate) struct Output {
     /// The folder and the beginning of every name.
@@ -33,7 +32,6 @@ impl Output {
         self.page.as_deref()
     }
 
-    /// The name of an exported file.
     pub(crate) fn beside(&self, ending: &str) -> PathBuf {
         let mut name = self.stem.clone().into_os_string();
         name.push(ending);
@@ -90,7 +88,6 @@ impl Output {
         })
     }
 
-    /// The folder for many files.
     pub(crate) fn make_folder(&self, path: &Path) -> Result<()> {
         match fs::create_dir(path) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists && self.force && is_folder(path) => Ok(()),

@@ -95,7 +95,6 @@ fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str)
     Ok(())
 }
 
-/// How small a walk a longer record would show.
 fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
     if group.iter().all(|(_, noise)| noise.detectable_rrw.is_none()) {
         return Ok(());

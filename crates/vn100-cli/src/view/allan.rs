@@ -95,7 +95,6 @@ fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'stat
     Line::from(spans)
 }
 
-/// The point under the cursor, of every curve shown.
 fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
     let octaves = plot.curves.iter().map(|curve| curve.points.len()).max().unwrap_or(0);
     let Some(octave) = scene.state.octave(octaves) else { return Vec::new() };
@@ -213,7 +212,6 @@ fn put(buffer: &mut Buffer, x: u16, y: u16, text: &str, style: Style) {
     }
 }
 
-/// Decades and what stands at them, and the cursor.
 fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, cursor_tau: f64) {
     let chart = axes.chart;
     let columns = axes.x.ticks(usize::from(chart.width / 9));
@@ -288,7 +286,6 @@ fn draw_points(buffer: &mut Buffer, axes: Axes, curves: &[Curve], theme: Theme, 
     }
 }
 
-/// The letter of each part of the model, at its end.
 fn draw_letters(buffer: &mut Buffer, axes: Axes, plot: &Plot, theme: Theme) {
     for line in plot.curves.iter().flat_map(|curve| &curve.model) {
         let Some(letter) = line.term else { continue };

@@ -272,7 +272,6 @@ pub(crate) struct History {
     pub(crate) column_s: f64,
 }
 
-/// The heights of the bars of a sparkline.
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl Source {

@@ -13,14 +13,12 @@ use super::{
 /// Places along an octave where the model is drawn.
 const MODEL_STEPS: u32 = 4;
 
-/// Curves of one sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Plot {
     pub(crate) unit: String,
     pub(crate) curves: Vec<Curve>,
 }
 
-/// The curve of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curve {
     pub(crate) name: String,
@@ -31,7 +29,6 @@ pub(crate) struct Curve {
     pub(crate) model: Vec<ModelLine>,
 }
 
-/// One line of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelLine {
     /// Its letter; `None` for the sum.
@@ -40,7 +37,6 @@ pub(crate) struct ModelLine {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-/// The unit of deviations, where the sensor has some.
 fn unit(group: &Group, state: &State) -> Option<Convention> {
     sensor_of(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
 }
@@ -51,7 +47,6 @@ pub(super) fn factor(group: &Group, state: &State) -> f64 {
 }
 
 impl Plot {
-    /// The curves of the sensor chosen.
     pub(crate) fn new(state: &State, source: &Source, group: &Group) -> Self {
         let unit = unit(group, state);
         let factor = factor(group, state);
@@ -76,7 +71,6 @@ impl Plot {
         })
     }
 
-    /// Averaging times of all points.
     pub(crate) fn taus(&self) -> impl Iterator<Item = f64> {
         self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.tau_s)
     }
@@ -152,7 +146,6 @@ pub(crate) struct LogAxis {
     pub(crate) high: f64,
 }
 
-/// A line of the grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tick {
     /// Decimal logarithm.
@@ -233,7 +226,6 @@ const GYRO: [Together; 6] = [[2, 1, 1], [4, 2, 2], [5, 2, 2], [0, 0, 0], [1, 0, 
 const ACCEL: [Together; 6] = [[3, 1, 2], [4, 2, 2], [5, 2, 2], [2, 0, 1], [0, 0, 0], [1, 0, 0]];
 const MAG: [Together; 3] = [[0, 0, 0], [2, 1, 0], [1, 0, 0]];
 
-/// The unit of a parameter after so many steps.
 pub(crate) fn convention(sensor: Sensor, term: Term, steps: usize) -> Convention {
     let all: &[Together] = match sensor {
         Sensor::Gyroscope => &GYRO,

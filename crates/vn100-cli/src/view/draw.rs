@@ -31,11 +31,9 @@ pub(crate) struct Regions {
     pub(crate) chart: Rect,
     /// Rows of the channels, by their places.
     pub(crate) channels: Vec<(u16, usize)>,
-    /// The progress bar of a replay.
     pub(crate) progress: Rect,
 }
 
-/// What everything is drawn from.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
     pub(crate) state: &'a State,
@@ -44,7 +42,6 @@ pub(crate) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The source shown.
     pub(crate) fn source(self) -> Option<&'a Source> {
         self.sources.get(self.state.source)
     }
@@ -59,13 +56,11 @@ pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'st
     Block::new().borders(Borders::ALL).border_style(border).title(title)
 }
 
-/// The least that shows anything.
 pub(crate) const LEAST: (u16, u16) = (60, 16);
 
 /// From here on, all panels stand side by side.
 const ALL_PANELS: (u16, u16) = (110, 34);
 
-/// Draws everything; returns what is where.
 pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     let area = frame.area();
     let mut regions = Regions::default();
@@ -171,7 +166,6 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sourc
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
 }
 
-/// As much of the status as fits.
 fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let mut lines = vec![
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),

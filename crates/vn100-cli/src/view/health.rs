@@ -85,7 +85,6 @@ fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static
     DETAILS.into_iter().map(&line).find(|line| line.width() <= width).unwrap_or_else(|| line(Detail::Least))
 }
 
-/// A word for the link, and whether it is well.
 pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
     let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
     match (&source.phase, &source.link) {
@@ -226,7 +225,6 @@ fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     parts.line()
 }
 
-/// A bar as wide as the capture, as far as it was replayed.
 fn draw_progress(frame: &mut Frame<'_>, area: Rect, theme: Theme, playback: Playback) -> Rect {
     let speed = match playback.speed {
         Speed::Times(times) => format!("{times}x"),
@@ -313,7 +311,6 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     ]
 }
 
-/// N of all axes, with its unit.
 fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String {
     let Some(unit) = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
         return String::new();

@@ -135,7 +135,6 @@ const MEANINGS: [(&str, &str); 16] = [
     ("missing", "samples not there: lost or damaged"),
 ];
 
-/// Columns of the keys and of what they do.
 const KEY_COLUMNS: u16 = 62;
 
 /// Columns from which on the meanings stand beside the keys.
@@ -169,7 +168,6 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     frame.render_widget(Paragraph::new(pages[page].to_vec()), inner);
 }
 
-/// What is explained in bold, and behind it the explanation.
 fn lines(rows: &[(&str, &str)], width: usize, style: Style, theme: Theme) -> Vec<Line<'static>> {
     let line = |(sign, text): &(&str, &str)| {
         let sign = theme.spelled(*sign);

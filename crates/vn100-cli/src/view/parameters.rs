@@ -26,7 +26,6 @@ use super::{
     theme::SIGNS,
 };
 
-/// Of an axis.
 const COLUMN: usize = 15;
 
 /// Columns of a label, and of one that has its values beside it.
@@ -194,7 +193,6 @@ fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize)
     lines
 }
 
-/// Why a sensor has no noise parameters.
 fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
     match quantity {
         Quantity::Temperature => [
@@ -223,7 +221,6 @@ fn own_white(source: &Source, place: usize) -> Option<(f64, f64)> {
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
 }
 
-/// What the data sheet claims, in the unit of the values above it.
 fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
     let number = |value: f64| digits_trimmed(value * unit.factor, 3);
     let claim = match figure.claim {
@@ -234,7 +231,6 @@ fn claimed(figure: &DatasheetFigure, unit: Convention) -> String {
     format!("{claim} {}", shown_unit(unit))
 }
 
-/// How small a walk a longer record would show.
 fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
     let later = axes.iter().filter_map(|axis| axis.noise.as_ref()?.detectable_rrw);
     let least = later.map(|later| later.at_least).reduce(f64::max)?;

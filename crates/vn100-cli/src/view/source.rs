@@ -45,14 +45,12 @@ pub(crate) struct Source {
 /// How far a source has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// Before it is measured.
     Preparing,
     Measuring,
     /// Nothing more will come; the reason, unless it was asked for.
     Ended(Option<String>),
 }
 
-/// The axes of one sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Group {
     pub(crate) quantity: Quantity,
@@ -61,7 +59,6 @@ pub(crate) struct Group {
 }
 
 impl Source {
-    /// A source of which nothing is known.
     pub(crate) fn new(name: String, origin: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
         Self {
             name,
@@ -79,7 +76,6 @@ impl Source {
         }
     }
 
-    /// Takes newer results.
     pub(crate) fn show(&mut self, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) {
         self.values = channel_values(&snapshot, &assessment);
         let age = |warning: &Warning| self.warnings.iter().rposition(|old| old.kind == warning.kind);
@@ -110,7 +106,6 @@ impl Source {
         link.into_iter().chain(recording).collect()
     }
 
-    /// The sensors of the stream.
     pub(crate) fn groups(&self) -> Vec<Group> {
         // what was asked for between the lines stands behind the stream's own
         let streamed = &self.values[..self.snapshot.channels.len().min(self.values.len())];
@@ -145,12 +140,10 @@ impl Source {
 pub(crate) struct SourceMonitor {
     state: watch::Receiver<SourceState>,
     commands: mpsc::Sender<Command>,
-    /// As it was looked at last.
     pub(crate) shown: Source,
 }
 
 impl SourceMonitor {
-    /// The source of a session.
     pub(crate) fn of(session: &Session) -> Self {
         let (state, commands) = (session.state.clone(), session.commands.clone());
         let now = state.borrow().clone();

@@ -35,19 +35,15 @@ impl Panel {
     }
 }
 
-/// Which axes of the sensor are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Axes {
     All,
     One(usize),
 }
 
-/// Something that is asked before it is done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Question {
-    /// Forget everything measured so far?
     StartOver,
-    /// Leave everything so far out, as warm-up?
     EndWarmUp,
     /// Where to go in a capture, in percent, as typed so far.
     GoTo(String),
@@ -60,21 +56,17 @@ pub(crate) enum Request {
     Quit { keep_screen: bool },
     /// Give the terminal back to the shell for a while.
     Suspend,
-    /// Write what is shown to files.
     Save,
     /// Do something to the source shown.
     Control(Command),
 }
 
-/// What is shown and chosen.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct State {
-    /// All sources side by side, instead of one.
     pub(crate) overview: bool,
     /// The source shown, or chosen among all.
     pub(crate) source: usize,
     pub(crate) panel: Panel,
-    /// The panel has the screen to itself.
     pub(crate) expanded: bool,
     /// Place among the sensors of the source.
     pub(crate) sensor: usize,
@@ -99,7 +91,6 @@ pub(crate) struct State {
 const MOST_ZOOM: u8 = 4;
 
 impl State {
-    /// The first screen for so many sources.
     pub(crate) fn new(sources: usize) -> Self {
         Self {
             overview: sources > 1,
@@ -142,7 +133,6 @@ impl State {
         Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
     }
 
-    /// Chooses a channel by its place.
     pub(crate) fn choose_channel(&mut self, channel: usize, source: &Source) {
         for (sensor, group) in source.groups().iter().enumerate() {
             if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
@@ -151,7 +141,6 @@ impl State {
         }
     }
 
-    /// What a key does.
     pub(crate) fn key(&mut self, key: KeyEvent, sources: &[Source]) -> Option<Request> {
         self.message = None;
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
@@ -321,7 +310,6 @@ pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
 }
 
-/// Does what a click or a turn of the wheel asks.
 pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sources: &[Source]) -> Option<Request> {
     let at = Position::new(event.column, event.row);
     let source = sources.get(state.source)?;

@@ -64,7 +64,6 @@ impl Screen {
         is_raw_mode_enabled().unwrap_or(false)
     }
 
-    /// Shows one screen, at once or not at all.
     pub(crate) fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<Buffer> {
         execute!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
         let drawn = self.terminal.draw(draw).map(|drawn| drawn.buffer.clone());
@@ -72,7 +71,6 @@ impl Screen {
         drawn
     }
 
-    /// Draws everything anew the next time.
     pub(crate) fn forget(&mut self) -> io::Result<()> {
         self.terminal.clear()
     }
@@ -88,7 +86,6 @@ impl Screen {
         self.forget()
     }
 
-    /// There is nothing to give the terminal to.
     #[cfg(not(unix))]
     pub(crate) fn suspend(&mut self) -> io::Result<()> {
         Ok(())

@@ -10,18 +10,15 @@ use ratatui::{
     style::{Color, Modifier, Style},
 };
 
-/// How many colours a terminal has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Colours {
     /// 24 bits.
     True,
     /// The sixteen that every terminal names.
     Sixteen,
-    /// None wanted.
     None,
 }
 
-/// What the terminal can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Theme {
     pub(crate) colours: Colours,
@@ -29,7 +26,6 @@ pub(crate) struct Theme {
     pub(crate) ascii: bool,
 }
 
-/// The signs of the first, second and third axis.
 pub(crate) const SIGNS: [&str; 3] = ["●", "▲", "◆"];
 
 const ORANGE: (u8, u8, u8) = (230, 159, 0);
@@ -40,7 +36,6 @@ const YELLOW: (u8, u8, u8) = (240, 228, 66);
 const REDDISH_PURPLE: (u8, u8, u8) = (204, 121, 167);
 
 impl Theme {
-    /// By what the environment says of the terminal.
     pub(crate) fn of_terminal() -> Self {
         Self::of(|name| env::var(name).ok().filter(|value| !value.is_empty()))
     }
@@ -78,17 +73,14 @@ impl Theme {
         }
     }
 
-    /// As it should be.
     pub(crate) fn good(self) -> Style {
         self.colour(BLUISH_GREEN, Color::Green)
     }
 
-    /// To be looked at.
     pub(crate) fn warning(self) -> Style {
         self.colour(YELLOW, Color::Yellow).add_modifier(Modifier::BOLD)
     }
 
-    /// Broken.
     pub(crate) fn bad(self) -> Style {
         match self.colours {
             Colours::None => Style::new().add_modifier(Modifier::REVERSED),
@@ -105,7 +97,6 @@ impl Theme {
         }
     }
 
-    /// What is chosen.
     pub(crate) fn chosen(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }

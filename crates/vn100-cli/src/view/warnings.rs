@@ -124,7 +124,6 @@ pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, so
     );
 }
 
-/// The beginning of a text that is too long.
 pub(crate) fn shortened(text: &str, width: usize) -> String {
     if text.chars().count() <= width {
         return text.to_owned();

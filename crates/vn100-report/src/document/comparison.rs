@@ -17,17 +17,14 @@ use crate::{
 #[derive(Debug, Serialize)]
 pub struct ComparisonDocument {
     schema: &'static str,
-    /// Two-sided level of every interval.
     confidence: f64,
     /// In the order given, those that could not be read too.
     records: Vec<RecordDocument>,
     /// F-tests of the octaves that two records share; corrected for all of them together.
     channels: Vec<ChannelDocument>,
-    /// White noise by sensor.
     sensors: Vec<SensorDocument>,
     /// Means of the channels of sensors, and how far they lie apart.
     means: Vec<MeansDocument>,
-    /// Warnings of what befell a record.
     disturbances: Vec<DisturbanceDocument>,
     /// What could not be compared, or only in part.
     caveats: Vec<CaveatDocument>,
@@ -75,7 +72,6 @@ struct Verdict {
 struct SensorDocument {
     /// `gyro`, `accel` or `mag`.
     sensor: &'static str,
-    /// Of the white noise.
     unit: &'static str,
     /// The quietest first, by N over its factor.
     ranked: Vec<RankedDocument>,

@@ -51,7 +51,6 @@ struct Bounds {
     range: Range,
 }
 
-/// A value and its interval.
 #[derive(Debug, Serialize)]
 struct Range {
     value: Option<f64>,
@@ -210,7 +209,6 @@ impl ParameterDocument {
     }
 }
 
-/// The parameter's name in results.
 pub(crate) fn term_name(term: Term) -> &'static str {
     match term {
         Term::Quantization => "quantization",
@@ -237,7 +235,6 @@ pub(crate) struct VerdictDocument {
     datasheet: String,
     parameter: &'static str,
     verdict: &'static str,
-    /// As the sheet prints it.
     figure: String,
     claim: &'static str,
     /// A bias instability that is the minimum of the deviation, not divided by 0.664; so is what it
@@ -295,14 +292,12 @@ pub(crate) struct GradeDocument {
     worst: Option<&'static str>,
     /// Bias instability up to which a gyroscope is of that grade; the last has none.
     limits_deg_h: [(&'static str, Option<f64>); 3],
-    /// Why it cannot be said.
     reason: Option<&'static str>,
 }
 
 const SCHEME: &str = "El-Sheimy and Youssef (2020), table 1, by bias instability";
 
 impl GradeDocument {
-    /// For gyroscopes only.
     pub(crate) fn new(noise: &ChannelNoise) -> Option<Self> {
         let graded = grade(noise)?;
         let range = graded.ok();

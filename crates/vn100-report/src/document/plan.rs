@@ -10,7 +10,6 @@ use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant, SENSORS, axes_n
 #[derive(Debug, Serialize)]
 pub struct PlanDocument {
     schema: &'static str,
-    /// Two-sided level of the intervals.
     confidence: f64,
     settings: Settings,
     /// Left out at the beginning.
@@ -39,7 +38,6 @@ struct WantDocument {
     want: String,
     relative_half_width: Option<f64>,
     at_least: Option<f64>,
-    /// Behind the warm-up.
     record_s: Option<f64>,
     /// Of a random walk: without bias instability.
     without_bias_instability_s: Option<f64>,

@@ -7,12 +7,10 @@ use serde::Serialize;
 
 use crate::units::{BlockValues, SignalValues};
 
-/// Whether the values are normally distributed.
 #[derive(Debug, Serialize)]
 pub(crate) struct NormalityDocument {
     /// 99 of 100 normal records are said to be; `null` where it cannot be judged.
     consistent: Option<bool>,
-    /// Why it cannot be judged.
     reason: Option<String>,
     /// If the values were normal.
     skewness_error: Option<f64>,

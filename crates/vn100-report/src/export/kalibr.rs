@@ -150,7 +150,6 @@ fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
     }
 }
 
-/// The larger of each over all axes.
 fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
     let bounds = axes.iter().filter_map(|axis| {
         let known = axis.deviations.iter().filter(|point| point.is_known());

@@ -76,7 +76,6 @@ pub struct Ros2Messages<W: Write> {
     stamped: bool,
 }
 
-/// What one sample holds of the quantity.
 type Axes = Option<[f64; 3]>;
 
 impl<W: Write> Ros2Messages<W> {

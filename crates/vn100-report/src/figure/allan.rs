@@ -133,7 +133,6 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
     Some((x, y))
 }
 
-/// Points, the lines between them, and their intervals.
 fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Mark> {
     const CAP: f64 = 3.0;
     let known: Vec<(f64, f64)> =
@@ -178,7 +177,6 @@ fn name(deviation: Deviation) -> &'static str {
 /// The noise that was fitted, as lines.
 struct Model<'a> {
     noise: &'a ChannelNoise,
-    /// What the parameters are multiplied with.
     factor: f64,
     quantization: Option<f64>,
     white: Option<f64>,
@@ -206,7 +204,6 @@ impl<'a> Model<'a> {
         [self.quantization, self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
     }
 
-    /// Averaging times from one end of the fit to the other.
     fn fitted_taus(&self) -> Vec<f64> {
         const STEPS: i32 = 48;
         let Some(quality) = self.noise.fit.quality.filter(|_| self.has_terms()) else { return Vec::new() };
@@ -231,7 +228,6 @@ impl<'a> Model<'a> {
         variance.sqrt()
     }
 
-    /// One for each term that is there.
     fn lines(&self, plot: &Plot) -> Vec<Reference> {
         let (from, to) = plot.place.x.ends();
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
@@ -322,7 +318,6 @@ pub(super) fn id_of(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }
 
-/// What a legend has room for.
 fn short_name(name: &str) -> String {
     const MOST: usize = 34;
     if name.chars().count() <= MOST {

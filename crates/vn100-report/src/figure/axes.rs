@@ -5,7 +5,6 @@ use super::drawing::{Anchor, At, Colour, Dash, Mark, Rectangle, Stroke};
 /// Of the letters at ticks.
 pub(crate) const LETTERS: f64 = 11.5;
 
-/// From values to places along one side of a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Scale {
     Linear {
@@ -19,7 +18,6 @@ pub(crate) enum Scale {
     },
 }
 
-/// A place along a scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tick {
     pub(crate) value: f64,
@@ -73,7 +71,6 @@ impl Scale {
         3 * (largest.log10() / 3.0).floor() as i32
     }
 
-    /// In rising order.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
         match *self {
             Self::Linear { from, to } => linear_ticks(from, to, self.exponent()),
@@ -145,10 +142,8 @@ pub(crate) fn superscript(number: i32) -> String {
     number.to_string().chars().map(raised).collect()
 }
 
-/// One side of a plot.
 #[derive(Debug, Clone)]
 pub(crate) struct Axis {
-    /// What it shows.
     pub(crate) name: String,
     /// Empty where it has none.
     pub(crate) unit: String,
@@ -167,7 +162,6 @@ impl Axis {
     }
 }
 
-/// Where values lie in the rectangle of a plot.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) area: Rectangle,
@@ -184,7 +178,6 @@ impl Place {
     }
 }
 
-/// Grid, border, numbers and names.
 pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Mark> {
     let Rectangle { left, top, width, height } = place.area;
     let (right, bottom) = (left + width, top + height);

@@ -1,6 +1,5 @@
 //! What a figure consists of, whether it becomes SVG or pixels.
 
-/// A place, from the left and from the top.
 pub(crate) type At = (f64, f64);
 
 /// A drawing of a fixed size, in layers from the bottom up.
@@ -11,7 +10,6 @@ pub(crate) struct Drawing {
     pub(crate) layers: Vec<Layer>,
 }
 
-/// Marks that are shown and hidden together.
 #[derive(Debug, Clone)]
 pub(crate) struct Layer {
     pub(crate) kind: LayerKind,
@@ -20,9 +18,7 @@ pub(crate) struct Layer {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LayerKind {
-    /// Grid, axes and their labels.
     Frame,
-    /// Title and legend.
     Legend,
     /// One series of data, cut off at the edges of the rectangle.
     Data { series: usize, clip: Rectangle },
@@ -56,7 +52,6 @@ pub(crate) enum Dash {
     Solid,
     Dashed,
     Dotted,
-    /// Long and short by turns.
     Mixed,
 }
 
@@ -99,9 +94,7 @@ pub(crate) enum Colour {
     Axis,
     Grid,
     FineGrid,
-    /// Lines of reference.
     Quiet,
-    /// One of the data's.
     Series(usize),
 }
 
@@ -123,7 +116,6 @@ impl Colour {
         }
     }
 
-    /// Its class in a style sheet.
     pub(crate) fn class(self) -> String {
         match self {
             Self::Ink => "ink".into(),
@@ -138,7 +130,6 @@ impl Colour {
 }
 
 impl Shape {
-    /// That of the data of the series.
     pub(crate) const fn of_series(series: usize) -> Self {
         match series % 4 {
             0 => Self::Disc,
@@ -166,7 +157,6 @@ impl Shape {
 }
 
 impl Dash {
-    /// That of the lines of the series.
     pub(crate) const fn of_series(series: usize) -> Self {
         match series % 4 {
             0 => Self::Solid,

@@ -7,7 +7,6 @@ use super::DrawingError;
 
 static DEJAVU_SANS: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
-/// Stands for a letter that the font does not have.
 const UNKNOWN: char = '?';
 
 pub(crate) struct Font<'a> {

@@ -11,7 +11,6 @@ use super::{
 /// Pixels in a unit of the drawing.
 const SCALE: f32 = 2.5;
 
-/// The bytes of a PNG file.
 pub(crate) fn file(drawing: &Drawing) -> Result<Vec<u8>, DrawingError> {
     let side = |length: f64| (length as f32 * SCALE).round() as u32;
     let (width, height) = (side(drawing.width), side(drawing.height));

@@ -66,10 +66,8 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
     Ok(Some(plot.done(series)))
 }
 
-/// A peak of a curve.
 struct Peak {
     series: usize,
-    /// Of the line.
     hz: f64,
     /// Of the nearby point of the curve that is highest.
     frequency: f64,

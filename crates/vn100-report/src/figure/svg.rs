@@ -10,7 +10,6 @@ pub(crate) fn element(drawing: &Drawing, id: &str, title: &str) -> String {
     write(drawing, id, title, "")
 }
 
-/// As a file of its own.
 pub(crate) fn file(drawing: &Drawing, id: &str, title: &str) -> String {
     let Drawing { width, height, .. } = drawing;
     let more = format!(
@@ -145,7 +144,6 @@ fn hex(colour: Colour) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// For element content.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -270,7 +270,6 @@ fn capitalised(text: &str) -> String {
 /// Stands where a thing is absent.
 pub(super) const NOT_RECORDED: &str = "not recorded";
 
-/// A name and its value.
 pub(super) type Row = (String, String);
 
 pub(super) fn facts_table(rows: &[Row]) -> Markup {

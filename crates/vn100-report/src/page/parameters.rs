@@ -109,7 +109,6 @@ fn read_by_rule(axes: &[AxisNoise<'_>], sensor: Sensor) -> Markup {
     }
 }
 
-/// Both parameters are of the sensor.
 fn shown(noise: &ChannelNoise, a: Term, b: Term) -> bool {
     let value = |term| noise.parameter(term).is_some_and(|found| found.value.is_some());
     value(a) && value(b) && noise.fit.correlation(a, b).is_some()
@@ -230,7 +229,6 @@ fn measured(verdict: &FigureVerdict, factor: f64) -> String {
     }
 }
 
-/// Of the gyroscope.
 fn grades(record: &Record<'_>) -> Markup {
     let of = |channel: &ChannelValues| Some(format!("{}: {}", channel.name, grade_text(channel.noise.as_ref()?)?));
     let told: Vec<String> = record.channels.iter().filter_map(of).collect();

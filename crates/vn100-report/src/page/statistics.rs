@@ -77,7 +77,6 @@ fn normality(channel: &ChannelValues) -> String {
     }
 }
 
-/// What the table says of this record.
 fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&NormValues>) -> Vec<String> {
     let mut sentences = Vec::new();
     let of_mean = norm.and_then(|norm| norm.of_mean);
@@ -138,7 +137,6 @@ fn signed(value: f64, decimals: usize) -> String {
     format!("{value:+.decimals$}").replace('-', "−")
 }
 
-/// Which axis gravity lies along.
 fn upright(channels: &[&ChannelValues]) -> String {
     let means = channels.iter().filter_map(|channel| Some((channel, channel.mean?)));
     let strongest = means.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
@@ -169,7 +167,6 @@ fn orientation(channels: &[&ChannelValues]) -> Option<String> {
     ))
 }
 
-/// Which axis is noisier than the others.
 fn loudest(channels: &[&ChannelValues]) -> Option<String> {
     const MUCH: f64 = 1.3;
     let known: Vec<(&ChannelValues, f64)> =

@@ -48,7 +48,6 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
     }
 }
 
-/// The largest N, in the unit that people compare.
 fn white(sensor: &SensorFindings) -> String {
     let (unit, factor) = shown_in(sensor.sensor, Term::White);
     let worst = sensor.worst(|axis| axis.white).map(|worst| worst.axis);
@@ -98,7 +97,6 @@ fn slow(sensor: &SensorFindings, term: Term, of: fn(&AxisFindings) -> Option<Par
     }
 }
 
-/// The worst of its axes.
 fn verdict(sensor: &SensorFindings) -> String {
     const WORST_FIRST: [Verdict; 5] =
         [Verdict::Fail, Verdict::Undecided, Verdict::Consistent, Verdict::NotComparable, Verdict::Pass];

@@ -37,7 +37,6 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
     sentences
 }
 
-/// Which axes keep which figures, and the worst axis of each sensor in numbers.
 fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
     let words = [
         (Verdict::Pass, "pass"),
