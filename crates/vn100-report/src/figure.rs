@@ -66,6 +66,13 @@ pub(crate) struct Series {
     pub(crate) values: Vec<Value>,
 }
 
+impl Series {
+    pub(crate) fn of(name: &str, points: &[(f64, f64)]) -> Self {
+        let values = points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect();
+        Self { name: name.into(), values }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Value {
     pub(crate) x: f64,
@@ -76,7 +83,7 @@ pub(crate) struct Value {
 
 impl Figure {
     pub(crate) fn svg_element(&self) -> String {
-        svg::element(&self.drawing, &self.id, &self.title)
+        svg::element(&self.drawing, &self.id, &self.title, "")
     }
 
     /// A file of its own.
@@ -149,6 +156,13 @@ impl Plot {
 
     fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Mark {
         Mark::Line { points: values.into_iter().map(|(x, y)| self.place.of(x, y)).collect(), stroke }
+    }
+
+    /// A line through these places, with the symbol of the series at each.
+    fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Mark> {
+        let symbol = |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series), Colour::Series(series));
+        let line = self.line(values.iter().copied(), stroke);
+        [line].into_iter().chain(values.iter().map(symbol)).collect()
     }
 
     fn symbol(&self, x: f64, y: f64, shape: Shape, colour: Colour) -> Mark {

@@ -9,6 +9,7 @@ use crate::{
     },
     names::names_of,
     record::Record,
+    units::ChannelValues,
 };
 
 /// Those that say the same of one record, or of several.
@@ -49,8 +50,9 @@ impl Figures {
             all.times.extend(envelope(channel, skipped_s)?);
             all.histograms.extend(histogram(channel)?);
         }
-        for figure in all.groups_mut().into_iter().flatten() {
-            figure.id.insert_str(0, prefix);
+        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = &mut all;
+        for figures in [allan_sensors, allan_axes, times, histograms, spectra, segments] {
+            figures.iter_mut().for_each(|figure| figure.id.insert_str(0, prefix));
         }
         Ok(all)
     }
@@ -70,11 +72,9 @@ impl Figures {
                 done.push(&channel.name);
                 let same: Vec<_> = (records.iter().zip(names))
                     .filter_map(|(record, name)| {
-                        let found = record
-                            .channels
-                            .iter()
-                            .find(|other| other.name == channel.name && other.unit == channel.unit);
-                        Some((name.clone(), found?))
+                        let is_same =
+                            |other: &&ChannelValues| (&other.name, &other.unit) == (&channel.name, &channel.unit);
+                        Some((name.clone(), record.channels.iter().find(is_same)?))
                     })
                     .collect();
                 let Some(first) = records.first() else { continue };
@@ -88,10 +88,5 @@ impl Figures {
     pub fn all(&self) -> impl Iterator<Item = &Figure> {
         let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = self;
         [allan_sensors, allan_axes, times, histograms, spectra, segments].into_iter().flatten()
-    }
-
-    fn groups_mut(&mut self) -> [&mut Vec<Figure>; 6] {
-        let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = self;
-        [allan_sensors, allan_axes, times, histograms, spectra, segments]
     }
 }

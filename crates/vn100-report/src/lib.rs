@@ -40,6 +40,6 @@ pub use figure::{DrawingError, Figure, allan_in_unit};
 pub use figures::Figures;
 pub use measured::{Completion, Evaluation, Measured, no_sample};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
-pub use printable::{json_line, printable, steers_terminal};
+pub use printable::{json_line, printable};
 pub use record::{Record, record_letter};
 pub use toml_text::{TomlError, parse_toml};

@@ -92,8 +92,7 @@ pub fn verdict_name(verdict: Verdict) -> &'static str {
 
 /// The best and the worst grade a gyroscope may be of, or why that cannot be said; `None` for any
 /// other sensor.
-#[must_use]
-pub fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
+pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
     if noise.sensor != Sensor::Gyroscope {
         return None;
     }
@@ -121,8 +120,7 @@ pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
 }
 
 /// The name of a grade in results.
-#[must_use]
-pub fn grade_name(grade: Grade) -> &'static str {
+pub(crate) fn grade_name(grade: Grade) -> &'static str {
     match grade {
         Grade::Navigation => "navigation",
         Grade::Tactical => "tactical",

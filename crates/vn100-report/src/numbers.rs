@@ -6,17 +6,15 @@ pub mod plain;
 use super::figure::superscript;
 
 /// What stands where a number is not known.
-pub const NOTHING: &str = "–";
+pub(crate) const NOTHING: &str = "–";
 
 /// To four digits, with a power of ten where there would be many zeros.
-#[must_use]
-pub fn four_digits(value: f64) -> String {
+pub(crate) fn four_digits(value: f64) -> String {
     digits(value, 4)
 }
 
 /// To `count` digits.
-#[must_use]
-pub fn digits(value: f64, count: usize) -> String {
+pub(crate) fn digits(value: f64, count: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { NOTHING.into() };
     }
@@ -33,8 +31,7 @@ pub fn digits(value: f64, count: usize) -> String {
 }
 
 /// A value with its interval, all to the same digit: `1.263·10⁻⁴ (1.246 to 1.281)`.
-#[must_use]
-pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
+pub(crate) fn with_interval(value: f64, lower: f64, upper: f64) -> String {
     let largest = value.abs().max(lower.abs()).max(upper.abs());
     if largest == 0.0 || !largest.is_finite() {
         return four_digits(value);
@@ -53,8 +50,7 @@ pub fn with_interval(value: f64, lower: f64, upper: f64) -> String {
 }
 
 /// A length of time, to three digits: `330.6 s`, `25 min`, `5.01 h`.
-#[must_use]
-pub fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
         ..10.0 => format!("{} s", trimmed(seconds, 3)),
         ..600.0 => format!("{} s", trimmed(seconds, 1)),
@@ -65,16 +61,14 @@ pub fn duration(seconds: f64) -> String {
 }
 
 /// With at most so many decimals, no zeros behind, and no sign before nothing.
-#[must_use]
-pub fn trimmed(value: f64, decimals: usize) -> String {
+pub(crate) fn trimmed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.replace('-', "−") }
 }
 
 /// A whole number in groups of three.
-#[must_use]
-pub fn grouped(count: u64) -> String {
+pub(crate) fn grouped(count: u64) -> String {
     in_threes(count, '\u{202f}')
 }
 

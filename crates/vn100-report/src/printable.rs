@@ -28,8 +28,7 @@ pub fn json_line(json: &str) -> String {
 
 /// Control characters, ends of lines and paragraphs, and what turns the direction of text
 /// (Unicode's property Bidi_Control): with these a name can look like another.
-#[must_use]
-pub fn steers_terminal(c: char) -> bool {
+pub(crate) fn steers_terminal(c: char) -> bool {
     c.is_control()
         || matches!(
             c,

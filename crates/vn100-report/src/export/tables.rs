@@ -70,18 +70,12 @@ fn allan(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha");
     for channel in &record.channels {
         for point in &channel.deviations {
-            table.row(&[
-                &channel.name,
-                &channel.unit,
-                &point.m.to_string(),
-                &number(Some(point.tau_s)),
-                &number(point.deviation),
-                &number(point.lower),
-                &number(point.upper),
-                &number(point.edf),
-                &point.terms.to_string(),
-                &point.alpha.map_or_else(String::new, |alpha| alpha.to_string()),
-            ]);
+            let numbers = [Some(point.tau_s), point.deviation, point.lower, point.upper, point.edf];
+            let [tau_s, deviation, lower, upper, edf] = numbers.map(number);
+            let (m, terms) = (point.m.to_string(), point.terms.to_string());
+            let alpha = point.alpha.map_or_else(String::new, |alpha| alpha.to_string());
+            let (name, unit) = (&channel.name, &channel.unit);
+            table.row(&[name, unit, &m, &tau_s, &deviation, &lower, &upper, &edf, &terms, &alpha]);
         }
     }
     table.0
@@ -90,18 +84,12 @@ fn allan(record: &Record<'_>) -> String {
 fn statistics(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution");
     for channel in &record.channels {
-        table.row(&[
-            &channel.name,
-            &channel.unit,
-            &channel.count.to_string(),
-            &number(channel.mean),
-            &number(channel.std),
-            &number(channel.min),
-            &number(channel.max),
-            &number(channel.skewness),
-            &number(channel.excess_kurtosis),
-            &number(Some(channel.resolution)),
-        ]);
+        let count = channel.count.to_string();
+        let [mean, std, min, max] = [channel.mean, channel.std, channel.min, channel.max].map(number);
+        let [skewness, kurtosis, resolution] =
+            [channel.skewness, channel.excess_kurtosis, Some(channel.resolution)].map(number);
+        let (name, unit) = (&channel.name, &channel.unit);
+        table.row(&[name, unit, &count, &mean, &std, &min, &max, &skewness, &kurtosis, &resolution]);
     }
     for norm in &record.norms {
         let count = norm.count.to_string();
@@ -117,16 +105,9 @@ fn parameters(record: &Record<'_>) -> String {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
             let Some(parameter) = noise.parameter(term) else { continue };
-            let unit = si_unit(noise.sensor, term);
-            table.row(&[
-                &channel.name,
-                term_name(term),
-                status(parameter.status),
-                &number(parameter.value),
-                &number(parameter.lower),
-                &number(parameter.upper),
-                unit,
-            ]);
+            let (name, status) = (term_name(term), status(parameter.status));
+            let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
+            table.row(&[&channel.name, name, status, &value, &lower, &upper, si_unit(noise.sensor, term)]);
         }
     }
     table.0
@@ -149,17 +130,12 @@ fn segments(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,start_s,duration_s,count,mean,std,min,max");
     for channel in &record.channels {
         for block in channel.signal.iter().flat_map(|signal| &signal.blocks) {
-            table.row(&[
-                &channel.name,
-                &channel.unit,
-                &number(Some(record.skipped_s() + block.start_s)),
-                &number(Some(block.duration_s)),
-                &block.count.to_string(),
-                &number(Some(block.mean)),
-                &number(block.std),
-                &number(Some(block.min)),
-                &number(Some(block.max)),
-            ]);
+            let (count, std) = (block.count.to_string(), number(block.std));
+            let [start_s, duration_s, mean, min, max] =
+                [record.skipped_s() + block.start_s, block.duration_s, block.mean, block.min, block.max]
+                    .map(|value| number(Some(value)));
+            let (name, unit) = (&channel.name, &channel.unit);
+            table.row(&[name, unit, &start_s, &duration_s, &count, &mean, &std, &min, &max]);
         }
     }
     table.0

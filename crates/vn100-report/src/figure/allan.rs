@@ -1,6 +1,9 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
-use imu_noise::{Deviation, Term};
+use imu_noise::{
+    Deviation,
+    Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
+};
 use vn100_analysis::ChannelNoise;
 
 use super::{
@@ -45,7 +48,7 @@ pub fn allan_in_unit(
 /// With deviations that are `factor` times as large as the parameters say.
 fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
-    let model = model.map(|noise| Model::new(noise, factor));
+    let model = model.map(|noise| Model { noise, factor });
     let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
     let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
@@ -72,12 +75,11 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Result
 pub(crate) fn allan_of_axes(
     id: &str,
     title: &str,
-    axes_of: &[&ChannelValues],
+    axes: &[&ChannelValues],
     deviation: Deviation,
 ) -> Result<Option<Figure>, DrawingError> {
-    let Some((x, y)) = axes(axes_of, &[], deviation) else { return Ok(None) };
-    let curves: Vec<_> = axes_of.iter().map(|channel| (channel.name.clone(), &channel.deviations[..])).collect();
-    together(format!("allan-{id}"), format!("{title}: {}", name(deviation)), x, y, &curves)
+    let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), *channel)).collect();
+    together(format!("allan-{id}"), title, &named, deviation)
 }
 
 /// One channel of several records, each under its name.
@@ -86,28 +88,26 @@ pub(crate) fn allan_of_records(
     records: &[(String, &ChannelValues)],
     deviation: Deviation,
 ) -> Result<Option<Figure>, DrawingError> {
-    let values: Vec<_> = records.iter().map(|(_, values)| *values).collect();
-    let Some((x, y)) = axes(&values, &[], deviation) else { return Ok(None) };
-    let curves: Vec<_> = records.iter().map(|(name, values)| (name.clone(), &values.deviations[..])).collect();
-    together(format!("records-{}", id_of(channel)), format!("{channel}: {}", name(deviation)), x, y, &curves)
+    together(format!("records-{}", id_of(channel)), channel, records, deviation)
 }
 
 fn together(
     id: String,
-    title: String,
-    x: Axis,
-    y: Axis,
-    curves: &[(String, &[Point])],
+    title: &str,
+    curves: &[(String, &ChannelValues)],
+    deviation: Deviation,
 ) -> Result<Option<Figure>, DrawingError> {
+    let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
+    let Some((x, y)) = axes(&channels, &[], deviation) else { return Ok(None) };
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (name, _))| (Sample::Both(connecting(index), Shape::of_series(index)), short_name(name)))
         .collect();
-    let mut plot = Plot::new(id, title, x, y, &legend)?;
-    for (index, (_, points)) in curves.iter().enumerate() {
-        let marks = curve(&plot, index, points);
+    let mut plot = Plot::new(id, format!("{title}: {}", name(deviation)), x, y, &legend)?;
+    for (index, channel) in channels.iter().enumerate() {
+        let marks = curve(&plot, index, &channel.deviations);
         plot.draw(index, marks);
     }
-    let series = curves.iter().map(|(name, points)| series(name.clone(), points)).collect();
+    let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.deviations)).collect();
     Ok(Some(plot.done(series)))
 }
 
@@ -120,16 +120,9 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
         let (lower, upper) = interval(point).unzip();
         [point.deviation, lower, upper].into_iter().flatten()
     });
-    let x = Axis {
-        name: "averaging time τ".into(),
-        unit: "s".into(),
-        scale: Scale::around(points().map(|point| point.tau_s), true),
-    };
-    let y = Axis {
-        name: name(deviation).into(),
-        unit: pretty_unit(&first.unit),
-        scale: Scale::around(reaches.chain(more.iter().copied()), true),
-    };
+    let x = Axis::new("averaging time τ", "s", Scale::around(points().map(|point| point.tau_s), true));
+    let y =
+        Axis::new(name(deviation), pretty_unit(&first.unit), Scale::around(reaches.chain(more.iter().copied()), true));
     Some((x, y))
 }
 
@@ -174,34 +167,20 @@ fn name(deviation: Deviation) -> &'static str {
     }
 }
 
-/// The noise that was fitted, as lines.
+/// The noise that was fitted, as lines; its parameters `factor` times as large.
 struct Model<'a> {
     noise: &'a ChannelNoise,
     factor: f64,
-    quantization: Option<f64>,
-    white: Option<f64>,
-    bias_instability: Option<f64>,
-    random_walk: Option<f64>,
-    ramp: Option<f64>,
 }
 
-impl<'a> Model<'a> {
-    fn new(noise: &'a ChannelNoise, factor: f64) -> Self {
-        let value = |term| Some(noise.parameter(term)?.value? * factor);
-        Self {
-            noise,
-            factor,
-            quantization: value(Term::Quantization),
-            white: value(Term::White),
-            bias_instability: value(Term::BiasInstability),
-            random_walk: value(Term::RateRandomWalk),
-            ramp: value(Term::RateRamp),
-        }
+impl Model<'_> {
+    fn value(&self, term: Term) -> Option<f64> {
+        Some(self.noise.parameter(term)?.value? * self.factor)
     }
 
     /// Bounds alone make no line.
     fn has_terms(&self) -> bool {
-        [self.quantization, self.white, self.bias_instability, self.random_walk, self.ramp].iter().any(Option::is_some)
+        Term::ALL.iter().any(|term| self.value(*term).is_some())
     }
 
     fn fitted_taus(&self) -> Vec<f64> {
@@ -214,35 +193,38 @@ impl<'a> Model<'a> {
     /// Its deviations, and where its letters stand: all of that is to be seen.
     fn reaches(&self) -> Vec<f64> {
         let fitted = self.fitted_taus().into_iter().map(|tau_s| self.deviation(tau_s));
-        fitted.chain([self.quantization, self.white, self.random_walk].into_iter().flatten()).collect()
+        fitted.chain([Quantization, White, RateRandomWalk].into_iter().filter_map(|term| self.value(term))).collect()
     }
 
     /// IEEE Std 952, annex C.
     fn deviation(&self, tau_s: f64) -> f64 {
-        let square = |value: Option<f64>, of_one: f64| value.map_or(0.0, |value| value * value * of_one);
-        let variance = square(self.quantization, 3.0 / (tau_s * tau_s))
-            + square(self.white, 1.0 / tau_s)
-            + square(self.bias_instability, FLAT * FLAT)
-            + square(self.random_walk, tau_s / 3.0)
-            + square(self.ramp, tau_s * tau_s / 2.0);
-        variance.sqrt()
+        let of_one = [
+            (Quantization, 3.0 / (tau_s * tau_s)),
+            (White, 1.0 / tau_s),
+            (BiasInstability, FLAT * FLAT),
+            (RateRandomWalk, tau_s / 3.0),
+            (RateRamp, tau_s * tau_s / 2.0),
+        ];
+        let variance = |(term, of_one)| self.value(term).map_or(0.0, |value| value * value * of_one);
+        of_one.into_iter().map(variance).sum::<f64>().sqrt()
     }
 
     fn lines(&self, plot: &Plot) -> Vec<Reference> {
         let (from, to) = plot.place.x.ends();
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
         let flat = |flicker: f64| {
-            let begins = self.white.map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
+            let begins = self.value(White).map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
             let last = self.noise.fit.quality.map_or(to, |quality| quality.tau_max_s);
-            let ends = self.random_walk.map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
+            let ends = self.value(RateRandomWalk).map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
             (begins * ends.max(begins)).sqrt()
         };
         let reference = |dash, letter, tau_s, deviation, slope| Reference { dash, letter, tau_s, deviation, slope };
         [
-            self.quantization.map(|rounding| reference(Dash::Dotted, "Q", 3_f64.sqrt(), rounding, -1.0)),
-            self.white.map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
-            self.bias_instability.map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
-            self.random_walk.map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
+            self.value(Quantization).map(|rounding| reference(Dash::Dotted, "Q", 3_f64.sqrt(), rounding, -1.0)),
+            self.value(White).map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
+            self.value(BiasInstability)
+                .map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
+            self.value(RateRandomWalk).map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
         ]
         .into_iter()
         .flatten()

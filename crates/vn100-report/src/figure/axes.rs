@@ -151,6 +151,10 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
+    pub(crate) fn new(name: &str, unit: impl Into<String>, scale: Scale) -> Self {
+        Self { name: name.into(), unit: unit.into(), scale }
+    }
+
     /// Name and unit, with the power of ten of its numbers.
     pub(crate) fn label(&self) -> String {
         let Self { name, unit, scale } = self;

@@ -21,7 +21,10 @@ pub(crate) enum LayerKind {
     Frame,
     Legend,
     /// One series of data, cut off at the edges of the rectangle.
-    Data { series: usize, clip: Rectangle },
+    Data {
+        series: usize,
+        clip: Rectangle,
+    },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

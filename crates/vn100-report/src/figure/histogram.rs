@@ -21,16 +21,12 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>, Drawi
     };
     let highest = counts.iter().copied().max().unwrap_or(0) as f64;
     let top = normal.and_then(|(mean, _)| expected(mean)).unwrap_or(0.0).max(highest);
-    let x = Axis {
-        name: channel.name.clone(),
-        unit: pretty_unit(&channel.unit),
-        scale: Scale::around([edge(0), edge(counts.len())].into_iter(), false),
-    };
-    let y = Axis {
-        name: "samples in a bar".into(),
-        unit: String::new(),
-        scale: Scale::Linear { from: 0.0, to: 1.06 * top.max(1.0) },
-    };
+    let x = Axis::new(
+        &channel.name,
+        pretty_unit(&channel.unit),
+        Scale::around([edge(0), edge(counts.len())].into_iter(), false),
+    );
+    let y = Axis::new("samples in a bar", "", Scale::Linear { from: 0.0, to: 1.06 * top.max(1.0) });
     let mut legend = vec![(Sample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
     if normal.is_some() {
         legend.push((Sample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));

@@ -11,19 +11,15 @@ use crate::units::{BlockValues, ChannelValues};
 pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Result<Option<Figure>, DrawingError> {
     let blocks = channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks);
     let Some(last) = blocks.last() else { return Ok(None) };
-    let unit = TimeUnit::for_record(skipped_s + last.start_s + last.duration_s);
-    let start = |block: &BlockValues| (skipped_s + block.start_s) / unit.seconds;
-    let end = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s) / unit.seconds;
-    let x = Axis {
-        name: "time".into(),
-        unit: unit.name.into(),
-        scale: Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false),
-    };
-    let y = Axis {
-        name: channel.name.clone(),
-        unit: pretty_unit(&channel.unit),
-        scale: Scale::around(blocks.iter().flat_map(|block| [block.min, block.max]), false),
-    };
+    let (unit, unit_s) = time_unit(skipped_s + last.start_s + last.duration_s);
+    let start = |block: &BlockValues| (skipped_s + block.start_s) / unit_s;
+    let end = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s) / unit_s;
+    let x = Axis::new("time", unit, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
+    let y = Axis::new(
+        &channel.name,
+        pretty_unit(&channel.unit),
+        Scale::around(blocks.iter().flat_map(|block| [block.min, block.max]), false),
+    );
     let legend = [
         (Sample::Area(Colour::Series(0), 0.25), "smallest to largest".to_owned()),
         (Sample::Area(Colour::Series(0), 0.6), "mean ± std".to_owned()),
@@ -68,19 +64,12 @@ fn band(
     Mark::Area { points, colour: Colour::Series(0), opacity }
 }
 
-/// What people would say the length of a record in.
-pub(super) struct TimeUnit {
-    pub(super) name: &'static str,
-    pub(super) seconds: f64,
-}
-
-impl TimeUnit {
-    pub(super) fn for_record(length_s: f64) -> Self {
-        match length_s {
-            ..600.0 => Self { name: "s", seconds: 1.0 },
-            ..18_000.0 => Self { name: "min", seconds: 60.0 },
-            _ => Self { name: "h", seconds: 3600.0 },
-        }
+/// What people would say the length of a record in, and its seconds.
+fn time_unit(length_s: f64) -> (&'static str, f64) {
+    match length_s {
+        ..600.0 => ("s", 1.0),
+        ..18_000.0 => ("min", 60.0),
+        _ => ("h", 3600.0),
     }
 }
 
@@ -94,40 +83,30 @@ pub(crate) fn segments(
     let blocks = |channel: &&ChannelValues| channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks).to_vec();
     let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
     let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
-    let unit = TimeUnit::for_record(skipped_s + end_s);
-    let middle = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s / 2.0) / unit.seconds;
+    let (unit, unit_s) = time_unit(skipped_s + end_s);
+    let middle = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s / 2.0) / unit_s;
     let curves: Vec<Vec<(f64, f64)>> = (of_channels.iter())
         .map(|blocks| blocks.iter().filter_map(|block| Some((middle(block), block.std?))).collect())
         .collect();
     let Some(first) = channels.first().filter(|_| curves.iter().any(|points| !points.is_empty())) else {
         return Ok(None);
     };
-    let x = Axis {
-        name: "time".into(),
-        unit: unit.name.into(),
-        scale: Scale::around(curves.iter().flatten().map(|(x, _)| *x), false),
-    };
+    let x = Axis::new("time", unit, Scale::around(curves.iter().flatten().map(|(x, _)| *x), false));
     let highest = curves.iter().flatten().map(|(_, std)| *std).fold(0.0, f64::max);
-    let y = Axis {
-        name: "standard deviation".into(),
-        unit: pretty_unit(&first.unit),
-        scale: Scale::Linear { from: 0.0, to: if highest > 0.0 { 1.08 * highest } else { 1.0 } },
-    };
+    let y = Axis::new(
+        "standard deviation",
+        pretty_unit(&first.unit),
+        Scale::Linear { from: 0.0, to: if highest > 0.0 { 1.08 * highest } else { 1.0 } },
+    );
     let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.2, dash: Dash::of_series(index) };
     let legend: Vec<_> = (channels.iter().enumerate())
         .map(|(index, channel)| (Sample::Both(stroke(index), Shape::of_series(index)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend)?;
     for (index, points) in curves.iter().enumerate() {
-        let mut marks = vec![plot.line(points.iter().copied(), stroke(index))];
-        let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index), Colour::Series(index));
-        marks.extend(points.iter().map(symbol));
+        let marks = plot.marked_line(index, points, stroke(index));
         plot.draw(index, marks);
     }
-    let series = channels.iter().zip(&curves).map(|(channel, points)| Series {
-        name: channel.name.clone(),
-        values: points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect(),
-    });
-    let series = series.collect();
-    Ok(Some(plot.done(series)))
+    let series = channels.iter().zip(&curves).map(|(channel, points)| Series::of(&channel.name, points));
+    Ok(Some(plot.done(series.collect())))
 }

@@ -1,8 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{
-    Axis, Colour, Dash, DrawingError, Figure, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit,
-};
+use super::{Axis, Colour, Dash, DrawingError, Figure, Plot, Sample, Series, Shape, Stroke, axes::Scale, pretty_unit};
 use crate::{findings::shakes, units::ChannelValues};
 
 /// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would
@@ -26,16 +24,12 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
         .collect();
     let all = || curves.iter().flat_map(|(_, points)| points);
     let Some((first, _)) = curves.first().filter(|_| all().next().is_some()) else { return Ok(None) };
-    let x = Axis {
-        name: "frequency".into(),
-        unit: "Hz".into(),
-        scale: Scale::around(all().map(|(frequency, _)| *frequency), true),
-    };
-    let y = Axis {
-        name: "amplitude density".into(),
-        unit: format!("{}/√Hz", pretty_unit(&first.unit)),
-        scale: Scale::around(all().map(|(_, amplitude)| *amplitude), true),
-    };
+    let x = Axis::new("frequency", "Hz", Scale::around(all().map(|(frequency, _)| *frequency), true));
+    let y = Axis::new(
+        "amplitude density",
+        format!("{}/√Hz", pretty_unit(&first.unit)),
+        Scale::around(all().map(|(_, amplitude)| *amplitude), true),
+    );
     let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.1, dash: Dash::Solid };
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (channel, _))| (Sample::Line(stroke(index)), channel.name.clone()))
@@ -58,12 +52,8 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
         }
         plot.draw(index, marks);
     }
-    let series = |(channel, points): &(&ChannelValues, Vec<(f64, f64)>)| Series {
-        name: channel.name.clone(),
-        values: points.iter().map(|(x, y)| Value { x: *x, y: *y, reach: None }).collect(),
-    };
-    let series = curves.iter().map(series).collect();
-    Ok(Some(plot.done(series)))
+    let series = curves.iter().map(|(channel, points)| Series::of(&channel.name, points));
+    Ok(Some(plot.done(series.collect())))
 }
 
 struct Peak {

@@ -6,8 +6,11 @@ use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Mark, Shape}
 
 /// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`;
 /// `title` is read aloud.
-pub(crate) fn element(drawing: &Drawing, id: &str, title: &str) -> String {
-    write(drawing, id, title, "")
+pub(crate) fn element(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
+    let mut out = String::new();
+    // a String takes everything
+    let _ = write_drawing(&mut out, drawing, id, title, attributes);
+    out
 }
 
 pub(crate) fn file(drawing: &Drawing, id: &str, title: &str) -> String {
@@ -15,14 +18,7 @@ pub(crate) fn file(drawing: &Drawing, id: &str, title: &str) -> String {
     let more = format!(
         " xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\""
     );
-    write(drawing, id, title, &more)
-}
-
-fn write(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
-    let mut out = String::new();
-    // a String takes everything
-    let _ = write_drawing(&mut out, drawing, id, title, attributes);
-    out
+    element(drawing, id, title, &more)
 }
 
 fn write_drawing(out: &mut String, drawing: &Drawing, id: &str, title: &str, attributes: &str) -> fmt::Result {
