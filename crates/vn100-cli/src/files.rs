@@ -9,7 +9,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use tokio::{
     runtime::Builder,
     sync::Semaphore,
@@ -28,6 +28,8 @@ use crate::{
     result::{FAULT, evaluated_replay, print_state},
     words::remedy_words,
 };
+
+const PROGRESS_PERIOD: Duration = Duration::from_millis(100);
 
 /// Measures each file and passes the results to `take`, in the order given; the documents of every
 /// second and of the end are `printed` on the way as lines, or only the end counts.
@@ -50,7 +52,7 @@ async fn measure_all(
 ) -> Result<()> {
     let job = Arc::new(Job {
         evaluation: Arc::new(evaluation),
-        progress: Progress::new(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
+        progress: progress_bar(args.files.iter().map(|file| stored_bytes(file)), takes_terminal(&args.log)),
         // documents of several files must not mingle line by line
         turns: Semaphore::new(if printed { 1 } else { thread::available_parallelism().map_or(1, Into::into) }),
     });
@@ -83,7 +85,7 @@ pub(crate) fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &Ca
 /// What all files of one command share.
 struct Job {
     evaluation: Arc<Evaluation>,
-    progress: Progress,
+    progress: ProgressBar,
     turns: Semaphore,
 }
 
@@ -100,8 +102,8 @@ async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
 
 /// Follows a session to its end, moving the progress bar and writing the documents of every second
 /// meanwhile.
-async fn follow(mut session: Session, progress: &Progress) -> Result<SessionResult> {
-    let mut ticks = time::interval(Progress::PERIOD);
+async fn follow(mut session: Session, progress: &ProgressBar) -> Result<SessionResult> {
+    let mut ticks = time::interval(PROGRESS_PERIOD);
     let mut shown = 0;
     loop {
         tokio::select! {
@@ -111,7 +113,7 @@ async fn follow(mut session: Session, progress: &Progress) -> Result<SessionResu
             result = &mut session.result => return result.context(FAULT),
             _ = ticks.tick() => {
                 let read = session.state.borrow().stored_bytes_read;
-                progress.add(read - shown);
+                progress.inc(read - shown);
                 shown = read;
             }
         }
@@ -123,40 +125,14 @@ fn stored_bytes(path: &Path) -> Option<u64> {
     fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| metadata.len())
 }
 
-pub(crate) struct Progress {
-    bar: ProgressBar,
-}
-
-impl Progress {
-    pub(crate) const PERIOD: Duration = Duration::from_millis(100);
-
-    /// A bar for sources of these sizes in bytes; without an end if one does not know its size.
-    /// Nothing is shown where it `is_hidden`, because something else is written there.
-    pub(crate) fn new(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> Self {
-        let total: Option<u64> = sizes.into_iter().sum();
-        let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
-        let bar = ProgressBar::with_draw_target(total, target);
-        let template =
-            if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };
-        // the default style stands in for a template it does not understand
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        Self { bar }
-    }
-
-    pub(crate) fn add(&self, bytes: u64) {
-        self.bar.inc(bytes);
-    }
-
-    /// Takes the bar away while `print` writes to the terminal.
-    pub(crate) fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
-        self.bar.suspend(print)
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
+/// A bar for the bytes of sources of these sizes together; without an end if one does not know its
+/// size. Nothing is shown where it `is_hidden`, because something else is written there.
+fn progress_bar(sizes: impl IntoIterator<Item = Option<u64>>, is_hidden: bool) -> ProgressBar {
+    let total: Option<u64> = sizes.into_iter().sum();
+    let target = if is_hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+    let template =
+        if total.is_some() { "{wide_bar} {bytes}/{total_bytes} {eta}" } else { "{spinner} {bytes} in {elapsed}" };
+    // the default style stands in for a template it does not understand
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(total, target).with_style(style).with_finish(ProgressFinish::AndClear)
 }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanBytes, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use vn100_analysis::Snapshot;
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
@@ -43,11 +43,11 @@ impl Status {
     }
 
     pub(crate) fn line(&self, name: &str) -> StatusLine {
-        let bar = self.lines.add(ProgressBar::no_length());
         // the default style stands in for a template it does not understand
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
-            bar.set_style(style);
-        }
+        let style = ProgressStyle::with_template("{spinner} {wide_msg}");
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::no_length().with_style(style).with_finish(ProgressFinish::AndClear);
+        let bar = self.lines.add(bar);
         let (status, name) = (self.clone(), printable(name));
         StatusLine { bar, status, name, reported: None, failure_reported: false, hint_reported: false }
     }
@@ -102,12 +102,6 @@ impl StatusLine {
             }
             self.reported = Some(state.clone());
         }
-    }
-}
-
-impl Drop for StatusLine {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
     }
 }
 

@@ -9,9 +9,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use tokio::runtime::Builder;
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Capture, Event};
-use vn100_report::{
-    CsvTable, Document, DrawingError, Figure, Figures, KalibrError, KalibrYaml, Record, Ros2Messages, json_line,
-};
+use vn100_report::{CsvTable, Document, Figures, KalibrError, KalibrYaml, Record, Ros2Messages, json_line};
 
 use super::{PROGRAM, output::Output};
 use crate::{
@@ -72,16 +70,9 @@ impl<'a> Exports<'a> {
             }
         }
         if records.len() > 1 {
-            for form in &self.forms {
-                match form {
-                    ExportForm::Svg => self.write_figures(&self.output.beside(SVG), "svg", together, |figure| {
-                        Ok(figure.svg_file().into_bytes())
-                    })?,
-                    ExportForm::Png => {
-                        self.write_figures(&self.output.beside(PNG), "png", together, Figure::png_file)?;
-                    }
-                    ExportForm::Csv | ExportForm::Json | ExportForm::Kalibr | ExportForm::Mcap => {}
-                }
+            let forms = self.forms.iter().filter(|form| matches!(form, ExportForm::Svg | ExportForm::Png));
+            for form in forms {
+                self.write_figures(*form, |ending| self.output.beside(ending), together)?;
             }
         }
         refused.map_or(Ok(()), Err)
@@ -102,10 +93,7 @@ impl<'a> Exports<'a> {
                 yaml.complete().map_err(|error| anyhow!(refused(&error)))?;
                 self.text(&path(KALIBR), &yaml.text())
             }
-            ExportForm::Svg => {
-                self.write_figures(&path(SVG), "svg", figures, |figure| Ok(figure.svg_file().into_bytes()))
-            }
-            ExportForm::Png => self.write_figures(&path(PNG), "png", figures, Figure::png_file),
+            ExportForm::Svg | ExportForm::Png => self.write_figures(form, path, figures),
             ExportForm::Mcap => {
                 let files = &self.args.files;
                 let input = files.files.get(index).context("no such capture")?;
@@ -114,16 +102,12 @@ impl<'a> Exports<'a> {
         }
     }
 
-    fn write_figures(
-        &self,
-        folder: &Path,
-        ending: &str,
-        figures: &Figures,
-        bytes: impl Fn(&Figure) -> Result<Vec<u8>, DrawingError>,
-    ) -> Result<()> {
-        self.output.make_folder(folder)?;
+    /// Writes figures as SVG or else as PNG, into a folder of that ending.
+    fn write_figures(&self, form: ExportForm, path: impl Fn(&str) -> PathBuf, figures: &Figures) -> Result<()> {
+        let (folder, ending) = if form == ExportForm::Svg { (path(SVG), "svg") } else { (path(PNG), "png") };
+        self.output.make_folder(&folder)?;
         for figure in figures.all() {
-            let bytes = bytes(figure)?;
+            let bytes = if form == ExportForm::Svg { figure.svg_file().into_bytes() } else { figure.png_file()? };
             let path = folder.join(format!("{}.{ending}", figure.id));
             self.output.write(&path, |file| Ok(file.write_all(&bytes)?))?;
         }

@@ -6,7 +6,7 @@ use ratatui::{
     Frame,
     buffer::Buffer,
     layout::{Constraint, Layout, Position, Rect},
-    style::Style,
+    style::{Color, Style},
     symbols::Marker,
     text::{Line, Span},
     widgets::{
@@ -239,12 +239,7 @@ fn draw_grid(buffer: &mut Buffer, axes: Axes, label_row: u16, theme: Theme, curs
     }
 }
 
-fn draw_curve(
-    context: &mut ratatui::widgets::canvas::Context<'_>,
-    axes: Axes,
-    curve: &Curve,
-    color: ratatui::style::Color,
-) {
+fn draw_curve(context: &mut ratatui::widgets::canvas::Context<'_>, axes: Axes, curve: &Curve, color: Color) {
     let logs: Vec<(f64, f64)> = (curve.points.iter())
         .filter_map(|point| Some((point.tau_s.log10(), point.deviation.filter(|d| *d > 0.0)?.log10())))
         .collect();

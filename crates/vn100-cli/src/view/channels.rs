@@ -5,6 +5,7 @@ use imu_noise::counts_to_unit;
 use ratatui::{
     Frame,
     layout::{Constraint, Layout, Rect},
+    style::Color,
     symbols::Marker,
     text::{Line, Span},
     widgets::{
@@ -122,14 +123,7 @@ fn axis(group: &Group, place: usize) -> usize {
     group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
 
-fn draw_history(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    source: &Source,
-    place: usize,
-    color: ratatui::style::Color,
-) {
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, place: usize, color: Color) {
     let decimals = source.values[place].decimals;
     let labels = values_width(&source.values[place]);
     let [title, chart, below] = parts(area);
@@ -189,13 +183,7 @@ fn labelled_rows(rows: u16, low: f64, high: f64) -> Vec<(u16, f64)> {
     vec![(0, high), (middle, high - (high - low) * part), (rows - 1, low)]
 }
 
-fn draw_histogram(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    channel: &ChannelValues,
-    color: ratatui::style::Color,
-) {
+fn draw_histogram(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, channel: &ChannelValues, color: Color) {
     let labels = values_width(channel);
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
@@ -250,7 +238,7 @@ fn draw_histogram(
     );
     frame.render_widget(
         Canvas::default().marker(Marker::Braille).x_bounds([bars.first, end]).y_bounds([0.0, top]).paint(|context| {
-            context.draw(&Points { coords: &curve, color: ratatui::style::Color::Reset });
+            context.draw(&Points { coords: &curve, color: Color::Reset });
         }),
         chart,
     );

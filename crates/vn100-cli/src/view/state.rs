@@ -53,7 +53,9 @@ pub(crate) enum Question {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Request {
     /// End the measurement; with the last screen left on the terminal.
-    Quit { keep_screen: bool },
+    Quit {
+        keep_screen: bool,
+    },
     /// Give the terminal back to the shell for a while.
     Suspend,
     Save,
