@@ -135,7 +135,7 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
     writeln!(out, "{}", fill(&legend, "", ""))?;
     let mut any = false;
     for channel in tests_by_channel(&comparison.octaves) {
-        for pair in channel.tests.chunk_by(|a, b| a.records == b.records) {
+        for pair in channel.chunk_by(|a, b| a.records == b.records) {
             let differ: Vec<&OctaveTest> =
                 pair.iter().copied().filter(|test| comparison.is_significant(test.chance)).collect();
             let surest = differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p));
@@ -144,7 +144,7 @@ fn write_octaves(out: &mut String, comparison: &Comparison) -> fmt::Result {
             let ratio = larger_over_smaller(surest.records, surest.deviations);
             let text = format!(
                 "{:<12}{} of {} octaves, tau {} to {} s; surest at {} s: {ratio} ({})",
-                channel.name,
+                surest.channel,
                 differ.len(),
                 pair.len(),
                 short(first.tau_s),

@@ -56,12 +56,9 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     let records: Vec<Record<'_>> = all.iter().map(Record::new).collect();
     let names: Vec<String> = (0..records.len()).map(record_letter).collect();
     let prefix = |name: &String| if records.len() > 1 { format!("{name}-") } else { String::new() };
-    let figures = records
-        .iter()
-        .zip(&names)
-        .map(|(record, name)| Figures::of(record, &prefix(name)))
-        .collect::<Result<Vec<_>, _>>()?;
-    let together = if records.len() > 1 { Figures::together(&records, &names)? } else { Figures::default() };
+    let figures =
+        records.iter().zip(&names).map(|(record, name)| Figures::of(record, &prefix(name))).collect::<Vec<_>>();
+    let together = if records.len() > 1 { Figures::together(&records, &names) } else { Figures::default() };
     if let Some(path) = output.page() {
         let options = PageOptions {
             confidence: files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE),

@@ -115,26 +115,28 @@ struct Plot {
 }
 
 impl Plot {
-    fn new(id: String, title: String, x: Axis, y: Axis, legend: &[(Sample, String)]) -> Result<Self, DrawingError> {
+    fn new(id: String, title: String, x: Axis, y: Axis, legend: &[(Sample, String)]) -> Self {
         const ROW: f64 = 16.0;
         const TITLE: f64 = 13.0;
-        let font = Font::new()?;
+        // without its font a figure has roughly the same layout; its pixels need it
+        let font = Font::new().ok();
+        let width = |text: &str| font.as_ref().map_or(0.6 * text.len() as f64, |font| font.width(text));
         let widest = (y.scale.ticks().iter().filter_map(|tick| tick.label.as_deref()))
-            .map(|label| LETTERS * font.width(label))
+            .map(|label| LETTERS * width(label))
             .fold(0.0, f64::max);
         let left = widest + LETTERS + 16.0;
         let title_mark =
             Mark::Text { at: (left, 17.0), text: title.clone(), size: TITLE, anchor: Anchor::Start, upwards: false };
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
-            let width = 28.0 + LETTERS * font.width(text) + 12.0;
-            if x_next > left && x_next + width > WIDTH {
+            let entry = 28.0 + LETTERS * width(text) + 12.0;
+            if x_next > left && x_next + entry > WIDTH {
                 (x_next, y_next) = (left, y_next + ROW);
             }
             sample.draw((x_next, y_next - 4.0), &mut marks);
             let at = (x_next + 28.0, y_next);
             marks.push(Mark::Text { at, text: text.clone(), size: LETTERS, anchor: Anchor::Start, upwards: false });
-            x_next += width;
+            x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
         let (right, bottom) = (WIDTH - 18.0, HEIGHT + top - 26.0);
@@ -145,7 +147,7 @@ impl Plot {
             Layer { kind: LayerKind::Legend, marks },
         ];
         let drawing = Drawing { width: WIDTH, height: bottom, layers };
-        Ok(Self { figure: Figure { id, title, x, y, area, series: Vec::new(), drawing }, place })
+        Self { figure: Figure { id, title, x, y, area, series: Vec::new(), drawing }, place }
     }
 
     /// Draws in a layer of its own that belongs to `series`.

@@ -4,9 +4,7 @@ use vn100_analysis::{SENSORS, axes_name};
 use vn100_protocol::Quantity;
 
 use crate::{
-    figure::{
-        DrawingError, Figure, allan_of_axes, allan_of_axis, allan_of_records, envelope, histogram, segments, spectrum,
-    },
+    figure::{Figure, allan_of_axes, allan_of_axis, allan_of_records, envelope, histogram, segments, spectrum},
     names::names_of,
     record::Record,
     units::ChannelValues,
@@ -26,42 +24,38 @@ pub struct Figures {
 
 impl Figures {
     /// Of one record; `prefix` makes its names unique in a report of several.
-    ///
-    /// # Errors
-    /// None, unless this program was built with a damaged font.
-    pub fn of(record: &Record<'_>, prefix: &str) -> Result<Self, DrawingError> {
+    #[must_use]
+    pub fn of(record: &Record<'_>, prefix: &str) -> Self {
         let deviation = record.measured.snapshot.deviation;
         let skipped_s = record.skipped_s();
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
             let axes = record.of(quantity);
-            all.allan_sensors.extend(allan_of_axes(id, name, &axes, deviation)?);
+            all.allan_sensors.extend(allan_of_axes(id, name, &axes, deviation));
             for channel in &axes {
-                all.allan_axes.extend(allan_of_axis(channel, deviation)?);
+                all.allan_axes.extend(allan_of_axis(channel, deviation));
             }
-            all.spectra.extend(spectrum(id, name, &axes)?);
-            all.segments.extend(segments(id, name, &axes, skipped_s)?);
+            all.spectra.extend(spectrum(id, name, &axes));
+            all.segments.extend(segments(id, name, &axes, skipped_s));
         }
         for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
-            all.segments.extend(segments(id, "Orientation", &record.of(quantity), skipped_s)?);
+            all.segments.extend(segments(id, "Orientation", &record.of(quantity), skipped_s));
         }
         for channel in record.streamed() {
-            all.times.extend(envelope(channel, skipped_s)?);
-            all.histograms.extend(histogram(channel)?);
+            all.times.extend(envelope(channel, skipped_s));
+            all.histograms.extend(histogram(channel));
         }
         let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = &mut all;
         for figures in [allan_sensors, allan_axes, times, histograms, spectra, segments] {
             figures.iter_mut().for_each(|figure| figure.id.insert_str(0, prefix));
         }
-        Ok(all)
+        all
     }
 
     /// The curves of each channel of all records in one plot.
-    ///
-    /// # Errors
-    /// None, unless this program was built with a damaged font.
-    pub fn together(records: &[Record<'_>], names: &[String]) -> Result<Self, DrawingError> {
+    #[must_use]
+    pub fn together(records: &[Record<'_>], names: &[String]) -> Self {
         let mut all = Self::default();
         for (quantity, _) in SENSORS {
             let mut done: Vec<&str> = Vec::new();
@@ -78,10 +72,10 @@ impl Figures {
                     })
                     .collect();
                 let Some(first) = records.first() else { continue };
-                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.measured.snapshot.deviation)?);
+                all.allan_axes.extend(allan_of_records(&channel.name, &same, first.measured.snapshot.deviation));
             }
         }
-        Ok(all)
+        all
     }
 
     /// All of them, in the order of the page.

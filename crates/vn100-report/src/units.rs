@@ -304,26 +304,17 @@ fn points(
         .collect()
 }
 
-/// The tests of one channel, by the order in which its octaves first come.
-#[derive(Debug, Clone)]
-pub struct TestsOfChannel<'a> {
-    /// Of the channel.
-    pub name: &'a str,
-    /// Of the channel.
-    pub unit: &'a str,
-    /// In the order of the comparison.
-    pub tests: Vec<&'a OctaveTest>,
-}
-
-/// The tests of all channels, those of one together.
+/// The tests of each channel together, in the order in which the channels first come.
 #[must_use]
-pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<TestsOfChannel<'_>> {
-    let mut channels: Vec<TestsOfChannel<'_>> = Vec::new();
+pub fn tests_by_channel(tests: &[OctaveTest]) -> Vec<Vec<&OctaveTest>> {
+    let mut channels: Vec<Vec<&OctaveTest>> = Vec::new();
     for test in tests {
-        let same = |channel: &&mut TestsOfChannel<'_>| (channel.name, channel.unit) == (&*test.channel, &*test.unit);
+        let same = |others: &&mut Vec<&OctaveTest>| {
+            others.first().is_some_and(|other| (&other.channel, &other.unit) == (&test.channel, &test.unit))
+        };
         match channels.iter_mut().find(same) {
-            Some(channel) => channel.tests.push(test),
-            None => channels.push(TestsOfChannel { name: &test.channel, unit: &test.unit, tests: vec![test] }),
+            Some(others) => others.push(test),
+            None => channels.push(vec![test]),
         }
     }
     channels

@@ -17,8 +17,7 @@ use super::{
 use crate::words::remedy_words;
 use vn100_analysis::Assessment;
 use vn100_report::{
-    Document, DrawingError, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of,
-    units::ChannelValues,
+    Document, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of, units::ChannelValues,
 };
 
 /// Writes both, and gives the message for the user. `assessment` is of the snapshot of the source:
@@ -45,15 +44,15 @@ fn write(
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let stem = stem(source);
     let mut files = vec![new_file(folder, &stem, "json", &json)?];
-    if let Some(figure) = picture(state, source).map_err(io::Error::other)? {
+    if let Some(figure) = picture(state, source) {
         files.push(new_file(folder, &stem, "svg", &figure.svg_file())?);
     }
     Ok(files)
 }
 
 /// The curves that are shown, in the unit chosen; `None` while there are none.
-pub(super) fn picture(state: &State, source: &Source) -> Result<Option<Figure>, DrawingError> {
-    let Some(group) = state.group(source) else { return Ok(None) };
+pub(super) fn picture(state: &State, source: &Source) -> Option<Figure> {
+    let group = state.group(source)?;
     let shown = Plot::new(state, source, &group);
     let channels = group.channels.iter().map(|place| &source.values[*place]);
     let channels: Vec<&ChannelValues> =

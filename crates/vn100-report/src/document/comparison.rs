@@ -6,12 +6,9 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use vn100_analysis::{Chance, ChannelMeans, Comparison, Ranking, RemedyWords, axes_name, sensor_of};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, Ranking, RemedyWords, axes_name, sensor_of};
 
-use crate::{
-    measured::Measured,
-    units::{TestsOfChannel, tests_by_channel},
-};
+use crate::{measured::Measured, units::tests_by_channel};
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
@@ -171,16 +168,17 @@ impl ComparisonDocument {
             corrected: chance.corrected,
             differs: comparison.is_significant(chance),
         };
-        let channels = tests_by_channel(&comparison.octaves).into_iter().map(|channel| {
-            let TestsOfChannel { name, unit, tests } = channel;
-            let octave = |test: &&vn100_analysis::OctaveTest| OctaveDocument {
-                tau_s: test.tau_s,
-                records: test.records,
-                deviations: test.deviations,
-                edf: test.edf,
-                verdict: verdict(test.chance),
-            };
-            ChannelDocument { name: name.into(), unit: unit.into(), octaves: tests.iter().map(octave).collect() }
+        let octave = |test: &OctaveTest| OctaveDocument {
+            tau_s: test.tau_s,
+            records: test.records,
+            deviations: test.deviations,
+            edf: test.edf,
+            verdict: verdict(test.chance),
+        };
+        let channels = tests_by_channel(&comparison.octaves).into_iter().filter_map(|tests| {
+            let OctaveTest { channel, unit, .. } = tests.first()?;
+            let octaves = tests.iter().map(|test| octave(test)).collect();
+            Some(ChannelDocument { name: channel.clone(), unit: unit.clone(), octaves })
         });
         let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
             record: disturbance.record,

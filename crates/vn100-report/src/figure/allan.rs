@@ -7,8 +7,8 @@ use imu_noise::{
 use vn100_analysis::ChannelNoise;
 
 use super::{
-    Axis, Colour, Dash, DrawingError, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale,
-    pretty_unit, quiet, solid,
+    Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
+    solid,
 };
 use crate::units::{ChannelValues, Point};
 
@@ -17,21 +17,18 @@ pub(crate) const FLAT: f64 = 0.664_28;
 
 /// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules
 /// read.
-pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
+pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
     axis_in(channel, 1.0, deviation)
 }
 
 /// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one channel
 /// alone with its model. `None` without any deviation.
-///
-/// # Errors
-/// None, unless this program was built with a damaged font.
 pub fn allan_in_unit(
     name_of_all: &str,
     channels: &[&ChannelValues],
     (unit, factor): (&str, f64),
     deviation: Deviation,
-) -> Result<Option<Figure>, DrawingError> {
+) -> Option<Figure> {
     let channels: Vec<ChannelValues> = (channels.iter())
         .map(|channel| ChannelValues {
             unit: unit.into(),
@@ -46,18 +43,18 @@ pub fn allan_in_unit(
 }
 
 /// With deviations that are `factor` times as large as the parameters say.
-fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Result<Option<Figure>, DrawingError> {
+fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option<Figure> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
     let model = model.map(|noise| Model { noise, factor });
     let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
-    let Some((x, y)) = axes(&[channel], &fitted, deviation) else { return Ok(None) };
+    let (x, y) = axes(&[channel], &fitted, deviation)?;
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
     }
     let id = format!("allan-{}", id_of(&channel.name));
     let title = format!("{}: {}", channel.name, name(deviation));
-    let mut plot = Plot::new(id, title, x, y, &legend)?;
+    let mut plot = Plot::new(id, title, x, y, &legend);
     if let Some(model) = &model {
         let marks = model.below(&plot);
         plot.draw(1, marks);
@@ -68,16 +65,11 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Result
         let marks = model.above(&plot, &channel.deviations);
         plot.draw(1, marks);
     }
-    Ok(Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)])))
+    Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))
 }
 
 /// The axes of one sensor together.
-pub(crate) fn allan_of_axes(
-    id: &str,
-    title: &str,
-    axes: &[&ChannelValues],
-    deviation: Deviation,
-) -> Result<Option<Figure>, DrawingError> {
+pub(crate) fn allan_of_axes(id: &str, title: &str, axes: &[&ChannelValues], deviation: Deviation) -> Option<Figure> {
     let named: Vec<_> = axes.iter().map(|channel| (channel.name.clone(), *channel)).collect();
     together(format!("allan-{id}"), title, &named, deviation)
 }
@@ -87,28 +79,23 @@ pub(crate) fn allan_of_records(
     channel: &str,
     records: &[(String, &ChannelValues)],
     deviation: Deviation,
-) -> Result<Option<Figure>, DrawingError> {
+) -> Option<Figure> {
     together(format!("records-{}", id_of(channel)), channel, records, deviation)
 }
 
-fn together(
-    id: String,
-    title: &str,
-    curves: &[(String, &ChannelValues)],
-    deviation: Deviation,
-) -> Result<Option<Figure>, DrawingError> {
+fn together(id: String, title: &str, curves: &[(String, &ChannelValues)], deviation: Deviation) -> Option<Figure> {
     let channels: Vec<_> = curves.iter().map(|(_, channel)| *channel).collect();
-    let Some((x, y)) = axes(&channels, &[], deviation) else { return Ok(None) };
+    let (x, y) = axes(&channels, &[], deviation)?;
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (name, _))| (Sample::Both(connecting(index), Shape::of_series(index)), short_name(name)))
         .collect();
-    let mut plot = Plot::new(id, format!("{title}: {}", name(deviation)), x, y, &legend)?;
+    let mut plot = Plot::new(id, format!("{title}: {}", name(deviation)), x, y, &legend);
     for (index, channel) in channels.iter().enumerate() {
         let marks = curve(&plot, index, &channel.deviations);
         plot.draw(index, marks);
     }
     let series = curves.iter().map(|(name, channel)| series(name.clone(), &channel.deviations)).collect();
-    Ok(Some(plot.done(series)))
+    Some(plot.done(series))
 }
 
 /// Both sides, around the deviations, their intervals and `more`.

@@ -2,15 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    Axis, Colour, DrawingError, Figure, Mark, Plot, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit,
-    solid,
-};
+use super::{Axis, Colour, Figure, Mark, Plot, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit, solid};
 use crate::units::{BarValues, ChannelValues};
 
 /// `None` without samples.
-pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>, DrawingError> {
-    let Some(BarValues { first, width, counts }) = &channel.bars else { return Ok(None) };
+pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
+    let BarValues { first, width, counts } = channel.bars.as_ref()?;
     let (width, counts) = &as_wide_as_steps(*width, counts);
     let edge = |bar: usize| first + width * bar as f64;
     let total = counts.iter().sum::<u64>() as f64;
@@ -32,7 +29,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>, Drawi
         legend.push((Sample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
     }
     let id = format!("histogram-{}", id_of(&channel.name));
-    let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend)?;
+    let mut plot = Plot::new(id, format!("{}: histogram", channel.name), x, y, &legend);
     let bars = counts.iter().enumerate().filter(|(_, count)| **count > 0);
     let corners =
         |bar: usize, count: f64| [(edge(bar), 0.0), (edge(bar), count), (edge(bar + 1), count), (edge(bar + 1), 0.0)];
@@ -55,7 +52,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Result<Option<Figure>, Drawi
         y: *count as f64,
         reach: None,
     });
-    Ok(Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }])))
+    Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }]))
 }
 
 /// Bars joined in pairs until none lies far below some near it on both sides: values that come in

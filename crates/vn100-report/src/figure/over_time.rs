@@ -2,15 +2,15 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Axis, Colour, Dash, DrawingError, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, allan::id_of,
-    axes::Scale, pretty_unit, solid,
+    Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, allan::id_of, axes::Scale,
+    pretty_unit, solid,
 };
 use crate::units::{BlockValues, ChannelValues};
 
 /// `None` without blocks. Times are of the data; `skipped_s` lie before the first.
-pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Result<Option<Figure>, DrawingError> {
+pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Option<Figure> {
     let blocks = channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks);
-    let Some(last) = blocks.last() else { return Ok(None) };
+    let last = blocks.last()?;
     let (unit, unit_s) = time_unit(skipped_s + last.start_s + last.duration_s);
     let start = |block: &BlockValues| (skipped_s + block.start_s) / unit_s;
     let end = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s) / unit_s;
@@ -26,7 +26,7 @@ pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Result<Option
         (Sample::Line(solid(1, 1.6)), "mean".to_owned()),
     ];
     let id = format!("time-{}", id_of(&channel.name));
-    let mut plot = Plot::new(id, format!("{}: time plot", channel.name), x, y, &legend)?;
+    let mut plot = Plot::new(id, format!("{}: time plot", channel.name), x, y, &legend);
     let mut marks = Vec::new();
     // nothing is drawn across a gap
     for run in blocks.chunk_by(|a, b| b.start_s - a.start_s <= 1.5 * a.duration_s) {
@@ -42,12 +42,8 @@ pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Result<Option
         y: block.mean,
         reach: Some((block.min, block.max)),
     };
-    Ok(Some(
-        plot.done(vec![Series {
-            name: "mean, smallest to largest".into(),
-            values: blocks.iter().map(value).collect(),
-        }]),
-    ))
+    let values = blocks.iter().map(value).collect();
+    Some(plot.done(vec![Series { name: "mean, smallest to largest".into(), values }]))
 }
 
 fn band(
@@ -74,12 +70,7 @@ fn time_unit(length_s: f64) -> (&'static str, f64) {
 }
 
 /// `None` without segments of two samples. Times are of the data; `skipped_s` lie before the first.
-pub(crate) fn segments(
-    id: &str,
-    title: &str,
-    channels: &[&ChannelValues],
-    skipped_s: f64,
-) -> Result<Option<Figure>, DrawingError> {
+pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues], skipped_s: f64) -> Option<Figure> {
     let blocks = |channel: &&ChannelValues| channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks).to_vec();
     let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
     let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
@@ -88,9 +79,7 @@ pub(crate) fn segments(
     let curves: Vec<Vec<(f64, f64)>> = (of_channels.iter())
         .map(|blocks| blocks.iter().filter_map(|block| Some((middle(block), block.std?))).collect())
         .collect();
-    let Some(first) = channels.first().filter(|_| curves.iter().any(|points| !points.is_empty())) else {
-        return Ok(None);
-    };
+    let first = channels.first().filter(|_| curves.iter().any(|points| !points.is_empty()))?;
     let x = Axis::new("time", unit, Scale::around(curves.iter().flatten().map(|(x, _)| *x), false));
     let highest = curves.iter().flatten().map(|(_, std)| *std).fold(0.0, f64::max);
     let y = Axis::new(
@@ -102,11 +91,11 @@ pub(crate) fn segments(
     let legend: Vec<_> = (channels.iter().enumerate())
         .map(|(index, channel)| (Sample::Both(stroke(index), Shape::of_series(index)), channel.name.clone()))
         .collect();
-    let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend)?;
+    let mut plot = Plot::new(format!("segments-{id}"), format!("{title}: deviation per segment"), x, y, &legend);
     for (index, points) in curves.iter().enumerate() {
         let marks = plot.marked_line(index, points, stroke(index));
         plot.draw(index, marks);
     }
     let series = channels.iter().zip(&curves).map(|(channel, points)| Series::of(&channel.name, points));
-    Ok(Some(plot.done(series.collect())))
+    Some(plot.done(series.collect()))
 }

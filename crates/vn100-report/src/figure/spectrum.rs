@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Axis, Colour, Dash, DrawingError, Figure, Plot, Sample, Series, Shape, Stroke, axes::Scale, pretty_unit};
+use super::{Axis, Colour, Dash, Figure, Plot, Sample, Series, Shape, Stroke, axes::Scale, pretty_unit};
 use crate::{findings::shakes, units::ChannelValues};
 
 /// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would
@@ -12,7 +12,7 @@ const APART: f64 = 0.12;
 const MOST_LABELS: usize = 6;
 
 /// `None` where the record is too short for one. The density is one-sided.
-pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Result<Option<Figure>, DrawingError> {
+pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Option<Figure> {
     let curves: Vec<(&ChannelValues, Vec<(f64, f64)>)> = (channels.iter())
         .filter_map(|channel| {
             let density = channel.signal.as_ref()?.density.as_ref()?;
@@ -23,7 +23,7 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
         })
         .collect();
     let all = || curves.iter().flat_map(|(_, points)| points);
-    let Some((first, _)) = curves.first().filter(|_| all().next().is_some()) else { return Ok(None) };
+    let (first, _) = curves.first().filter(|_| all().next().is_some())?;
     let x = Axis::new("frequency", "Hz", Scale::around(all().map(|(frequency, _)| *frequency), true));
     let y = Axis::new(
         "amplitude density",
@@ -34,7 +34,7 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (channel, _))| (Sample::Line(stroke(index)), channel.name.clone()))
         .collect();
-    let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend)?;
+    let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend);
     let mut peaks: Vec<Peak> =
         curves.iter().enumerate().flat_map(|(series, (channel, points))| peaks_of(series, channel, points)).collect();
     peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
@@ -53,7 +53,7 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Re
         plot.draw(index, marks);
     }
     let series = curves.iter().map(|(channel, points)| Series::of(&channel.name, points));
-    Ok(Some(plot.done(series.collect())))
+    Some(plot.done(series.collect()))
 }
 
 struct Peak {

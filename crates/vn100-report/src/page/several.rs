@@ -82,8 +82,8 @@ fn octaves(comparison: &Comparison) -> Markup {
     let channels = tests_by_channel(&comparison.octaves);
     let rows: Vec<(String, usize, Vec<OctaveTest>)> = (channels.iter())
         .flat_map(|channel| {
-            let pairs = channel.tests.chunk_by(|a, b| a.records == b.records);
-            pairs.map(|pair| (channel.name.to_owned(), pair.len(), differ(pair))).collect::<Vec<_>>()
+            let pairs = channel.chunk_by(|a, b| a.records == b.records);
+            pairs.map(|pair| (pair[0].channel.clone(), pair.len(), differ(pair))).collect::<Vec<_>>()
         })
         .filter(|(.., differ)| !differ.is_empty())
         .collect();
