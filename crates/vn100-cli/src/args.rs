@@ -6,7 +6,7 @@ mod measure;
 use std::{path::PathBuf, time::Duration};
 
 use clap::{
-    CommandFactory, Parser, Subcommand,
+    CommandFactory, Parser,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
     error::ErrorKind,
 };
@@ -32,21 +32,21 @@ use measure::{confidence, length};
 )]
 pub(crate) struct Args {
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) command: Subcommand,
 }
 
 impl Args {
     /// Refuses what single options cannot.
     pub(crate) fn checked(self) -> Result<Self, clap::Error> {
         let refusal = match &self.command {
-            Command::Attach(args) if args.measure.estimator == Estimator::Full => Some(
+            Subcommand::Attach(args) if args.measure.estimator == Estimator::Full => Some(
                 "--estimator full is for replay: its memory grows with the record, and a live sensor has no end. Record it, and replay that"
                     .into(),
             ),
-            Command::Attach(args) if args.recording.resume && args.record.is_empty() => {
+            Subcommand::Attach(args) if args.recording.resume && args.record.is_empty() => {
                 Some("--resume goes on with a recording: name it with --record".into())
             }
-            Command::Attach(AttachArgs { change, .. }) | Command::Record(RecordArgs { change, .. }) => {
+            Subcommand::Attach(AttachArgs { change, .. }) | Subcommand::Record(RecordArgs { change, .. }) => {
                 change.not_measured()
             }
             _ => None,
@@ -58,8 +58,8 @@ impl Args {
     }
 }
 
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Subcommand {
     /// Measure live sensors, until stopped; nothing is changed on them unless asked
     Attach(AttachArgs),
     /// Record a live sensor without measuring anything

@@ -22,7 +22,7 @@ use crate::{
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated, print_state},
-    status::{Status, StatusLine},
+    status::{StatusLine, StatusLines},
     user_files::{evaluation, read_conditions},
     view::{self, MessageQueue, SourceMonitor, View},
     words::{self, remedy_words},
@@ -60,9 +60,9 @@ async fn attach_all(
     let mut settings = Settings { recent: messages.is_some(), ..args.measure.settings() };
     if messages.is_none() && format != OutputFormat::Ndjson {
         // the status lines are not redrawn more often
-        settings.watch_every = Status::PERIOD;
+        settings.watch_every = StatusLines::PERIOD;
     }
-    let status = Status::new(messages.clone(), logs_to_terminal);
+    let status = StatusLines::new(messages.clone(), logs_to_terminal);
     let job = Arc::new(Job { settings, evaluation, format, conditions, status, log, args });
     let recordings = job.args.record.iter().cloned().map(Some).chain(std::iter::repeat(None));
     let mut monitors = Vec::new();
@@ -108,7 +108,7 @@ struct Job {
     format: OutputFormat,
     /// As the user wrote them down.
     conditions: BTreeMap<String, String>,
-    status: Status,
+    status: StatusLines,
     log: Entries,
 }
 
@@ -196,7 +196,7 @@ async fn follow(
     let mut line: Option<StatusLine> = None;
     let mut link = None;
     let mut written_second = 0;
-    let mut ticks = time::interval(Status::PERIOD);
+    let mut ticks = time::interval(StatusLines::PERIOD);
     loop {
         tokio::select! {
             // those that wait stand before the result

@@ -29,25 +29,25 @@ use clap::Parser;
 use vn100_pipeline::LiveError;
 use vn100_report::Completion;
 
-use crate::args::{Args, Command, OutputFormat};
+use crate::args::{Args, OutputFormat, Subcommand};
 
 fn main() -> ExitCode {
     let result = match Args::try_parse().and_then(Args::checked).unwrap_or_else(|error| exit::usage(&error)).command {
-        Command::Attach(args) => {
+        Subcommand::Attach(args) => {
             let format = args.result.format();
             attach::attach(args, format)
         }
-        Command::Record(args) => attach::attach(args.into(), OutputFormat::Summary),
-        Command::Info(args) => sensor::info(args),
-        Command::Configure(args) => sensor::configure(args),
-        Command::Replay(args) => replay::replay(&args),
-        Command::Compare(args) => compare::compare(&args),
-        Command::Plan(args) => plan::plan(&args),
-        Command::Report(args) => report::report(&args),
-        Command::Sim(args) => sim::sim(&args),
-        Command::Ports(args) => ports::ports(&args),
-        Command::Completions(args) => documentation::completions(&args),
-        Command::Man(args) => documentation::man(&args),
+        Subcommand::Record(args) => attach::attach(args.into(), OutputFormat::Summary),
+        Subcommand::Info(args) => sensor::info(args),
+        Subcommand::Configure(args) => sensor::configure(args),
+        Subcommand::Replay(args) => replay::replay(&args),
+        Subcommand::Compare(args) => compare::compare(&args),
+        Subcommand::Plan(args) => plan::plan(&args),
+        Subcommand::Report(args) => report::report(&args),
+        Subcommand::Sim(args) => sim::sim(&args),
+        Subcommand::Ports(args) => ports::ports(&args),
+        Subcommand::Completions(args) => documentation::completions(&args),
+        Subcommand::Man(args) => documentation::man(&args),
     };
     let completion = match result {
         Ok(completion) => completion,

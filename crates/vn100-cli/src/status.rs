@@ -16,13 +16,13 @@ use crate::{
 
 /// The lines of all sources. Where stderr is no terminal, only link events are written.
 #[derive(Clone)]
-pub(crate) struct Status {
+pub(crate) struct StatusLines {
     lines: MultiProgress,
     /// Where words go while a view has the terminal.
     view: Option<MessageQueue>,
 }
 
-impl Status {
+impl StatusLines {
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
     /// Lines on stderr; none where a view takes the messages, or the log goes to the terminal.
@@ -60,7 +60,7 @@ impl Status {
 
 pub(crate) struct StatusLine {
     bar: ProgressBar,
-    status: Status,
+    status: StatusLines,
     name: String,
     reported: Option<LinkState>,
     failure_reported: bool,
@@ -250,7 +250,7 @@ mod tests {
     #[test]
     fn the_latency_hint_is_reported_once() {
         let messages = MessageQueue::default();
-        let mut line = Status::new(Some(messages.clone()), false).line("/dev/imu");
+        let mut line = StatusLines::new(Some(messages.clone()), false).line("/dev/imu");
         let timer = LatencyTimer { ms: 16, advice: Some("the adapter keeps bytes for up to 16 ms".into()) };
         let up = Up { latency_timer: Some(timer), ..connected() };
         let again = Up { since_ns: 1, ..up.clone() };

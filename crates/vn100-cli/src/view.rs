@@ -38,8 +38,8 @@ use ratatui::{
     crossterm::event::{Event, KeyEventKind},
 };
 use save::save;
-use source::Source;
-use state::{Request, State, mouse};
+use source::SourceView;
+use state::{ViewRequest, ViewState, mouse};
 use terminal::{Screen, leave_screen, next_event};
 use theme::Theme;
 use tokio::{sync::oneshot, task::spawn_blocking, time::timeout};
@@ -75,7 +75,7 @@ impl View {
         let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
         let screen = Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
         let close = CancellationToken::new();
-        let shared = Shared { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
+        let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
         let theme = Theme::of_terminal();
         thread::Builder::new()
@@ -192,7 +192,7 @@ const LOOK: Duration = Duration::from_millis(250);
 /// How long a message takes the place of the keys.
 const MESSAGE_FOR: Duration = Duration::from_secs(6);
 
-pub(crate) struct Shared {
+pub(crate) struct ViewContext {
     /// The view asks for the end.
     pub(crate) stop: CancellationToken,
     /// The program asks the view to end.
@@ -210,10 +210,10 @@ pub(crate) enum Ended {
 }
 
 /// Runs until it is closed, or the terminal is gone.
-fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, shared: &Shared) -> Ended {
+fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, shared: &ViewContext) -> Ended {
     let started = Instant::now();
-    let mut state = State::new(monitors.len());
-    let mut shown: Vec<Source> = monitors.iter().map(|source| source.shown.clone()).collect();
+    let mut state = ViewState::new(monitors.len());
+    let mut shown: Vec<SourceView> = monitors.iter().map(|source| source.shown.clone()).collect();
     let mut regions = Regions::default();
     let mut last_screen = None;
     let mut keep_screen = false;
@@ -286,25 +286,25 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
             Err(_) => return Ended::TerminalGone,
         };
         match request {
-            Some(Request::Quit { keep_screen: keep }) => {
+            Some(ViewRequest::Quit { keep_screen: keep }) => {
                 keep_screen = keep;
                 state.message = Some("Ending: the result follows.".into());
                 shared.stop.cancel();
             }
-            Some(Request::Suspend) => {
+            Some(ViewRequest::Suspend) => {
                 if screen.suspend().is_err() {
                     return Ended::TerminalGone;
                 }
                 dirty = true;
             }
-            Some(Request::Save) => {
+            Some(ViewRequest::Save) => {
                 let chosen = shown.get(state.source).zip(monitors.get(state.source));
                 let saved = chosen.map(|(source, monitors)| {
                     save(&state, source, monitors.assess(&source.snapshot), &shared.evaluation)
                 });
                 state.message = saved;
             }
-            Some(Request::Control(command)) => {
+            Some(ViewRequest::Control(command)) => {
                 if let Some(source) = monitors.get(state.source) {
                     state.message = source.command(command);
                 }

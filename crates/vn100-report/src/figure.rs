@@ -26,7 +26,7 @@ pub(crate) use axes::superscript;
 pub(crate) use axes::{Axis, Scale};
 use axes::{LETTERS, Place, frame};
 pub(crate) use drawing::Rectangle;
-use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Mark, Shape, Stroke};
+use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Primitive, Shape, Stroke};
 use font::Font;
 
 const WIDTH: f64 = 480.0;
@@ -125,8 +125,13 @@ impl Plot {
             .map(|label| LETTERS * width(label))
             .fold(0.0, f64::max);
         let left = widest + LETTERS + 16.0;
-        let title_mark =
-            Mark::Text { at: (left, 17.0), text: title.clone(), size: TITLE, anchor: Anchor::Start, upwards: false };
+        let title_mark = Primitive::Text {
+            at: (left, 17.0),
+            text: title.clone(),
+            size: TITLE,
+            anchor: Anchor::Start,
+            upwards: false,
+        };
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
             let entry = 28.0 + LETTERS * width(text) + 12.0;
@@ -135,7 +140,13 @@ impl Plot {
             }
             sample.draw((x_next, y_next - 4.0), &mut marks);
             let at = (x_next + 28.0, y_next);
-            marks.push(Mark::Text { at, text: text.clone(), size: LETTERS, anchor: Anchor::Start, upwards: false });
+            marks.push(Primitive::Text {
+                at,
+                text: text.clone(),
+                size: LETTERS,
+                anchor: Anchor::Start,
+                upwards: false,
+            });
             x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
@@ -151,38 +162,38 @@ impl Plot {
     }
 
     /// Draws in a layer of its own that belongs to `series`.
-    fn draw(&mut self, series: usize, marks: Vec<Mark>) {
+    fn draw(&mut self, series: usize, marks: Vec<Primitive>) {
         let kind = LayerKind::Data { series, clip: self.place.area };
         self.figure.drawing.layers.push(Layer { kind, marks });
     }
 
-    fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Mark {
-        Mark::Line { points: values.into_iter().map(|(x, y)| self.place.of(x, y)).collect(), stroke }
+    fn line(&self, values: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) -> Primitive {
+        Primitive::Line { points: values.into_iter().map(|(x, y)| self.place.of(x, y)).collect(), stroke }
     }
 
     /// A line through these places, with the symbol of the series at each.
-    fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Mark> {
+    fn marked_line(&self, series: usize, values: &[(f64, f64)], stroke: Stroke) -> Vec<Primitive> {
         let symbol = |(x, y): &(f64, f64)| self.symbol(*x, *y, Shape::of_series(series), Colour::Series(series));
         let line = self.line(values.iter().copied(), stroke);
         [line].into_iter().chain(values.iter().map(symbol)).collect()
     }
 
-    fn symbol(&self, x: f64, y: f64, shape: Shape, colour: Colour) -> Mark {
-        Mark::Symbol { at: self.place.of(x, y), shape, colour }
+    fn symbol(&self, x: f64, y: f64, shape: Shape, colour: Colour) -> Primitive {
+        Primitive::Symbol { at: self.place.of(x, y), shape, colour }
     }
 
     /// A short text above and right of a place, or left of it near the right edge.
-    fn note(&self, x: f64, y: f64, text: String) -> Mark {
+    fn note(&self, x: f64, y: f64, text: String) -> Primitive {
         let (left, top) = self.place.of(x, y);
         let near_edge = self.place.x.share(x) > 0.7;
         let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
-        Mark::Text { at: (left + off, top - 5.0), text, size: LETTERS, anchor, upwards: false }
+        Primitive::Text { at: (left + off, top - 5.0), text, size: LETTERS, anchor, upwards: false }
     }
 
     /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
-    fn note_at_edge(&self, y: f64, text: String) -> Mark {
+    fn note_at_edge(&self, y: f64, text: String) -> Primitive {
         let (left, top) = (self.place.area.left, self.place.of(1.0, y).1);
-        Mark::Text { at: (left + 8.0, top - 5.0), text, size: LETTERS, anchor: Anchor::Start, upwards: false }
+        Primitive::Text { at: (left + 8.0, top - 5.0), text, size: LETTERS, anchor: Anchor::Start, upwards: false }
     }
 
     fn done(self, series: Vec<Series>) -> Figure {
@@ -191,9 +202,9 @@ impl Plot {
 }
 
 impl Sample {
-    fn draw(self, (x, y): drawing::At, marks: &mut Vec<Mark>) {
-        let line = |stroke| Mark::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
-        let symbol = |shape, colour| Mark::Symbol { at: (x + 11.0, y), shape, colour };
+    fn draw(self, (x, y): drawing::At, marks: &mut Vec<Primitive>) {
+        let line = |stroke| Primitive::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
+        let symbol = |shape, colour| Primitive::Symbol { at: (x + 11.0, y), shape, colour };
         match self {
             Self::Line(stroke) => marks.push(line(stroke)),
             Self::Symbol(shape, colour) => marks.push(symbol(shape, colour)),
@@ -201,7 +212,7 @@ impl Sample {
             Self::Area(colour, opacity) => {
                 let corners = [(0.0, -5.0), (22.0, -5.0), (22.0, 5.0), (0.0, 5.0)];
                 let points = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
-                marks.push(Mark::Area { points, colour, opacity });
+                marks.push(Primitive::Area { points, colour, opacity });
             }
         }
     }

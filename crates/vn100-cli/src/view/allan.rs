@@ -23,7 +23,7 @@ use super::{
     curve::{Curve, LogAxis, Plot, next_octave},
     draw::{Regions, Scene, framed},
     parameters,
-    source::{Phase, Source},
+    source::{SourcePhase, SourceView},
     state::Panel,
     theme::{SIGNS, Theme},
 };
@@ -36,7 +36,7 @@ pub(crate) fn draw(
     frame: &mut Frame<'_>,
     area: Rect,
     scene: Scene<'_>,
-    source: &Source,
+    source: &SourceView,
     regions: &mut Regions,
     alone: bool,
 ) {
@@ -64,12 +64,12 @@ pub(crate) fn draw(
 
 /// Which sign is which axis, and when the next point comes; in fewer words where there is no room
 /// for all.
-fn legend_line(theme: Theme, source: &Source, plot: &Plot, width: u16) -> Line<'static> {
+fn legend_line(theme: Theme, source: &SourceView, plot: &Plot, width: u16) -> Line<'static> {
     let whole = legend(theme, source, plot, true);
     if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }
 }
 
-fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'static> {
+fn legend(theme: Theme, source: &SourceView, plot: &Plot, whole: bool) -> Line<'static> {
     let mut spans = Vec::new();
     for curve in &plot.curves {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
@@ -82,7 +82,7 @@ fn legend(theme: Theme, source: &Source, plot: &Plot, whole: bool) -> Line<'stat
         spans.push(Span::styled(text, theme.faint()));
     }
     // nothing is to be waited for behind the end
-    let over = matches!(source.phase, Phase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
+    let over = matches!(source.phase, SourcePhase::Ended(_)) || source.playback.is_some_and(|at| at.at_end);
     if let Some(next) = next_octave(source).filter(|_| !over) {
         let (tau, wait) = (tau(next.tau_s), time(next.wait_s.ceil()));
         let when = match (next.broken, whole) {

@@ -22,7 +22,7 @@ use vn100_report::{
 
 use super::{
     draw::{Regions, Scene, framed},
-    source::{Group, Source},
+    source::{Group, SourceView},
     state::Panel,
     theme::Theme,
 };
@@ -31,7 +31,7 @@ pub(crate) fn draw_statistics(
     frame: &mut Frame<'_>,
     area: Rect,
     scene: Scene<'_>,
-    source: &Source,
+    source: &SourceView,
     regions: &mut Regions,
 ) {
     let block = framed(scene, Panel::Statistics, "Statistics".into());
@@ -94,7 +94,7 @@ const MOST_SLOTS: usize = 480;
 /// The least columns of the signal, with the frame.
 pub(crate) const SIGNAL_WIDTH: u16 = 44;
 
-pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.values[place];
     let block = framed(scene, Panel::Signal, format!("Signal of {}, {}", channel.name, channel.unit));
@@ -123,7 +123,7 @@ fn axis(group: &Group, place: usize) -> usize {
     group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
 
-fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, place: usize, color: Color) {
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView, place: usize, color: Color) {
     let decimals = source.values[place].decimals;
     let labels = values_width(&source.values[place]);
     let [title, chart, below] = parts(area);
@@ -246,7 +246,7 @@ fn draw_histogram(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, channel: 
 
 /// Values of one column, in the unit of the channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Column {
+pub(crate) struct HistoryColumn {
     pub(crate) min: f64,
     pub(crate) max: f64,
     pub(crate) mean: f64,
@@ -255,14 +255,14 @@ pub(crate) struct Column {
 /// The oldest column first; `None` where nothing came.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct History {
-    pub(crate) columns: Vec<Option<Column>>,
+    pub(crate) columns: Vec<Option<HistoryColumn>>,
     /// Data time of a column, in seconds.
     pub(crate) column_s: f64,
 }
 
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-impl Source {
+impl SourceView {
     /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed
     /// times, so that they do not flicker.
     pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
@@ -289,7 +289,7 @@ impl Source {
         }
         let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
         history.extend(merged.into_iter().map(|slot| {
-            slot.map(|slot| Column {
+            slot.map(|slot| HistoryColumn {
                 min: value(slot.min as f64),
                 max: value(slot.max as f64),
                 mean: value(slot.sum as f64 / f64::from(slot.count)),
@@ -307,7 +307,7 @@ impl Source {
         let means = history.columns.iter().flatten().map(|column| column.mean);
         let (low, high) =
             means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| (low.min(mean), high.max(mean)));
-        let bar = |column: &Option<Column>| {
+        let bar = |column: &Option<HistoryColumn>| {
             column.map_or(' ', |column| {
                 let height = (column.mean - low) / (high - low);
                 BARS[if height.is_finite() { (height * 7.0).round() as usize } else { 3 }.min(7)]

@@ -6,8 +6,8 @@ use vn100_analysis::{letter, sensor_of};
 use vn100_report::units::{ChannelValues, Point};
 
 use super::{
-    source::{Group, Source},
-    state::{Axes, State},
+    source::{Group, SourceView},
+    state::{Axes, ViewState},
 };
 
 /// Places along an octave where the model is drawn.
@@ -37,17 +37,17 @@ pub(crate) struct ModelLine {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
-fn unit(group: &Group, state: &State) -> Option<Convention> {
+fn unit(group: &Group, state: &ViewState) -> Option<Convention> {
     sensor_of(group.quantity).map(|sensor| convention(sensor, Term::BiasInstability, state.units))
 }
 
 /// Deviations in the unit chosen, over those in the unit of the channel.
-pub(super) fn factor(group: &Group, state: &State) -> f64 {
+pub(super) fn factor(group: &Group, state: &ViewState) -> f64 {
     unit(group, state).map_or(1.0, |unit| unit.factor)
 }
 
 impl Plot {
-    pub(crate) fn new(state: &State, source: &Source, group: &Group) -> Self {
+    pub(crate) fn new(state: &ViewState, source: &SourceView, group: &Group) -> Self {
         let unit = unit(group, state);
         let factor = factor(group, state);
         let axes = group.channels.iter().enumerate();
@@ -78,7 +78,7 @@ impl Plot {
 
 /// The parts of the noise that were estimated, over the averaging times they were fitted to, and
 /// their sum.
-fn model(source: &Source, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
+fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
     let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
         return Vec::new();
     };
@@ -123,7 +123,7 @@ pub(crate) struct NextOctave {
 
 /// The octave that will be observable next, and how long that takes; `None` before the first
 /// sample.
-pub(crate) fn next_octave(source: &Source) -> Option<NextOctave> {
+pub(crate) fn next_octave(source: &SourceView) -> Option<NextOctave> {
     let snapshot = &source.snapshot;
     let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();
     let m = longest.map_or(1, |m| 2 * m);
@@ -147,7 +147,7 @@ pub(crate) struct LogAxis {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Tick {
+pub(crate) struct GridLine {
     /// Decimal logarithm.
     pub(crate) at: f64,
     pub(crate) label: String,
@@ -185,7 +185,7 @@ impl LogAxis {
 
     /// The decades within, every second or third where there are more than `most`; with few decades
     /// twos and fives too.
-    pub(crate) fn ticks(self, most: usize) -> Vec<Tick> {
+    pub(crate) fn ticks(self, most: usize) -> Vec<GridLine> {
         let (first, last) = (self.low.ceil() as i32, self.high.floor() as i32);
         let decades = (last - first + 1).max(0) as usize;
         let mut ticks = Vec::new();
@@ -209,13 +209,13 @@ impl LogAxis {
     }
 }
 
-fn tick(digit: i32, exponent: i32) -> Tick {
+fn tick(digit: i32, exponent: i32) -> GridLine {
     let label = match exponent {
         0..=3 => (digit * 10_i32.pow(exponent as u32)).to_string(),
         -2..0 => format!("{:.*}", -exponent as usize, f64::from(digit) * 10_f64.powi(exponent)),
         _ => format!("{digit}e{exponent}"),
     };
-    Tick { at: f64::from(digit).log10() + f64::from(exponent), label }
+    GridLine { at: f64::from(digit).log10() + f64::from(exponent), label }
 }
 
 /// Places among the conventions of N, B and K. Deviations are in the unit of B.

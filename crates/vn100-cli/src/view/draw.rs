@@ -13,8 +13,8 @@ use vn100_report::names::names_of;
 
 use super::{
     allan, channels, health, keys, parameters,
-    source::Source,
-    state::{Panel, State},
+    source::SourceView,
+    state::{Panel, ViewState},
     theme::Theme,
     warnings,
 };
@@ -36,13 +36,13 @@ pub(crate) struct Regions {
 
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
-    pub(crate) state: &'a State,
-    pub(crate) sources: &'a [Source],
+    pub(crate) state: &'a ViewState,
+    pub(crate) sources: &'a [SourceView],
     pub(crate) theme: Theme,
 }
 
 impl<'a> Scene<'a> {
-    pub(crate) fn source(self) -> Option<&'a Source> {
+    pub(crate) fn source(self) -> Option<&'a SourceView> {
         self.sources.get(self.state.source)
     }
 }
@@ -79,7 +79,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
     regions
 }
 
-fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, regions: &mut Regions) {
+fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView, regions: &mut Regions) {
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
     let warning_rows = warnings::rows(source, if all { 4 } else { 2 });
     let head_rows = if source.playback.is_some() { 4 } else { 3 };
@@ -124,7 +124,7 @@ fn panel(
     frame: &mut Frame<'_>,
     area: Rect,
     scene: Scene<'_>,
-    source: &Source,
+    source: &SourceView,
     panel: Panel,
     regions: &mut Regions,
     alone: bool,
@@ -140,7 +140,14 @@ fn panel(
 }
 
 /// The sensors by their numbers, and the panels unless all of them are there.
-fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source, all: bool, regions: &mut Regions) {
+fn draw_tabs(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    scene: Scene<'_>,
+    source: &SourceView,
+    all: bool,
+    regions: &mut Regions,
+) {
     let (state, theme) = (scene.state, scene.theme);
     let mut spans = Vec::new();
     let mut x = area.x;

@@ -23,7 +23,7 @@ use vn100_report::{
 use super::{
     curve::{convention, shown_unit},
     draw::Scene,
-    source::{Phase, Source},
+    source::{SourcePhase, SourceView},
     theme::Theme,
     warnings::shortened,
 };
@@ -43,7 +43,7 @@ enum Detail {
 }
 
 /// Draws it; gives the place of the progress bar, empty without one.
-pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) -> Rect {
+pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) -> Rect {
     let width = usize::from(area.width);
     let lines = vec![
         first(scene, source, width),
@@ -85,13 +85,13 @@ fn fitting(width: usize, line: impl Fn(Detail) -> Line<'static>) -> Line<'static
     DETAILS.into_iter().map(&line).find(|line| line.width() <= width).unwrap_or_else(|| line(Detail::Least))
 }
 
-pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
+pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
     let speed = |up: &Up| up.baud.map_or(String::new(), |baud| format!(" {baud} baud"));
     match (&source.phase, &source.link) {
-        (Phase::Preparing, _) => ("preparing".into(), theme.warning()),
-        (Phase::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
-        (Phase::Ended(None), _) => ("ended".into(), Style::new()),
-        (Phase::Measuring, None) => match source.playback {
+        (SourcePhase::Preparing, _) => ("preparing".into(), theme.warning()),
+        (SourcePhase::Ended(Some(_)), _) => ("ENDED".into(), theme.bad()),
+        (SourcePhase::Ended(None), _) => ("ended".into(), Style::new()),
+        (SourcePhase::Measuring, None) => match source.playback {
             // as much as was to be measured
             Some(playback) if playback.at_end && source.progress().is_some_and(|part| part < 1.0) => {
                 ("read as far as asked".into(), Style::new())
@@ -100,7 +100,7 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
             Some(playback) if playback.paused => ("paused".into(), theme.warning()),
             _ => ("reading".into(), theme.good()),
         },
-        (Phase::Measuring, Some(link)) => match link {
+        (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Up(up) => (format!("● up{}", speed(up)), theme.good()),
             LinkState::Silent(up) => (format!("SILENT{}", speed(up)), theme.bad()),
             LinkState::Down { was_up: true, .. } => (link_name(link), theme.bad()),
@@ -114,7 +114,7 @@ pub(crate) fn link_word(source: &Source, theme: Theme) -> (String, Style) {
 
 /// The name is cut where there is no room for all of it: what stands behind it changes, and it does
 /// not.
-fn first(scene: Scene<'_>, source: &Source, width: usize) -> Line<'static> {
+fn first(scene: Scene<'_>, source: &SourceView, width: usize) -> Line<'static> {
     let theme = scene.theme;
     let line = |name: String| {
         let mut parts = Parts::new();
@@ -138,7 +138,7 @@ fn first(scene: Scene<'_>, source: &Source, width: usize) -> Line<'static> {
     line(shortened(&source.name, width.saturating_sub(beside).max(LEAST_NAME)))
 }
 
-fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
+fn second(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     match timing.rate_from {
@@ -178,7 +178,7 @@ fn second(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
     parts.line()
 }
 
-fn third(theme: Theme, source: &Source, detail: Detail) -> Line<'static> {
+fn third(theme: Theme, source: &SourceView, detail: Detail) -> Line<'static> {
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
     let mut parts = Parts::new();
     let counted = |count: u64| if count > 0 { theme.warning() } else { Style::new() };
@@ -266,7 +266,7 @@ pub(crate) fn draw_overview(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>)
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Line<'static>> {
+fn one(scene: Scene<'_>, place: usize, source: &SourceView, width: usize) -> Vec<Line<'static>> {
     let theme = scene.theme;
     let (word, style) = link_word(source, theme);
     let (snapshot, timing) = (&source.snapshot, &source.snapshot.timing);
@@ -290,8 +290,8 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     let counts = counts + &measured.map_or(String::new(), |hz| format!("  {hz:.3} Hz measured"));
     let noise = [Quantity::AngularRate, Quantity::Acceleration].map(|quantity| white_noise(scene, source, quantity));
     let mut warned: Vec<String> = match &source.phase {
-        Phase::Ended(reason) => reason.iter().cloned().collect(),
-        Phase::Preparing | Phase::Measuring => Vec::new(),
+        SourcePhase::Ended(reason) => reason.iter().cloned().collect(),
+        SourcePhase::Preparing | SourcePhase::Measuring => Vec::new(),
     };
     warned.extend(source.errors());
     let broken = !warned.is_empty();
@@ -311,7 +311,7 @@ fn one(scene: Scene<'_>, place: usize, source: &Source, width: usize) -> Vec<Lin
     ]
 }
 
-fn white_noise(scene: Scene<'_>, source: &Source, quantity: Quantity) -> String {
+fn white_noise(scene: Scene<'_>, source: &SourceView, quantity: Quantity) -> String {
     let Some(unit) = sensor_of(quantity).map(|sensor| convention(sensor, Term::White, scene.state.units)) else {
         return String::new();
     };

@@ -21,7 +21,7 @@ use vn100_report::{
 use super::{
     curve::{convention, shown_unit},
     draw::{Scene, framed},
-    source::{Group, Source},
+    source::{Group, SourceView},
     state::{Axes, Panel},
     theme::SIGNS,
 };
@@ -42,7 +42,7 @@ const TERMS: [(Term, &str); 4] = [
     (Term::RateRandomWalk, "rate random walk"),
 ];
 
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     let Some(group) = scene.state.group(source) else { return };
     let level = 100.0 * source.assessment.confidence;
     let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
@@ -63,7 +63,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
 }
 
 /// N of all axes in a line, for a screen that has no room for the panel.
-pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Option<Line<'static>> {
+pub(crate) fn summary(scene: Scene<'_>, source: &SourceView, group: &Group) -> Option<Line<'static>> {
     let unit = convention(sensor_of(group.quantity)?, Term::White, scene.state.units);
     let mut spans = vec![Span::styled(" N", Style::new().bold())];
     for (axis, place) in group.channels.iter().enumerate() {
@@ -81,7 +81,7 @@ pub(crate) fn summary(scene: Scene<'_>, source: &Source, group: &Group) -> Optio
     Some(Line::from(spans))
 }
 
-fn lines(scene: Scene<'_>, source: &Source, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
+fn lines(scene: Scene<'_>, source: &SourceView, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
     let theme = scene.theme;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
@@ -215,7 +215,7 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
 
 /// N of the sensor itself in SI units, and how many times as high it reads in the stream; `None`
 /// where that is the same, or not known.
-fn own_white(source: &Source, place: usize) -> Option<(f64, f64)> {
+fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
     let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
@@ -238,7 +238,7 @@ fn seen_later(axes: &[&ChannelValues], factor: f64) -> Option<String> {
 }
 
 /// Why the numbers are not, or not quite, those of the sensor.
-fn doubts(source: &Source, axes: &[&ChannelValues]) -> Vec<String> {
+fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
     let mut doubts = Vec::new();
     if source.assessment.motion.is_some() {
         doubts.push("! the sensor was moved: these are of the motion, not its noise".to_owned());

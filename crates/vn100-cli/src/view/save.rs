@@ -11,8 +11,8 @@ use std::{
 
 use super::{
     curve::{Plot, factor},
-    source::Source,
-    state::State,
+    source::SourceView,
+    state::ViewState,
 };
 use crate::words::remedy_words;
 use vn100_analysis::Assessment;
@@ -22,7 +22,7 @@ use vn100_report::{
 
 /// Writes both, and gives the message for the user. `assessment` is of the snapshot of the source:
 /// the one shown may be of a record a twentieth shorter.
-pub(crate) fn save(state: &State, source: &Source, assessment: Assessment, evaluation: &Evaluation) -> String {
+pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {
     match write(Path::new("."), state, source, assessment, evaluation) {
         Ok(files) => {
             let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
@@ -34,8 +34,8 @@ pub(crate) fn save(state: &State, source: &Source, assessment: Assessment, evalu
 
 fn write(
     folder: &Path,
-    state: &State,
-    source: &Source,
+    state: &ViewState,
+    source: &SourceView,
     assessment: Assessment,
     evaluation: &Evaluation,
 ) -> io::Result<Vec<PathBuf>> {
@@ -51,7 +51,7 @@ fn write(
 }
 
 /// The curves that are shown, in the unit chosen; `None` while there are none.
-pub(super) fn picture(state: &State, source: &Source) -> Option<Figure> {
+pub(super) fn picture(state: &ViewState, source: &SourceView) -> Option<Figure> {
     let group = state.group(source)?;
     let shown = Plot::new(state, source, &group);
     let channels = group.channels.iter().map(|place| &source.values[*place]);
@@ -62,7 +62,7 @@ pub(super) fn picture(state: &State, source: &Source) -> Option<Figure> {
 }
 
 /// A name that says what it holds: source and number of samples.
-fn stem(source: &Source) -> String {
+fn stem(source: &SourceView) -> String {
     let name: String = source.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     format!("vn100-{}-{}", name.trim_matches('-'), source.snapshot.timing.samples)
 }

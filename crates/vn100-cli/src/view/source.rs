@@ -19,12 +19,12 @@ use crate::{status::up, words};
 
 /// One source at one moment.
 #[derive(Debug, Clone)]
-pub(crate) struct Source {
+pub(crate) struct SourceView {
     /// Without anything that steers a terminal.
     pub(crate) name: String,
     /// Where the samples come from, as the result will say; only of what is known by now.
     pub(crate) origin: Arc<SourceFacts>,
-    pub(crate) phase: Phase,
+    pub(crate) phase: SourcePhase,
     /// `None` for what is no link.
     pub(crate) link: Option<LinkState>,
     pub(crate) recording: Option<RecordingState>,
@@ -44,7 +44,7 @@ pub(crate) struct Source {
 
 /// How far a source has come.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Phase {
+pub(crate) enum SourcePhase {
     Preparing,
     Measuring,
     /// Nothing more will come; the reason, unless it was asked for.
@@ -58,12 +58,12 @@ pub(crate) struct Group {
     pub(crate) channels: Vec<usize>,
 }
 
-impl Source {
+impl SourceView {
     pub(crate) fn new(name: String, origin: SourceFacts, snapshot: Arc<Snapshot>, assessment: Arc<Assessment>) -> Self {
         Self {
             name,
             origin: Arc::new(origin),
-            phase: Phase::Preparing,
+            phase: SourcePhase::Preparing,
             link: None,
             recording: None,
             snapshot,
@@ -140,7 +140,7 @@ impl Source {
 pub(crate) struct SourceMonitor {
     state: watch::Receiver<SourceState>,
     commands: mpsc::Sender<Command>,
-    pub(crate) shown: Source,
+    pub(crate) shown: SourceView,
 }
 
 impl SourceMonitor {
@@ -148,7 +148,7 @@ impl SourceMonitor {
         let (state, commands) = (session.state.clone(), session.commands.clone());
         let now = state.borrow().clone();
         let name = printable(now.name());
-        let shown = Source::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
+        let shown = SourceView::new(name, now.facts(), Arc::clone(&now.snapshot), now.assessment());
         Self { state, commands, shown }
     }
 
@@ -194,16 +194,16 @@ impl SourceMonitor {
     }
 }
 
-fn phase(state: &SourceState) -> Phase {
+fn phase(state: &SourceState) -> SourcePhase {
     match &state.stage {
-        Stage::Preparing => Phase::Preparing,
-        Stage::Measuring | Stage::Finishing => Phase::Measuring,
+        Stage::Preparing => SourcePhase::Preparing,
+        Stage::Measuring | Stage::Finishing => SourcePhase::Measuring,
         Stage::Ended(end) => {
             let (name, snapshot) = (state.name(), &state.snapshot);
             let is_empty = snapshot.timing.samples == 0 && !matches!(**end, EndReason::GoalsDecided);
             let error = words::end(name, end, snapshot);
             let error = error.or_else(|| is_empty.then(|| no_sample(name, snapshot)));
-            Phase::Ended(error.map(|error| printable(&error)))
+            SourcePhase::Ended(error.map(|error| printable(&error)))
         }
     }
 }

@@ -8,7 +8,7 @@ use vn100_pipeline::Command;
 
 use super::{
     draw::Regions,
-    source::{Group, Source},
+    source::{Group, SourceView},
 };
 
 /// A part of the screen that may have it to itself.
@@ -51,7 +51,7 @@ pub(crate) enum Question {
 
 /// What the view asks of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Request {
+pub(crate) enum ViewRequest {
     /// End the measurement; with the last screen left on the terminal.
     Quit {
         keep_screen: bool,
@@ -64,7 +64,7 @@ pub(crate) enum Request {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct State {
+pub(crate) struct ViewState {
     pub(crate) overview: bool,
     /// The source shown, or chosen among all.
     pub(crate) source: usize,
@@ -92,7 +92,7 @@ pub(crate) struct State {
 /// Halvings of an axis that still show something.
 const MOST_ZOOM: u8 = 4;
 
-impl State {
+impl ViewState {
     pub(crate) fn new(sources: usize) -> Self {
         Self {
             overview: sources > 1,
@@ -114,13 +114,13 @@ impl State {
     }
 
     /// The sensor shown, of those the source has.
-    pub(crate) fn group(&self, source: &Source) -> Option<Group> {
+    pub(crate) fn group(&self, source: &SourceView) -> Option<Group> {
         let mut groups = source.groups();
         (!groups.is_empty()).then(|| groups.swap_remove(self.sensor.min(groups.len() - 1)))
     }
 
     /// The place of the one channel that is shown alone: the first where all axes are.
-    pub(crate) fn channel(&self, source: &Source) -> Option<usize> {
+    pub(crate) fn channel(&self, source: &SourceView) -> Option<usize> {
         let group = self.group(source)?;
         let axis = match self.axes {
             Axes::All => 0,
@@ -135,7 +135,7 @@ impl State {
         Some(self.cursor.map_or(last, |cursor| cursor.min(last)))
     }
 
-    pub(crate) fn choose_channel(&mut self, channel: usize, source: &Source) {
+    pub(crate) fn choose_channel(&mut self, channel: usize, source: &SourceView) {
         for (sensor, group) in source.groups().iter().enumerate() {
             if let Some(axis) = group.channels.iter().position(|place| *place == channel) {
                 (self.sensor, self.axes) = (sensor, Axes::One(axis));
@@ -143,12 +143,12 @@ impl State {
         }
     }
 
-    pub(crate) fn key(&mut self, key: KeyEvent, sources: &[Source]) -> Option<Request> {
+    pub(crate) fn key(&mut self, key: KeyEvent, sources: &[SourceView]) -> Option<ViewRequest> {
         self.message = None;
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         match key.code {
-            KeyCode::Char('c') if control => return Some(Request::Quit { keep_screen: false }),
-            KeyCode::Char('z') if control => return Some(Request::Suspend),
+            KeyCode::Char('c') if control => return Some(ViewRequest::Quit { keep_screen: false }),
+            KeyCode::Char('z') if control => return Some(ViewRequest::Suspend),
             _ if control => return None,
             _ => {}
         }
@@ -171,11 +171,11 @@ impl State {
             }
         }
         match key.code {
-            KeyCode::Char('q') => return Some(Request::Quit { keep_screen: false }),
-            KeyCode::Char('Q') => return Some(Request::Quit { keep_screen: true }),
+            KeyCode::Char('q') => return Some(ViewRequest::Quit { keep_screen: false }),
+            KeyCode::Char('Q') => return Some(ViewRequest::Quit { keep_screen: true }),
             KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(0),
             KeyCode::Char('f') => self.frozen = !self.frozen,
-            KeyCode::Char('s') => return Some(Request::Save),
+            KeyCode::Char('s') => return Some(ViewRequest::Save),
             KeyCode::Char('o') if sources.len() > 1 => self.overview = !self.overview,
             KeyCode::Char('n') => self.source = (self.source + 1) % sources.len().max(1),
             KeyCode::Char('p') => self.source = (self.source + sources.len().max(1) - 1) % sources.len().max(1),
@@ -202,9 +202,9 @@ impl State {
         }
     }
 
-    fn key_of_source(&mut self, code: KeyCode, source: &Source) -> Option<Request> {
+    fn key_of_source(&mut self, code: KeyCode, source: &SourceView) -> Option<ViewRequest> {
         let replays = source.playback.is_some();
-        let of_capture = |request| replays.then_some(Request::Control(request));
+        let of_capture = |request| replays.then_some(ViewRequest::Control(request));
         match code {
             KeyCode::Tab => self.next_panel(1),
             KeyCode::BackTab => self.next_panel(Panel::ALL.len() - 1),
@@ -236,18 +236,18 @@ impl State {
         None
     }
 
-    fn answer(&mut self, question: Question, code: KeyCode) -> Option<Request> {
+    fn answer(&mut self, question: Question, code: KeyCode) -> Option<ViewRequest> {
         let yes = matches!(code, KeyCode::Char('y' | 'Y') | KeyCode::Enter);
         match question {
-            Question::StartOver => yes.then_some(Request::Control(Command::StartOver)),
-            Question::EndWarmUp => yes.then_some(Request::Control(Command::EndWarmUp)),
+            Question::StartOver => yes.then_some(ViewRequest::Control(Command::StartOver)),
+            Question::EndWarmUp => yes.then_some(ViewRequest::Control(Command::EndWarmUp)),
             Question::GoTo(mut typed) => {
                 match code {
                     KeyCode::Char(digit @ ('0'..='9' | '.')) if typed.len() < 5 => typed.push(digit),
                     KeyCode::Backspace => drop(typed.pop()),
                     KeyCode::Enter => {
                         let percent: f64 = typed.parse().ok()?;
-                        return Some(Request::Control(Command::GoTo(percent / 100.0)));
+                        return Some(ViewRequest::Control(Command::GoTo(percent / 100.0)));
                     }
                     KeyCode::Esc => return None,
                     _ => {}
@@ -263,7 +263,7 @@ impl State {
         self.panel = Panel::ALL[(place + steps) % Panel::ALL.len()];
     }
 
-    fn choose_sensor(&mut self, sensor: usize, source: &Source) {
+    fn choose_sensor(&mut self, sensor: usize, source: &SourceView) {
         if sensor < source.groups().len() {
             self.sensor = sensor;
         }
@@ -274,7 +274,7 @@ impl State {
     }
 
     /// To the next channel, sensor by sensor, or the next warning.
-    fn step_down(&mut self, down: bool, source: &Source) {
+    fn step_down(&mut self, down: bool, source: &SourceView) {
         if self.panel == Panel::Warnings {
             let warnings = source.warnings.len();
             self.warning = step(self.warning, down, warnings);
@@ -299,7 +299,7 @@ impl State {
         }
     }
 
-    fn step_right(&mut self, right: bool, source: &Source) {
+    fn step_right(&mut self, right: bool, source: &SourceView) {
         let octaves = self.channel(source).map_or(0, |channel| source.values[channel].deviations.len());
         if let Some(octave) = self.octave(octaves) {
             self.cursor = Some(step(octave, right, octaves));
@@ -312,7 +312,12 @@ pub(super) fn step(place: usize, forward: bool, count: usize) -> usize {
     if forward { (place + 1).min(count.saturating_sub(1)) } else { place.saturating_sub(1) }
 }
 
-pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sources: &[Source]) -> Option<Request> {
+pub(crate) fn mouse(
+    event: MouseEvent,
+    state: &mut ViewState,
+    regions: &Regions,
+    sources: &[SourceView],
+) -> Option<ViewRequest> {
     let at = Position::new(event.column, event.row);
     let source = sources.get(state.source)?;
     if state.help.is_some() || state.question.is_some() {
@@ -322,7 +327,7 @@ pub(crate) fn mouse(event: MouseEvent, state: &mut State, regions: &Regions, sou
         MouseEventKind::Down(MouseButton::Left) => {
             if regions.progress.contains(at) {
                 let part = f64::from(at.x - regions.progress.x) / f64::from(regions.progress.width.max(1));
-                return source.progress().map(|_| Request::Control(Command::GoTo(part)));
+                return source.progress().map(|_| ViewRequest::Control(Command::GoTo(part)));
             }
             let panels = regions.tabs.iter().chain(&regions.panels);
             if let Some((_, panel)) = panels.clone().find(|(area, _)| area.contains(at)) {

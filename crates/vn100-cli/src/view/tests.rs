@@ -19,8 +19,8 @@ use vn100_pipeline::{Playback, Speed};
 use super::{
     curve::NextOctave,
     draw::{Regions, Scene, draw},
-    source::{Phase, Source},
-    state::{Axes, Panel, Question, State},
+    source::{SourcePhase, SourceView},
+    state::{Axes, Panel, Question, ViewState},
     theme::{Colours, Theme},
 };
 use fixture::{damaged, measured, nothing, up};
@@ -29,7 +29,7 @@ const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
 const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
 
-fn drawn(state: &State, sources: &[Source], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
+fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     let mut regions = Regions::default();
     let scene = Scene { state, sources, theme };
@@ -48,7 +48,7 @@ fn text(buffer: &Buffer) -> String {
 }
 
 /// Compares the screens of a state at these sizes with those kept.
-fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme, sizes: &[(u16, u16)]) {
+fn check_with(name: &str, state: &ViewState, sources: &[SourceView], theme: Theme, sizes: &[(u16, u16)]) {
     let mut screens = String::new();
     for size in sizes.iter().copied() {
         writeln!(screens, "=== {}x{}", size.0, size.1).unwrap();
@@ -63,12 +63,12 @@ fn check_with(name: &str, state: &State, sources: &[Source], theme: Theme, sizes
     assert!(screens == kept, "{name}: line {line:?} differs; now:\n{screens}");
 }
 
-fn check(name: &str, state: &State, sources: &[Source]) {
+fn check(name: &str, state: &ViewState, sources: &[SourceView]) {
     check_with(name, state, sources, PLAIN, &SIZES);
 }
 
-fn one() -> State {
-    State::new(1)
+fn one() -> ViewState {
+    ViewState::new(1)
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn a_healthy_sensor() {
 #[test]
 fn each_panel_alone() {
     for panel in Panel::ALL {
-        let state = State { panel, expanded: true, ..one() };
+        let state = ViewState { panel, expanded: true, ..one() };
         check(&format!("panel-{}", panel.name().to_lowercase()), &state, &[measured()]);
     }
 }
@@ -87,9 +87,9 @@ fn each_panel_alone() {
 #[test]
 fn each_sensor_and_one_axis_with_its_model() {
     for (sensor, name) in [(1, "accel"), (2, "mag"), (3, "angle")] {
-        check(&format!("sensor-{name}"), &State { sensor, ..one() }, &[measured()]);
+        check(&format!("sensor-{name}"), &ViewState { sensor, ..one() }, &[measured()]);
     }
-    let state = State { axes: Axes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
+    let state = ViewState { axes: Axes::One(1), cursor: Some(5), units: 1, zoom: 1, ..one() };
     check("gyro-y-zoomed", &state, &[measured()]);
 }
 
@@ -101,7 +101,7 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
         (2, ["typically 12.6 deg/h/√Hz", "at most 10 deg/h"]),
         (3, ["typically 6.11e-5 rad/s/√Hz", "at most 4.85e-5 rad/s"]),
     ] {
-        let state = State { panel: Panel::Parameters, expanded: true, units, ..one() };
+        let state = ViewState { panel: Panel::Parameters, expanded: true, units, ..one() };
         let screen = text(&drawn(&state, &[measured()], PLAIN, (120, 40)).0);
         for shown in shown {
             assert!(screen.lines().any(|line| line.contains(shown)), "{shown}\n{screen}");
@@ -112,14 +112,14 @@ fn the_data_sheet_is_shown_in_the_unit_chosen() {
 #[test]
 fn temperature_and_pressure_say_why_they_have_no_parameters() {
     for (sensor, shown) in [(3, "follows the room"), (4, "follows the weather")] {
-        let state = State { panel: Panel::Parameters, sensor, ..one() };
+        let state = ViewState { panel: Panel::Parameters, sensor, ..one() };
         assert!(text(&drawn(&state, &[measured()], PLAIN, (80, 24)).0).contains(shown), "{shown}");
     }
 }
 
 #[test]
 fn a_damaged_stream_says_what_it_suffers_from() {
-    check("damaged", &State { panel: Panel::Warnings, warning: 1, ..one() }, &[damaged()]);
+    check("damaged", &ViewState { panel: Panel::Warnings, warning: 1, ..one() }, &[damaged()]);
 }
 
 #[test]
@@ -163,10 +163,10 @@ fn every_warning_is_listed_and_read_in_full() {
         channels: vec!["accel_x".into(), "accel_y".into()],
         text: format!("of {}, {}and this is its end", kind.name(), "with much to be said about it, ".repeat(5)).into(),
     };
-    let source = Source { warnings: every.map(warning).into(), ..measured() };
-    check("warning-first", &State { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));
+    let source = SourceView { warnings: every.map(warning).into(), ..measured() };
+    check("warning-first", &ViewState { panel: Panel::Warnings, ..one() }, std::slice::from_ref(&source));
     for (place, kind) in every.into_iter().enumerate() {
-        let state = State { panel: Panel::Warnings, warning: place, ..one() };
+        let state = ViewState { panel: Panel::Warnings, warning: place, ..one() };
         for size in SIZES {
             // lines of text begin at the frame
             let screen = text(&drawn(&state, std::slice::from_ref(&source), PLAIN, size).0);
@@ -186,19 +186,19 @@ fn waiting_says_for_what_and_why_it_may_fail() {
         ("probing", LinkState::Probing { port: port(), baud: Some(57_600) }),
         ("heard", up()),
     ] {
-        let source = Source { phase: Phase::Measuring, link: Some(link), ..nothing() };
+        let source = SourceView { phase: SourcePhase::Measuring, link: Some(link), ..nothing() };
         check(&format!("waiting-{name}"), &one(), &[source]);
     }
     let of_server = SourceFacts { kind: Some("tcp"), ..(*nothing().origin).clone() };
-    let server = Source {
+    let server = SourceView {
         name: "tcp://bench.local:4000".into(),
-        phase: Phase::Measuring,
+        phase: SourcePhase::Measuring,
         link: Some(LinkState::Opening),
         origin: of_server.into(),
         ..nothing()
     };
     check("waiting-server", &one(), &[server]);
-    let mut held = Source { phase: Phase::Measuring, link: Some(up()), ..nothing() };
+    let mut held = SourceView { phase: SourcePhase::Measuring, link: Some(up()), ..nothing() };
     let mut snapshot = (*held.snapshot).clone();
     (snapshot.link.tally.samples, snapshot.link.tally.valid_sentence_bytes) = (336, 336 * 122);
     let (nominal, measured_hz, offset_ppm, arrivals) = (None, None, None, None);
@@ -214,7 +214,7 @@ fn waiting_says_for_what_and_why_it_may_fail() {
     check("waiting-held", &one(), &[held]);
     check("waiting-preparing", &one(), &[nothing()]);
     let error = "/dev/ttyUSB0: No such file or directory".to_owned();
-    check("waiting-failed", &one(), &[Source { phase: Phase::Ended(Some(error)), ..nothing() }]);
+    check("waiting-failed", &one(), &[SourceView { phase: SourcePhase::Ended(Some(error)), ..nothing() }]);
 }
 
 #[test]
@@ -222,14 +222,14 @@ fn a_link_that_is_lost_or_silent() {
     let cause = "the port is gone: unplugged".to_owned();
     let down =
         LinkState::Down { was_up: true, cause, needs_help: false, retry_in: std::time::Duration::from_millis(1000) };
-    check("unplugged", &one(), &[Source { link: Some(down), ..measured() }]);
+    check("unplugged", &one(), &[SourceView { link: Some(down), ..measured() }]);
     let LinkState::Up(up) = up() else { panic!("not up") };
-    check("silent", &one(), &[Source { link: Some(LinkState::Silent(up)), ..measured() }]);
+    check("silent", &one(), &[SourceView { link: Some(LinkState::Silent(up)), ..measured() }]);
 }
 
 #[test]
 fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
-    let next = |source: &Source| super::curve::next_octave(source).unwrap();
+    let next = |source: &SourceView| super::curve::next_octave(source).unwrap();
     // 2 m samples: m of the next is 16384 at 40 Hz, and 20 000 are there
     let whole = NextOctave { tau_s: 409.6, wait_s: f64::from(2 * 16_384 - 20_000) * 0.025, broken: false };
     assert_eq!(next(&measured()), whole);
@@ -240,7 +240,7 @@ fn the_next_octave_is_waited_for_behind_a_gap_where_one_broke_it() {
 
 #[test]
 fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
-    let load = |source: &Source| source.line_load().unwrap();
+    let load = |source: &SourceView| source.line_load().unwrap();
     let mut source = measured();
     assert!((load(&source) - 122.0 * 40.0 * 10.0 / 115_200.0).abs() < 1e-9);
     let mut snapshot = (*source.snapshot).clone();
@@ -254,48 +254,48 @@ fn the_load_of_the_line_is_that_of_the_rate_that_comes() {
 
 #[test]
 fn frozen_with_a_question_a_message_and_the_help() {
-    check("frozen", &State { frozen: true, ..one() }, &[measured()]);
-    check("question", &State { question: Some(Question::StartOver), ..one() }, &[measured()]);
-    check("message", &State { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
-    check("help", &State { help: Some(0), ..one() }, &[measured()]);
-    check("help-second-page", &State { help: Some(1), ..one() }, &[measured()]);
+    check("frozen", &ViewState { frozen: true, ..one() }, &[measured()]);
+    check("question", &ViewState { question: Some(Question::StartOver), ..one() }, &[measured()]);
+    check("message", &ViewState { message: Some("saved a.json and a.svg".into()), ..one() }, &[measured()]);
+    check("help", &ViewState { help: Some(0), ..one() }, &[measured()]);
+    check("help-second-page", &ViewState { help: Some(1), ..one() }, &[measured()]);
 }
 
 #[test]
 fn a_replay_shows_how_far_it_is() {
     let total = Some(20_000);
     let playback = Some(Playback { samples: 5000, total, speed: Speed::Times(10.0), paused: false, at_end: false });
-    let state = State { question: Some(Question::GoTo("4".into())), ..one() };
-    check("replay", &state, &[Source { playback, link: None, ..measured() }]);
+    let state = ViewState { question: Some(Question::GoTo("4".into())), ..one() };
+    check("replay", &state, &[SourceView { playback, link: None, ..measured() }]);
 }
 
 #[test]
 fn several_sources_have_an_overview() {
     let sources = [measured(), damaged(), nothing()];
-    check("overview", &State { source: 1, ..State::new(3) }, &sources);
+    check("overview", &ViewState { source: 1, ..ViewState::new(3) }, &sources);
     let reason = "cannot open /dev/ttyUSB0: no such device".to_owned();
-    let sources_one_ended = [measured(), Source { phase: Phase::Ended(Some(reason)), ..nothing() }];
-    check("overview-ended", &State::new(2), &sources_one_ended);
+    let sources_one_ended = [measured(), SourceView { phase: SourcePhase::Ended(Some(reason)), ..nothing() }];
+    check("overview-ended", &ViewState::new(2), &sources_one_ended);
     let question = Some(Question::EndWarmUp);
-    check("overview-question", &State { source: 1, question, ..State::new(3) }, &sources);
+    check("overview-question", &ViewState { source: 1, question, ..ViewState::new(3) }, &sources);
     let name = format!("/captures/{}bench.csv", "of-a-long-name-".repeat(5));
-    let long = [Source { name, ..damaged() }, measured()];
+    let long = [SourceView { name, ..damaged() }, measured()];
     for (width, height) in SIZES {
         let question = Some(Question::StartOver);
-        let screen = text(&drawn(&State { question, ..State::new(2) }, &long, PLAIN, (width, height)).0);
+        let screen = text(&drawn(&ViewState { question, ..ViewState::new(2) }, &long, PLAIN, (width, height)).0);
         for shown in ["bad lines 4  missing 4", ": Forget everything so far, start over? y / n"] {
             assert!(screen.contains(shown), "{shown}\n{screen}");
         }
     }
-    check("second-of-three", &State { source: 1, overview: false, ..State::new(3) }, &sources);
+    check("second-of-three", &ViewState { source: 1, overview: false, ..ViewState::new(3) }, &sources);
 }
 
 #[test]
 fn nothing_but_ascii_where_nothing_else_is_shown() {
     let theme = Theme { colours: Colours::None, ascii: true };
     check_with("ascii", &one(), &[damaged()], theme, &SIZES);
-    let panels = Panel::ALL.map(|panel| State { panel, expanded: true, ..one() });
-    let others = [one(), State { axes: Axes::One(0), ..one() }, State { overview: true, ..one() }];
+    let panels = Panel::ALL.map(|panel| ViewState { panel, expanded: true, ..one() });
+    let others = [one(), ViewState { axes: Axes::One(0), ..one() }, ViewState { overview: true, ..one() }];
     for state in panels.into_iter().chain(others) {
         for source in [measured(), damaged()] {
             for size in SIZES {
@@ -307,7 +307,7 @@ fn nothing_but_ascii_where_nothing_else_is_shown() {
             }
         }
     }
-    check_with("ascii-help", &State { help: Some(0), ..one() }, &[measured()], theme, &[(120, 40)]);
+    check_with("ascii-help", &ViewState { help: Some(0), ..one() }, &[measured()], theme, &[(120, 40)]);
 }
 
 #[test]
@@ -321,23 +321,23 @@ fn any_size_and_state_is_drawn() {
     for width in (1..220).step_by(13) {
         for height in (1..70).step_by(7) {
             for panel in Panel::ALL {
-                let state = State { panel, overview: false, axes: Axes::One(2), ..State::new(3) };
+                let state = ViewState { panel, overview: false, axes: Axes::One(2), ..ViewState::new(3) };
                 for source in 0..3 {
-                    drawn(&State { source, ..state.clone() }, &sources, PLAIN, (width, height));
+                    drawn(&ViewState { source, ..state.clone() }, &sources, PLAIN, (width, height));
                 }
             }
-            drawn(&State::new(3), &sources, PLAIN, (width, height));
+            drawn(&ViewState::new(3), &sources, PLAIN, (width, height));
         }
     }
 }
 
 #[test]
 fn a_picture_has_all_that_the_screen_has() {
-    let state = State { axes: Axes::One(1), ..one() };
+    let state = ViewState { axes: Axes::One(1), ..one() };
     let source = measured();
     let group = state.group(&source).unwrap();
     let plot = super::curve::Plot::new(&state, &source, &group);
-    let picture = |state: &State| super::save::picture(state, &source).unwrap().svg_file();
+    let picture = |state: &ViewState| super::save::picture(state, &source).unwrap().svg_file();
     let svg = picture(&state);
     let points = plot.curves[0].points.len();
     let discs = |svg: &str| svg.matches("<circle").count();

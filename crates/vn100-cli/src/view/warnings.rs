@@ -13,20 +13,20 @@ use vn100_report::{names::rejected_lines, numbers::plain::grouped};
 
 use super::{
     draw::{Scene, framed},
-    source::{Phase, Source},
+    source::{SourcePhase, SourceView},
     state::Panel,
 };
 use crate::words::remedy_words;
 
 /// Rows that they take, at most so many: the last one names what has no row, so that nothing hides
 /// behind the newest.
-pub(crate) fn rows(source: &Source, most: u16) -> u16 {
+pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
     ((source.warnings.len() + source.errors().len()).clamp(1, usize::from(most))) as u16
 }
 
 /// What is broken first, then the newest; where there are more than rows, the last row names all
 /// the others.
-pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     const PRESS: &str = " press !";
     let theme = scene.theme;
     let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.bad())).collect();
@@ -72,7 +72,7 @@ fn names(texts: &[(String, Style)]) -> String {
 }
 
 /// What was lost so far: rejected sentences by kind, dropped samples, reconnects; none that is 0.
-fn lost(source: &Source) -> Vec<String> {
+fn lost(source: &SourceView) -> Vec<String> {
     let (timing, link) = (&source.snapshot.timing, &source.snapshot.link);
     let bad = link.tally.rejected.total();
     let reconnects = link.connects.saturating_sub(1);
@@ -87,7 +87,7 @@ fn lost(source: &Source) -> Vec<String> {
 }
 
 /// All of them by name, and the one chosen in full.
-pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     let warnings = &source.warnings;
     let title = match warnings.len() {
         count @ (0 | 1) => format!("Warnings: {count}"),
@@ -131,7 +131,7 @@ pub(crate) fn shortened(text: &str, width: usize) -> String {
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
-pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Source) {
+pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     let (what, why) = waiting_for(source);
     let tally = &source.snapshot.link.tally;
     let mut lines = vec![Line::raw(what).style(scene.theme.warning()), Line::raw("")];
@@ -152,29 +152,29 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, 
 }
 
 /// What comes next, and why it may not come.
-fn waiting_for(source: &Source) -> (String, Vec<String>) {
+fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
     let own = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
     let name = &source.name;
-    if let (Phase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
+    if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
         (&source.phase, &source.link, source.snapshot.lines_held())
     {
         return held(name, lines);
     }
     match (&source.phase, &source.link) {
-        (Phase::Preparing, _) => (
+        (SourcePhase::Preparing, _) => (
             format!(
                 "Preparing {name}: the recording is made ready, and what was asked to be changed on the sensor is."
             ),
             own(&["While the speed of the line is looked for this takes some seconds."]),
         ),
-        (Phase::Ended(reason), _) => {
+        (SourcePhase::Ended(reason), _) => {
             (format!("{name} has ended without a measurement."), reason.iter().cloned().collect())
         }
-        (Phase::Measuring, None) => (
+        (SourcePhase::Measuring, None) => (
             format!("Reading {name}, looking for the first measurement."),
             own(&["A stream that was cut off begins in the middle of a line: the first whole one counts."]),
         ),
-        (Phase::Measuring, Some(link)) => match link {
+        (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Opening if source.origin.kind == Some("tcp") => (
                 format!("Opening {name}."),
                 own(&[

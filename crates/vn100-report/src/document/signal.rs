@@ -28,11 +28,11 @@ pub(crate) struct SpectrumDocument {
     /// Of the first point, and from point to point.
     step_hz: Option<f64>,
     density: Vec<f64>,
-    lines: Vec<Line>,
+    lines: Vec<LineDocument>,
 }
 
 #[derive(Debug, Serialize)]
-struct Line {
+struct LineDocument {
     frequency_hz: f64,
     amplitude: f64,
     share_of_variance: f64,
@@ -88,7 +88,7 @@ impl SpectrumDocument {
             step_hz: density.and_then(|density| density.points.first()).map(|point| point.frequency_hz),
             density: density.iter().flat_map(|density| &density.points).map(|point| point.density_unit2_hz).collect(),
             lines: (signal.disturbed.lines.iter())
-                .map(|line| Line {
+                .map(|line| LineDocument {
                     frequency_hz: line.frequency_hz,
                     amplitude: line.amplitude,
                     share_of_variance: line.share_of_variance,

@@ -7,7 +7,7 @@ use imu_noise::{
 use vn100_analysis::ChannelNoise;
 
 use super::{
-    Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
+    Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
     solid,
 };
 use crate::units::{ChannelValues, Point};
@@ -113,7 +113,7 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
     Some((x, y))
 }
 
-fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Mark> {
+fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
     const CAP: f64 = 3.0;
     let known: Vec<(f64, f64)> =
         points.iter().filter_map(|point| Some((point.tau_s, point.deviation.filter(|value| *value > 0.0)?))).collect();
@@ -124,7 +124,7 @@ fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Mark> {
         for points in
             [vec![(x, low), (x, high)], vec![(x - CAP, low), (x + CAP, low)], vec![(x - CAP, high), (x + CAP, high)]]
         {
-            marks.push(Mark::Line { points, stroke: solid(index, 1.1) });
+            marks.push(Primitive::Line { points, stroke: solid(index, 1.1) });
         }
     }
     let symbol = |(x, y): &(f64, f64)| plot.symbol(*x, *y, Shape::of_series(index), Colour::Series(index));
@@ -228,14 +228,14 @@ impl Model<'_> {
         }
     }
 
-    fn below(&self, plot: &Plot) -> Vec<Mark> {
+    fn below(&self, plot: &Plot) -> Vec<Primitive> {
         let (from, to) = plot.place.x.ends();
         let lines = self.lines(plot);
         let line = |line: &Reference| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.1, line.dash));
         lines.iter().map(line).collect()
     }
 
-    fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Mark> {
+    fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Primitive> {
         let mut marks = Vec::new();
         let fitted = self.fitted_taus();
         if !fitted.is_empty() {

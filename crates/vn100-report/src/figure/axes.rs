@@ -1,6 +1,6 @@
 //! Scales, their ticks and labels, and the frame that they make around a plot.
 
-use super::drawing::{Anchor, At, Colour, Dash, Mark, Rectangle, Stroke};
+use super::drawing::{Anchor, At, Colour, Dash, Primitive, Rectangle, Stroke};
 
 /// Of the letters at ticks.
 pub(crate) const LETTERS: f64 = 11.5;
@@ -182,14 +182,15 @@ impl Place {
     }
 }
 
-pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Mark> {
+pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Primitive> {
     let Rectangle { left, top, width, height } = place.area;
     let (right, bottom) = (left + width, top + height);
-    let line = |from: At, to: At, colour: Colour| Mark::Line {
+    let line = |from: At, to: At, colour: Colour| Primitive::Line {
         points: vec![from, to],
         stroke: Stroke { colour, width: 0.8, dash: Dash::Solid },
     };
-    let text = |at: At, text: String, anchor: Anchor| Mark::Text { at, text, size: LETTERS, anchor, upwards: false };
+    let text =
+        |at: At, text: String, anchor: Anchor| Primitive::Text { at, text, size: LETTERS, anchor, upwards: false };
     let shade = |tick: &Tick| if tick.label.is_some() { Colour::Grid } else { Colour::FineGrid };
     let (along, up) = (x.scale.ticks(), y.scale.ticks());
     let mut marks = Vec::new();
@@ -205,7 +206,10 @@ pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Mark> {
         }
     }
     let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-    marks.push(Mark::Line { points: corners, stroke: Stroke { colour: Colour::Axis, width: 1.0, dash: Dash::Solid } });
+    marks.push(Primitive::Line {
+        points: corners,
+        stroke: Stroke { colour: Colour::Axis, width: 1.0, dash: Dash::Solid },
+    });
     for tick in &along {
         let at = (place.of(tick.value, 0.0).0, bottom + LETTERS + 4.0);
         marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::Middle)));
@@ -215,7 +219,7 @@ pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Mark> {
         marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::End)));
     }
     marks.push(text((left + width / 2.0, bottom + 2.0 * LETTERS + 10.0), x.label(), Anchor::Middle));
-    marks.push(Mark::Text {
+    marks.push(Primitive::Text {
         at: (LETTERS + 1.0, top + height / 2.0),
         text: y.label(),
         size: LETTERS,

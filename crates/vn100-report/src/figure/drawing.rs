@@ -13,7 +13,7 @@ pub(crate) struct Drawing {
 #[derive(Debug, Clone)]
 pub(crate) struct Layer {
     pub(crate) kind: LayerKind,
-    pub(crate) marks: Vec<Mark>,
+    pub(crate) marks: Vec<Primitive>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +36,7 @@ pub(crate) struct Rectangle {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) enum Mark {
+pub(crate) enum Primitive {
     Line { points: Vec<At>, stroke: Stroke },
     Area { points: Vec<At>, colour: Colour, opacity: f64 },
     Symbol { at: At, shape: Shape, colour: Colour },

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::{Axis, Colour, Figure, Mark, Plot, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit, solid};
+use super::{
+    Axis, Colour, Figure, Plot, Primitive, Sample, Series, Value, allan::id_of, axes::Scale, pretty_unit, solid,
+};
 use crate::units::{BarValues, ChannelValues};
 
 /// `None` without samples.
@@ -33,7 +35,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     let bars = counts.iter().enumerate().filter(|(_, count)| **count > 0);
     let corners =
         |bar: usize, count: f64| [(edge(bar), 0.0), (edge(bar), count), (edge(bar + 1), count), (edge(bar + 1), 0.0)];
-    let marks = bars.map(|(bar, count)| Mark::Area {
+    let marks = bars.map(|(bar, count)| Primitive::Area {
         points: corners(bar, *count as f64).iter().map(|(x, y)| plot.place.of(*x, *y)).collect(),
         colour: Colour::Series(0),
         opacity: 0.5,

@@ -2,7 +2,7 @@
 //! deviation on either side; and the standard deviation alone of all axes of a sensor.
 
 use super::{
-    Axis, Colour, Dash, Figure, Mark, Plot, Sample, Series, Shape, Stroke, Value, allan::id_of, axes::Scale,
+    Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, allan::id_of, axes::Scale,
     pretty_unit, solid,
 };
 use crate::units::{BlockValues, ChannelValues};
@@ -53,11 +53,11 @@ fn band(
     end: impl Fn(&BlockValues) -> f64,
     range: impl Fn(&BlockValues) -> (f64, f64),
     opacity: f64,
-) -> Mark {
+) -> Primitive {
     let upper = run.iter().flat_map(|block| [start(block), end(block)].map(|x| (x, range(block).1)));
     let lower = run.iter().rev().flat_map(|block| [end(block), start(block)].map(|x| (x, range(block).0)));
     let points = upper.chain(lower).map(|(x, y)| plot.place.of(x, y)).collect();
-    Mark::Area { points, colour: Colour::Series(0), opacity }
+    Primitive::Area { points, colour: Colour::Series(0), opacity }
 }
 
 /// What people would say the length of a record in, and its seconds.

@@ -4,7 +4,7 @@ use tiny_skia::{FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pix
 
 use super::{
     DrawingError,
-    drawing::{Anchor, At, Colour, Drawing, LayerKind, Mark, Rectangle, Shape},
+    drawing::{Anchor, At, Colour, Drawing, LayerKind, Primitive, Rectangle, Shape},
     font::Font,
 };
 
@@ -35,14 +35,16 @@ struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    fn mark(&mut self, mark: &Mark) {
+    fn mark(&mut self, mark: &Primitive) {
         match mark {
-            Mark::Line { points, stroke } => {
+            Primitive::Line { points, stroke } => {
                 let dash = stroke.dash.lengths().iter().map(|length| *length as f32).collect();
                 self.stroke(path(points, false), stroke.colour, stroke.width, StrokeDash::new(dash, 0.0), at(0.0, 0.0));
             }
-            Mark::Area { points, colour, opacity } => self.fill(path(points, true), *colour, *opacity, at(0.0, 0.0)),
-            Mark::Symbol { at: (x, y), shape, colour } => {
+            Primitive::Area { points, colour, opacity } => {
+                self.fill(path(points, true), *colour, *opacity, at(0.0, 0.0))
+            }
+            Primitive::Symbol { at: (x, y), shape, colour } => {
                 let outline = match shape.corners() {
                     [] => PathBuilder::from_circle(0.0, 0.0, Shape::RADIUS as f32),
                     corners => path(corners, true),
@@ -52,7 +54,7 @@ impl Canvas<'_> {
                     false => self.fill(outline, *colour, 1.0, at(*x, *y)),
                 }
             }
-            Mark::Text { at: (x, y), text, size, anchor, upwards } => {
+            Primitive::Text { at: (x, y), text, size, anchor, upwards } => {
                 let (outline, width) = self.font.outline(text, *size as f32);
                 let along = match anchor {
                     Anchor::Start => 0.0,
@@ -125,7 +127,7 @@ mod tests {
     #[test]
     fn marks_leave_their_colour_and_are_cut_at_the_edge() {
         let stroke = Stroke { colour: Colour::Series(1), width: 4.0, dash: Dash::Solid };
-        let line = Mark::Line { points: vec![(0.0, 10.0), (40.0, 10.0)], stroke };
+        let line = Primitive::Line { points: vec![(0.0, 10.0), (40.0, 10.0)], stroke };
         let clip = Rectangle { left: 10.0, top: 0.0, width: 20.0, height: 20.0 };
         let layer = Layer { kind: LayerKind::Data { series: 0, clip }, marks: vec![line] };
         let bytes = file(&Drawing { width: 40.0, height: 20.0, layers: vec![layer] }).unwrap();

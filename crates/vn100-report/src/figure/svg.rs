@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Mark, Shape};
+use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Primitive, Shape};
 
 /// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`;
 /// `title` is read aloud.
@@ -57,9 +57,9 @@ fn write_layer(out: &mut String, layer: &Layer, id: &str) -> fmt::Result {
     out.write_str("</g>")
 }
 
-fn write_mark(out: &mut String, mark: &Mark) -> fmt::Result {
+fn write_mark(out: &mut String, mark: &Primitive) -> fmt::Result {
     match mark {
-        Mark::Line { points, stroke } => {
+        Primitive::Line { points, stroke } => {
             write!(
                 out,
                 "<path fill=\"none\" class=\"l {}\" stroke=\"{}\" stroke-width=\"{}\"",
@@ -73,7 +73,7 @@ fn write_mark(out: &mut String, mark: &Mark) -> fmt::Result {
             }
             write!(out, " d=\"{}\"/>", path(points))
         }
-        Mark::Area { points, colour, opacity } => {
+        Primitive::Area { points, colour, opacity } => {
             let class = colour.class();
             write!(
                 out,
@@ -82,8 +82,8 @@ fn write_mark(out: &mut String, mark: &Mark) -> fmt::Result {
                 path(points)
             )
         }
-        Mark::Symbol { at, shape, colour } => write_symbol(out, *at, *shape, *colour),
-        Mark::Text { at, text, size, anchor, upwards } => {
+        Primitive::Symbol { at, shape, colour } => write_symbol(out, *at, *shape, *colour),
+        Primitive::Text { at, text, size, anchor, upwards } => {
             write!(
                 out,
                 "<text transform=\"translate({} {}){}\"",

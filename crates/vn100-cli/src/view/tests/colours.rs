@@ -8,8 +8,8 @@ use vn100_driver::LinkState;
 
 use super::{damaged, drawn, measured, one};
 use crate::view::{
-    source::Source,
-    state::{Axes, Panel, State},
+    source::SourceView,
+    state::{Axes, Panel, ViewState},
     theme::{Colours, Theme},
 };
 
@@ -35,11 +35,11 @@ fn style_of(buffer: &Buffer, text: &str) -> (Color, Modifier) {
 #[test]
 fn good_is_green_and_broken_vermilion() {
     let state = one();
-    let show = |source: Source| drawn(&state, &[source], theme(Colours::True), SIZE).0;
+    let show = |source: SourceView| drawn(&state, &[source], theme(Colours::True), SIZE).0;
     assert_eq!(style_of(&show(measured()), "● up").0, Color::Rgb(0, 158, 115));
     let down =
         LinkState::Down { was_up: true, cause: String::new(), needs_help: false, retry_in: std::time::Duration::ZERO };
-    assert_eq!(style_of(&show(Source { link: Some(down), ..measured() }), "LOST").0, Color::Rgb(213, 94, 0));
+    assert_eq!(style_of(&show(SourceView { link: Some(down), ..measured() }), "LOST").0, Color::Rgb(213, 94, 0));
     let damaged = show(damaged());
     assert_eq!(style_of(&damaged, "RECORDING FAILED").0, Color::Rgb(213, 94, 0));
     assert_eq!(style_of(&damaged, "bad lines 4").0, Color::Rgb(240, 228, 66));
@@ -81,7 +81,7 @@ fn curves_on_each_other_hide_no_sign() {
 #[test]
 fn terminals_get_no_colours_they_do_not_have() {
     for panel in Panel::ALL {
-        let state = State { panel, axes: Axes::One(0), ..one() };
+        let state = ViewState { panel, axes: Axes::One(0), ..one() };
         for (colours, allowed) in [
             (Colours::Sixteen, (|color| !matches!(color, Color::Rgb(..) | Color::Indexed(_))) as fn(Color) -> bool),
             (Colours::None, |color| color == Color::Reset),

@@ -14,17 +14,17 @@ use vn100_protocol::stream::{Batch, Mark, MarkKind, RegisterReply, StreamCounts}
 use vn100_protocol::{Layout, VNIMU, VNYMR};
 use vn100_report::Evaluation;
 
-use crate::view::source::{Phase, Source};
+use crate::view::source::{SourcePhase, SourceView};
 
 const SAMPLES: usize = 20_000;
 
 /// A source of which nothing is known.
-pub(super) fn nothing() -> Source {
+pub(super) fn nothing() -> SourceView {
     let snapshot = Analysis::new(Settings::default()).snapshot();
     let assessment = Assessment::new(&snapshot, 0.95);
     let origin = SourceFacts { name: "/dev/ttyUSB0".into(), kind: Some("serial"), ..SourceFacts::default() };
-    let source = Source::new("/dev/ttyUSB0".into(), origin, Arc::new(snapshot), Arc::new(assessment));
-    Source { elapsed: Duration::from_secs(2), ..source }
+    let source = SourceView::new("/dev/ttyUSB0".into(), origin, Arc::new(snapshot), Arc::new(assessment));
+    SourceView { elapsed: Duration::from_secs(2), ..source }
 }
 
 /// A link at 115200 baud.
@@ -41,8 +41,8 @@ pub(super) fn up() -> LinkState {
 }
 
 /// Five hundred seconds of white noise from a sensor without its filter, recorded.
-pub(super) fn measured() -> Source {
-    static MADE: OnceLock<Source> = OnceLock::new();
+pub(super) fn measured() -> SourceView {
+    static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
         analysis.absorb(&batch(&VNIMU, &[]));
@@ -53,8 +53,8 @@ pub(super) fn measured() -> Source {
 
 /// The same time of a compensated stream, with rejected sentences and gaps, and a
 /// failed recording.
-pub(super) fn damaged() -> Source {
-    static MADE: OnceLock<Source> = OnceLock::new();
+pub(super) fn damaged() -> SourceView {
+    static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut analysis = Analysis::new(settings());
         let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
@@ -65,7 +65,7 @@ pub(super) fn damaged() -> Source {
         let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
         let damaged = source(analysis.snapshot());
         let recording = damaged.recording.clone().map(|recording| RecordingState { error, ..recording });
-        Source { recording, name: "/dev/ttyUSB1".into(), ..damaged }
+        SourceView { recording, name: "/dev/ttyUSB1".into(), ..damaged }
     })
     .clone()
 }
@@ -74,7 +74,7 @@ fn settings() -> Settings {
     Settings { rate_hz: Some(40.0), recent: true, ..Settings::default() }
 }
 
-fn source(mut snapshot: Snapshot) -> Source {
+fn source(mut snapshot: Snapshot) -> SourceView {
     snapshot.timing.rate_from = RateFrom::Device;
     snapshot.arrivals = Some(TimebaseSummary {
         samples: SAMPLES as u64,
@@ -99,8 +99,8 @@ fn source(mut snapshot: Snapshot) -> Source {
         RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
     let mut source = nothing();
     source.show(Arc::new(snapshot), Arc::new(assessment));
-    Source {
-        phase: Phase::Measuring,
+    SourceView {
+        phase: SourcePhase::Measuring,
         link: Some(up()),
         recording: Some(recording),
         verdicts,

@@ -6,11 +6,11 @@ use vn100_pipeline::{Command, Playback, Speed};
 
 use super::{PLAIN, damaged, drawn, measured, nothing, one, text};
 use crate::view::{
-    source::Source,
-    state::{Axes, Panel, Question, Request, State, mouse},
+    source::SourceView,
+    state::{Axes, Panel, Question, ViewRequest, ViewState, mouse},
 };
 
-fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {
+fn press(state: &mut ViewState, sources: &[SourceView], keys: &str) -> Option<ViewRequest> {
     let key = |c| match c {
         '\n' => KeyCode::Enter,
         '\t' => KeyCode::Tab,
@@ -25,28 +25,28 @@ fn press(state: &mut State, sources: &[Source], keys: &str) -> Option<Request> {
     last
 }
 
-fn pressed(keys: &str, sources: &[Source]) -> (State, Option<Request>) {
-    let mut state = State { overview: false, ..State::new(sources.len()) };
+fn pressed(keys: &str, sources: &[SourceView]) -> (ViewState, Option<ViewRequest>) {
+    let mut state = ViewState { overview: false, ..ViewState::new(sources.len()) };
     let request = press(&mut state, sources, keys);
     (state, request)
 }
 
-fn replayed() -> Source {
+fn replayed() -> SourceView {
     let total = Some(20_000);
     let playback = Playback { samples: 5_000, total, speed: Speed::Max, paused: false, at_end: false };
-    Source { playback: Some(playback), ..measured() }
+    SourceView { playback: Some(playback), ..measured() }
 }
 
 #[test]
 fn quitting_is_asked_for_in_every_usual_way() {
-    let quit = |keep_screen| Some(Request::Quit { keep_screen });
+    let quit = |keep_screen| Some(ViewRequest::Quit { keep_screen });
     assert_eq!(pressed("q", &[measured()]).1, quit(false));
     assert_eq!(pressed("Q", &[measured()]).1, quit(true));
     assert_eq!(pressed("?q", &[measured()]).1, quit(false), "from the help too");
     let mut state = one();
     let control = |c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL);
     assert_eq!(state.key(control('c'), &[]), quit(false));
-    assert_eq!(state.key(control('z'), &[]), Some(Request::Suspend));
+    assert_eq!(state.key(control('z'), &[]), Some(ViewRequest::Suspend));
     assert_eq!(state.key(control('q'), &[]), None);
     assert_eq!(pressed("q", &[nothing()]).1, quit(false), "before anything is known");
 }
@@ -60,7 +60,7 @@ fn the_help_has_pages_and_closes() {
     assert_eq!(pressed("?x", &sources).0, one(), "a key that closes it does nothing else");
     for (height, pages) in [(16, 4), (24, 2), (40, 2), (60, 2)] {
         let all: String = (0..pages)
-            .map(|page| text(&drawn(&State { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
+            .map(|page| text(&drawn(&ViewState { help: Some(page), ..one() }, &sources, PLAIN, (80, height)).0))
             .collect();
         for shown in ["quit: the result", "click panels", "how much means", "lost or damaged"] {
             assert_eq!(all.matches(shown).count(), 1, "{shown} at {height} rows:\n{all}");
@@ -73,15 +73,15 @@ fn the_help_gives_the_confidence_of_the_intervals() {
     let source = measured();
     for (confidence, shown) in [(0.68, ": 68 % sure"), (0.95, ": 95 % sure"), (0.995, ": 99.5 % sure")] {
         let assessment = Assessment::new(&source.snapshot, confidence);
-        let sources = [Source { assessment: assessment.into(), ..source.clone() }];
-        let screen = text(&drawn(&State { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)).0);
+        let sources = [SourceView { assessment: assessment.into(), ..source.clone() }];
+        let screen = text(&drawn(&ViewState { help: Some(0), ..one() }, &sources, PLAIN, (120, 40)).0);
         assert!(screen.contains(shown), "{shown}\n{screen}");
     }
 }
 
 #[test]
 fn a_key_leads_to_the_warnings() {
-    assert_eq!(pressed("!", &[measured()]).0, State { panel: Panel::Warnings, ..one() });
+    assert_eq!(pressed("!", &[measured()]).0, ViewState { panel: Panel::Warnings, ..one() });
     assert_eq!(pressed("!jj", &[damaged()]).0.warning, 2);
     assert_eq!(pressed("!jj!", &[damaged()]).0.warning, 0, "the newest");
 }
@@ -91,11 +91,15 @@ fn panels_sensors_and_axes_are_chosen() {
     let sources = [measured()];
     assert_eq!(pressed("\t\t", &sources).0.panel, Panel::Statistics);
     assert_eq!(pressed("\t\t\t\t\t", &sources).0.panel, Panel::Allan);
-    assert_eq!(pressed("2y", &sources).0, State { sensor: 1, axes: Axes::One(1), ..one() });
-    assert_eq!(pressed("2ya", &sources).0, State { sensor: 1, ..one() });
+    assert_eq!(pressed("2y", &sources).0, ViewState { sensor: 1, axes: Axes::One(1), ..one() });
+    assert_eq!(pressed("2ya", &sources).0, ViewState { sensor: 1, ..one() });
     assert_eq!(pressed("9", &sources).0, one(), "there is no ninth sensor");
     assert_eq!(pressed("j", &sources).0.axes, Axes::One(0));
-    assert_eq!(pressed("jjjj", &sources).0, State { sensor: 1, axes: Axes::One(0), ..one() }, "on to the next sensor");
+    assert_eq!(
+        pressed("jjjj", &sources).0,
+        ViewState { sensor: 1, axes: Axes::One(0), ..one() },
+        "on to the next sensor"
+    );
     assert_eq!(pressed("jjjjk", &sources).0.axes, Axes::One(2));
     assert!(pressed("e", &sources).0.expanded && !pressed("e\x1b", &sources).0.expanded);
     assert!(pressed("f", &sources).0.frozen && !pressed("ff", &sources).0.frozen);
@@ -116,7 +120,7 @@ fn the_cursor_stays_on_the_curve() {
 #[test]
 fn what_loses_data_is_asked_first() {
     let sources = [measured()];
-    let control = |request| Some(Request::Control(request));
+    let control = |request| Some(ViewRequest::Control(request));
     assert_eq!(pressed("r", &sources).1, None);
     assert_eq!(pressed("r", &sources).0.question, Some(Question::StartOver));
     assert_eq!(pressed("ry", &sources).1, control(Command::StartOver));
@@ -129,7 +133,7 @@ fn what_loses_data_is_asked_first() {
 #[test]
 fn a_capture_is_led_anywhere() {
     let sources = [replayed()];
-    let control = |request| Some(Request::Control(request));
+    let control = |request| Some(ViewRequest::Control(request));
     assert_eq!(pressed(" ", &sources).1, control(Command::TogglePause));
     assert_eq!(pressed(".", &sources).1, control(Command::Step));
     assert_eq!(pressed("g45\n", &sources).1, control(Command::GoTo(0.45)));
@@ -142,7 +146,7 @@ fn a_capture_is_led_anywhere() {
 #[test]
 fn sources_are_chosen_in_the_overview_and_beside_it() {
     let sources = [measured(), damaged(), nothing()];
-    let mut state = State::new(3);
+    let mut state = ViewState::new(3);
     press(&mut state, &sources, "jj\n");
     assert_eq!((state.source, state.overview), (2, false));
     press(&mut state, &sources, "n");
@@ -178,7 +182,7 @@ fn the_mouse_points_at_what_keys_choose() {
     let sources = [replayed()];
     let (_, regions) = drawn(&state, &sources, PLAIN, (80, 24));
     let middle = click(regions.progress.x + regions.progress.width / 2, regions.progress.y);
-    let Some(Request::Control(Command::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
+    let Some(ViewRequest::Control(Command::GoTo(part))) = mouse(middle, &mut state, &regions, &sources) else {
         panic!("no place to go to");
     };
     assert!((part - 0.5).abs() < 0.02, "{part}");

@@ -26,8 +26,8 @@ use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
 use crate::view::{
-    source::{Phase, Source},
-    state::{Axes, Panel, State},
+    source::{SourcePhase, SourceView},
+    state::{Axes, Panel, ViewState},
     theme::{Colours, Theme},
 };
 
@@ -42,20 +42,20 @@ const CELL: (f64, f64) = (8.4, 17.0);
 
 #[test]
 fn every_panel() {
-    check("all-panels", &State { axes: Axes::One(1), ..one() }, (120, 40));
+    check("all-panels", &ViewState { axes: Axes::One(1), ..one() }, (120, 40));
 }
 
 #[test]
 fn the_curves_of_all_axes() {
-    check("allan", &State { expanded: true, ..one() }, (100, 30));
+    check("allan", &ViewState { expanded: true, ..one() }, (100, 30));
 }
 
 #[test]
 fn a_small_terminal() {
-    check("warnings-80x24", &State { panel: Panel::Warnings, ..one() }, (80, 24));
+    check("warnings-80x24", &ViewState { panel: Panel::Warnings, ..one() }, (80, 24));
 }
 
-fn check(name: &str, state: &State, size: (u16, u16)) {
+fn check(name: &str, state: &ViewState, size: (u16, u16)) {
     let theme = Theme { colours: Colours::True, ascii: false };
     let (buffer, _) = drawn(state, &[emulated()], theme, size);
     let svg = svg(&buffer);
@@ -68,8 +68,8 @@ fn check(name: &str, state: &State, size: (u16, u16)) {
 }
 
 /// A replay that has come to its end.
-fn emulated() -> Source {
-    static MADE: OnceLock<Source> = OnceLock::new();
+fn emulated() -> SourceView {
+    static MADE: OnceLock<SourceView> = OnceLock::new();
     MADE.get_or_init(|| {
         let mut generator = Generator::new(&Profile::named("lab3").unwrap(), RATE_HZ, 1).unwrap();
         let mut capture = Vec::new();
@@ -87,9 +87,9 @@ fn emulated() -> Source {
         let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
         let mut source = nothing();
         source.show(snapshot, Arc::new(assessment));
-        Source {
+        SourceView {
             name: "emulated-2h.vnimu".into(),
-            phase: Phase::Measuring,
+            phase: SourcePhase::Measuring,
             verdicts,
             elapsed: Duration::from_secs(720),
             playback: Some(Playback { samples: SAMPLES, total, speed, paused: false, at_end: true }),
