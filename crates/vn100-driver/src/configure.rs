@@ -21,8 +21,7 @@ const DRAIN: Duration = Duration::from_millis(150);
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How long to wait for a frame, longer than a period of the slowest output, 1 Hz, and how often to
-/// check whether one has arrived.
+/// How long to wait for a frame, longer than a period of the slowest output, and how often to check.
 const LISTEN: Duration = Duration::from_millis(1200);
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -81,14 +80,14 @@ pub enum ConfigureError {
         /// What had been written by then, and is restored.
         undone: Vec<Change>,
     },
-    /// What was written could not be restored, or the output may be paused.
+    /// What was written, or may have been, could not be restored, or the output may be paused.
     #[error("{cause}; the sensor {} changed: {}", if *is_read { "stays" } else { "may stay" }, list(changes, *may_be_paused))]
     Left {
         /// Why it is not set as requested.
         cause: Box<ConfigureError>,
-        /// What was written, or may have been.
+        /// What the sensor still has, or may have.
         changes: Vec<Change>,
-        /// Whether this was read from the sensor; otherwise it may have them.
+        /// Whether this was read from the sensor.
         is_read: bool,
         /// Whether the output may still be paused: the command to resume it failed.
         may_be_paused: bool,
@@ -103,7 +102,7 @@ fn list(changes: &[Change], may_be_paused: bool) -> String {
 
 /// Sets the sensor: reads its settings, checks that the new output fits the baud rate, pauses the
 /// output, writes, reads back, resumes the output and measures its rate; once more where the link
-/// was lost meanwhile. The settings are lost with the power unless `settings.save` is set.
+/// was lost meanwhile.
 ///
 /// All or nothing: on a failure, or on `stop`, what was written is restored before this returns,
 /// and an output that was found paused is paused again. Only settings that were saved stay. On

@@ -7,7 +7,7 @@ use thiserror::Error;
 use vn100_capture::Source;
 use vn100_protocol::stream::StreamInput;
 
-use crate::{low_latency::LatencyTimer, ports::PortEntry};
+use crate::ports::{LatencyTimer, PortEntry};
 
 /// Opens a connection, and opens it again after the link is lost.
 pub trait Connect: Send + 'static {

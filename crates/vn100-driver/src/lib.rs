@@ -1,7 +1,5 @@
 //! The live link to a VN-100: opening a port, finding its baud rate, commands, reconnection.
 //!
-//! # A sensor on a port
-//!
 //! [`open_link`] opens a port ([`SerialPorts`]) or a socket ([`TcpServer`]), scans the baud rates,
 //! hands out [`Event`]s, and reconnects when the link is lost. [`LinkHandle`] sends commands to the
 //! sensor meanwhile; [`configure`](configure()) changes its output.
@@ -38,7 +36,6 @@ mod link;
 mod link_error;
 mod link_machine;
 mod link_task;
-mod low_latency;
 mod output_plan;
 mod ports;
 mod serial;
@@ -50,8 +47,7 @@ pub use link::{CommandError, LinkHandle, LinkOptions, LinkState, Up};
 pub use link_error::LinkHint;
 pub use link_machine::BAUD_RATES;
 pub use link_task::open_link;
-pub use low_latency::{LatencyTimer, shorten_latency};
 pub use output_plan::{Change, OutputSettings, PlanError};
-pub use ports::{PortEntry, UsbAdapter, list_ports};
+pub use ports::{LatencyTimer, PortEntry, UsbAdapter, list_ports};
 pub use serial::{SerialConnection, SerialPorts};
 pub use tcp::{TcpConnection, TcpServer};

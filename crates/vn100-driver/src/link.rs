@@ -16,7 +16,7 @@ use vn100_protocol::{
     AsyncType, DeviceError, QueueFull, Register, RegisterContents, RequestFailure, Response, SensorCommand,
 };
 
-use crate::{link_error::LinkHint, low_latency::LatencyTimer, output_plan::Change};
+use crate::{link_error::LinkHint, output_plan::Change, ports::LatencyTimer};
 
 /// How a link is opened and read.
 #[derive(Debug, Default)]
@@ -27,25 +27,21 @@ pub struct LinkOptions {
     pub listen_only: bool,
     /// How the bytes are read.
     pub read: ReadOptions,
-    /// Where a copy of everything that is received is sent, in order. What it does not take at once
-    /// is dropped and reported in it as
-    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun): recording never delays
-    /// measuring.
+    /// Where a copy of everything that is received is sent, in order. Recording never delays
+    /// measuring: what does not fit is dropped and reported in it as
+    /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
     pub recording: Option<mpsc::Sender<StreamInput>>,
-    /// Read the temperature and the uncompensated measurements (register 54) this often between the
-    /// lines, where the line has room for it. The answers are among the
-    /// [`registers`](vn100_protocol::stream::Batch::registers) of the batches.
+    /// Read register 54, with the temperature, this often, where the line has room for it. The
+    /// answers are among the [`registers`](vn100_protocol::stream::Batch::registers) of the batches.
     pub poll_temperature: Option<Duration>,
-    /// What [`configure`](crate::configure()) has changed. It is written again after a reconnect,
-    /// before the link is up: the sensor may have lost its power, and with it all that was not
-    /// saved. The baud rate is not written again: the sensor is found at the one it has. Ignored
-    /// where the link only listens.
+    /// What [`configure`](crate::configure()) has changed: written again after a reconnect, before
+    /// the link is up, as the sensor may have lost its power; but for the baud rate, as it is found
+    /// at the one it has. Ignored where the link only listens.
     pub desired_settings: Vec<Change>,
     /// The serial number of the sensor, where it is known: another sensor ends the link, as it does
     /// after a reconnect. Ignored where the link only listens.
     pub known_serial: Option<String>,
-    /// The words of a hint in the texts of errors and states; those of [`LinkHint::text`] where
-    /// `None`.
+    /// The words of a hint in errors and states; those of [`LinkHint::text`] where `None`.
     pub hint_text: Option<fn(LinkHint) -> &'static str>,
 }
 
@@ -72,8 +68,7 @@ pub enum LinkState {
         was_up: bool,
         /// Why, in words.
         cause: String,
-        /// Whether the next attempt fails, too, unless the user does something: the port is in use
-        /// or not allowed to this user, or the sensor refuses its settings.
+        /// Whether the next attempt fails, too, unless the user does something.
         needs_help: bool,
         /// The delay before the next attempt.
         retry_in: Duration,
@@ -106,14 +101,13 @@ pub struct Up {
     pub baud: Option<u32>,
     /// Since when, in nanoseconds from the origin of the arrival times.
     pub since_ns: i64,
-    /// The latency timer of the adapter, where it has one, and how to shorten it where the link may
-    /// not.
+    /// The latency timer of the adapter, where it has one.
     pub latency_timer: Option<LatencyTimer>,
     /// The error that the sensor reported when it restarted on an open port, where that is why the
     /// link is up anew.
     pub restarted: Option<DeviceError>,
-    /// Whether the output of the sensor was found paused by another program, and was resumed. It is
-    /// paused again when the link is stopped, unless a command of the user has resumed it, too.
+    /// Whether the output was found paused by another program, and was resumed. It is paused again
+    /// when the link is stopped, unless a command of the user has resumed it, too.
     pub output_resumed: bool,
 }
 

@@ -1,10 +1,10 @@
 //! The life of a link as a state machine: it does no I/O, and time is an argument.
 //!
 //! ```text
-//! Opening ──> Scanning ──> Identifying ──> Connected <──> Verifying
-//!    ^           │              │              │              │
-//!    │           └──────────────┴─── lost, or stopped ────────┤
-//!    │                                                        v
+//! Opening ──> Scanning ──> Identifying ──> Connected
+//!    ^           │              │              │
+//!    │           └──────────────┴──────────────┴─ lost, or stopped
+//!    │                                                  v
 //! BackingOff <── lost ── Closing <── (RestoringOutput, where stopped)
 //!                           │
 //!                           └── stopped, or not worth another attempt ──> Closed
@@ -25,9 +25,7 @@
 mod baud_scan;
 mod connected;
 mod link_context;
-mod pending_inputs;
 mod requests;
-mod stream_health;
 #[cfg(test)]
 mod tests;
 mod verification;
@@ -51,7 +49,7 @@ use crate::{
     connect::ConnectError,
     link::{CommandError, LinkOptions, LinkState},
     link_error::LinkError,
-    low_latency::LatencyTimer,
+    ports::LatencyTimer,
 };
 
 /// How often a link that never was connected is tried: a sensor that was just switched on sends
@@ -126,10 +124,9 @@ enum Phase {
     Scanning(BaudScan),
     /// A sensor is found: it must be the known one, with its settings.
     Identifying { baud: Option<u32>, verification: Verification },
-    /// The output of the sensor is forwarded.
-    Connected(Connected),
-    /// The sensor sends again after a silence: it must still be the known one, with its settings.
-    Verifying { connected: Connected, verification: Verification },
+    /// The output of the sensor is forwarded. Where it sends again after a silence, it is verified
+    /// first: it must still be the known one, with its settings.
+    Connected { connected: Connected, verification: Option<Verification> },
     /// Sets the output as it was found, or as it is to be, before the port is closed.
     RestoringOutput { on: bool },
     /// Waits for the port to be closed; `error` is why, `None` for a stop.
@@ -167,61 +164,49 @@ impl LinkMachine {
 
     /// Handles what has happened.
     pub(crate) fn handle_input(&mut self, now: Duration, input: Input) {
-        let handled = match input {
+        let mut handled = Ok(());
+        match input {
             Input::Opened(port) => {
                 self.context.port = port;
                 let bauds = self.baud_rates();
                 self.phase = Phase::Scanning(BaudScan::start(bauds, &mut self.context, now));
-                Ok(())
             }
-            Input::OpenFailed(error) => {
-                self.handle_closed(now, Some(error.into()));
-                Ok(())
-            }
-            Input::BaudSet { baud, result } => self.handle_baud_set(now, baud, result),
-            Input::Received(input) => self.handle_received(now, input),
-            Input::Lost(error) => Err(error),
+            Input::OpenFailed(error) => self.handle_closed(now, Some(error.into())),
+            Input::BaudSet { baud, result } => handled = self.handle_baud_set(now, baud, result),
+            Input::Received(input) => handled = self.handle_received(now, input),
+            Input::Lost(error) => handled = Err(error),
             Input::PortClosed { unread } => {
                 unread.into_iter().for_each(|input| _ = self.context.pending.push(input));
                 self.context.discard_pending(now);
                 if let Phase::Closing { error } = mem::replace(&mut self.phase, Phase::Closed) {
                     self.handle_closed(now, error);
                 }
-                Ok(())
             }
             Input::Command { id, command } => {
                 self.context.requests.submit_for_user(id, command);
                 if !self.is_open() {
                     self.context.requests.handle_link_down();
                 }
-                Ok(())
             }
-            Input::Stop => {
-                self.handle_stop(now);
-                Ok(())
-            }
-        };
+            Input::Stop => self.handle_stop(now),
+        }
         self.finish_call(now, handled);
     }
 
     /// Handles what is due; does nothing before that time.
     pub(crate) fn handle_timeout(&mut self, now: Duration) {
-        let handled = match &mut self.phase {
-            Phase::Scanning(scan) => {
-                let found = scan.handle_timeout(&mut self.context, now);
-                self.handle_scanned(now, found)
+        let mut handled = Ok(());
+        match &mut self.phase {
+            Phase::Scanning(scan) => handled = scan.handle_timeout(&mut self.context, now),
+            Phase::Connected { connected, verification: None } => {
+                handled = connected.handle_timeout(&mut self.context, now);
             }
-            Phase::Connected(connected) => connected.handle_timeout(&mut self.context, now),
-            Phase::BackingOff { until } if now >= *until => {
-                self.open();
-                Ok(())
-            }
-            Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
+            Phase::BackingOff { until } if now >= *until => self.open(),
+            Phase::Identifying { .. } | Phase::Connected { .. } | Phase::RestoringOutput { .. } => {
                 self.context.requests.handle_timeout(now);
-                Ok(())
             }
-            Phase::Opening | Phase::BackingOff { .. } | Phase::Closing { .. } | Phase::Closed => Ok(()),
-        };
+            Phase::Opening | Phase::BackingOff { .. } | Phase::Closing { .. } | Phase::Closed => {}
+        }
         self.finish_call(now, handled);
     }
 
@@ -235,7 +220,7 @@ impl LinkMachine {
         if !self.is_open() {
             return None;
         }
-        if let Phase::Connected(connected) = &self.phase {
+        if let Phase::Connected { connected, verification: None } = &self.phase {
             self.context.requests.submit_due_reads(now, connected.up.baud);
         }
         let line = self.context.requests.poll_transmit(now)?;
@@ -254,8 +239,8 @@ impl LinkMachine {
     pub(crate) fn poll_timeout(&self) -> Option<Duration> {
         match &self.phase {
             Phase::Scanning(scan) => scan.poll_timeout(),
-            Phase::Connected(connected) => Some(connected.poll_timeout(&self.context)),
-            Phase::Identifying { .. } | Phase::Verifying { .. } | Phase::RestoringOutput { .. } => {
+            Phase::Connected { connected, verification: None } => Some(connected.poll_timeout(&self.context)),
+            Phase::Identifying { .. } | Phase::Connected { .. } | Phase::RestoringOutput { .. } => {
                 self.context.requests.poll_timeout()
             }
             Phase::BackingOff { until } => Some(*until),
@@ -265,7 +250,7 @@ impl LinkMachine {
 
     /// Whether commands of the user are sent, or fail, at once; they are to wait otherwise.
     pub(crate) fn accepts_commands(&self) -> bool {
-        matches!(self.phase, Phase::Connected(_) | Phase::BackingOff { .. })
+        matches!(self.phase, Phase::Connected { verification: None, .. } | Phase::BackingOff { .. })
     }
 
     pub(crate) fn is_closed(&self) -> bool {
@@ -305,16 +290,14 @@ impl LinkMachine {
 
     fn handle_received(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
         match &mut self.phase {
-            Phase::Connected(connected) => {
-                if let Some(input) = connected.handle_received(&mut self.context, now, input)? {
-                    self.verify(now, input)?;
-                }
-                Ok(())
+            Phase::Connected { connected, verification: verification @ None } => {
+                let Some(input) = connected.handle_received(&mut self.context, now, input)? else { return Ok(()) };
+                *verification = Some(Verification::after_silence(&mut self.context));
+                self.handle_pending(now, input)
             }
             Phase::Scanning(scan) => {
                 self.context.pending.push(input);
-                let found = scan.handle_received(&mut self.context, now);
-                self.handle_scanned(now, found)
+                scan.handle_received(&mut self.context, now)
             }
             _ => self.handle_pending(now, input),
         }
@@ -328,66 +311,41 @@ impl LinkMachine {
 
     fn handle_baud_set(&mut self, now: Duration, new_baud: u32, result: io::Result<()>) -> Result<(), LinkError> {
         match &mut self.phase {
-            Phase::Scanning(scan) => {
-                let found = scan.handle_baud_set(&mut self.context, now, result);
-                self.handle_scanned(now, found)
-            }
+            Phase::Scanning(scan) => scan.handle_baud_set(&mut self.context, now, result)?,
             Phase::Identifying { baud, verification } => {
                 *baud = verification.handle_baud_set(&mut self.context, result)?.or(*baud);
-                Ok(())
             }
-            Phase::Connected(connected) | Phase::Verifying { connected, .. } => {
+            Phase::Connected { connected, .. } => {
                 result?;
                 connected.handle_baud_set(&mut self.context, new_baud);
-                Ok(())
             }
-            _ => Ok(()),
-        }
-    }
-
-    /// Continues with the verification of a sensor that a baud scan has found.
-    fn handle_scanned(&mut self, now: Duration, found: Result<bool, LinkError>) -> Result<(), LinkError> {
-        if found? && let Phase::Scanning(scan) = &self.phase {
-            let baud = scan.baud();
-            let verification = Verification::after_scan(&mut self.context, baud);
-            self.phase = Phase::Identifying { baud, verification };
-            self.finish_verification(now)?;
+            _ => {}
         }
         Ok(())
     }
 
-    /// The sensor sends again after a silence, first in this input.
-    fn verify(&mut self, now: Duration, input: StreamInput) -> Result<(), LinkError> {
-        self.phase = match mem::replace(&mut self.phase, Phase::Closed) {
-            Phase::Connected(connected) => {
-                Phase::Verifying { connected, verification: Verification::after_silence(&mut self.context) }
-            }
-            phase => phase,
-        };
-        self.handle_pending(now, input)?;
-        self.finish_verification(now)
-    }
-
-    /// Continues with the phase [`Connected`](Phase::Connected) when the verification has ended.
-    fn finish_verification(&mut self, now: Duration) -> Result<(), LinkError> {
-        let is_open: fn(&_) -> bool;
-        let connected = match mem::replace(&mut self.phase, Phase::Closed) {
+    /// Continues with the next phase where a baud scan has found the sensor, or the sensor is
+    /// verified.
+    fn advance(&mut self, now: Duration) -> Result<(), LinkError> {
+        if let Phase::Scanning(scan) = &self.phase
+            && let Some(baud) = scan.found()
+        {
+            let verification = Verification::after_scan(&mut self.context, baud);
+            self.phase = Phase::Identifying { baud, verification };
+        }
+        match &mut self.phase {
             Phase::Identifying { baud, verification } if verification.is_done() => {
-                is_open = |_| false;
-                Connected::new(&mut self.context, now, baud)
+                let mut connected = Connected::new(&mut self.context, now, *baud);
+                let forwarded = connected.forward_pending(&mut self.context, now, |_| false);
+                self.phase = Phase::Connected { connected, verification: None };
+                forwarded
             }
-            Phase::Verifying { connected, verification } if verification.is_done() => {
-                is_open = is_unsolicited_error;
-                connected
-            }
-            phase => {
-                self.phase = phase;
-                return Ok(());
-            }
-        };
-        self.phase = Phase::Connected(connected);
-        let Phase::Connected(connected) = &mut self.phase else { return Ok(()) };
-        connected.forward_pending(&mut self.context, now, is_open)
+            Phase::Connected { connected, verification } => match verification.take_if(|done| done.is_done()) {
+                Some(_) => connected.forward_pending(&mut self.context, now, is_unsolicited_error),
+                None => Ok(()),
+            },
+            _ => Ok(()),
+        }
     }
 
     /// Handles what follows from replies and timeouts.
@@ -395,15 +353,15 @@ impl LinkMachine {
         while let Some(event) = self.context.poll_request_event() {
             match (&mut self.phase, event) {
                 (
-                    Phase::Identifying { verification, .. } | Phase::Verifying { verification, .. },
+                    Phase::Identifying { verification, .. } | Phase::Connected { verification: Some(verification), .. },
                     RequestEvent::PhaseAnswered(result),
                 ) => {
                     verification.handle_answer(&mut self.context, now, result)?;
-                    self.finish_verification(now)?;
+                    self.advance(now)?;
                 }
                 // it sends
-                (Phase::Verifying { .. }, RequestEvent::Absent) => {}
-                (Phase::Connected(connected) | Phase::Verifying { connected, .. }, event) => {
+                (Phase::Connected { verification: Some(_), .. }, RequestEvent::Absent) => {}
+                (Phase::Connected { connected, .. }, event) => {
                     connected.handle_request_event(&mut self.context, now, event)?;
                 }
                 (Phase::RestoringOutput { on }, RequestEvent::PhaseAnswered(result)) => {
@@ -421,6 +379,7 @@ impl LinkMachine {
     }
 
     fn finish_call(&mut self, now: Duration, handled: Result<(), LinkError>) {
+        let handled = handled.and_then(|()| self.advance(now));
         if let Err(error) = handled.and_then(|()| self.handle_request_events(now)) {
             self.disconnect(now, error);
             // the user's open commands have ended
@@ -432,7 +391,7 @@ impl LinkMachine {
     fn disconnect(&mut self, now: Duration, error: LinkError) {
         self.context.discard_pending(now);
         match &self.phase {
-            Phase::Connected(_) | Phase::Verifying { .. } => {
+            Phase::Connected { .. } => {
                 self.context.emit(now, LinkEventKind::Down { cause: error.to_string() });
                 self.close(now, Some(error));
             }
@@ -449,7 +408,7 @@ impl LinkMachine {
         let on = match &self.phase {
             Phase::Opening | Phase::BackingOff { .. } => return self.end(None),
             Phase::Closing { .. } | Phase::Closed | Phase::RestoringOutput { .. } => return,
-            Phase::Connected(_) | Phase::Verifying { .. } if self.context.requests.must_restore_pause() => false,
+            Phase::Connected { .. } if self.context.requests.must_restore_pause() => false,
             Phase::Identifying { verification, .. } if verification.may_have_paused_output() => true,
             _ => return self.close(now, None),
         };

@@ -24,7 +24,7 @@ pub struct OutputSettings {
     /// Whether each line carries a count of the sensor's samples (registers 32 and 30), so that
     /// dropped samples can be counted.
     pub count: Option<bool>,
-    /// Whether the sensor keeps the settings, these and all it has, when it is switched off.
+    /// Whether the sensor keeps these and all its settings when it is switched off.
     pub save: bool,
 }
 
@@ -74,8 +74,8 @@ pub enum PlanError {
         baud: BaudRate,
         /// What the lines need.
         lines: LinkLoad,
-        /// What the binary outputs need beside them. To which port they go is not asked: which one
-        /// this is, the sensor does not say.
+        /// What the binary outputs need beside them, to whichever port they go: which one this is,
+        /// the sensor does not say.
         packets: LinkLoad,
         /// The highest rate of the message that fits.
         highest: Option<AsyncRate>,

@@ -1,5 +1,5 @@
-//! The serial ports of this machine, which of them a VN-100 may be on, and how the one that a user
-//! named is found after it was pulled out and plugged in under another name.
+//! The serial ports of this machine, which of them a VN-100 may be on, how the one that a user named
+//! is found after it was pulled out and plugged in under another name, and its latency timer.
 
 use std::{
     fs,
@@ -107,7 +107,7 @@ fn entries(found: Vec<SerialPortInfo>, stable_names: &[(PathBuf, PathBuf)]) -> V
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PortAddress {
     /// As the user gave it.
-    given: String,
+    pub(crate) given: String,
     stable_name: Option<PathBuf>,
     usb: Option<UsbAdapter>,
 }
@@ -115,11 +115,6 @@ pub(crate) struct PortAddress {
 impl PortAddress {
     pub(crate) fn new(given: &str) -> Self {
         Self { given: given.into(), stable_name: None, usb: None }
-    }
-
-    /// As the user gave it.
-    pub(crate) fn given(&self) -> &str {
-        &self.given
     }
 
     /// Remembers what the port that was just opened is.
@@ -145,18 +140,14 @@ impl PortAddress {
         names
     }
 
-    /// Whether the name that the user gave leads to another adapter now.
-    pub(crate) fn is_taken(&self, ports: &[PortEntry]) -> bool {
-        self.belongs_to_another_port(&self.given, ports)
-    }
-
     /// By the serial number of the adapter: without one, two of a kind look the same.
     fn is_same_adapter(&self, port: &PortEntry) -> bool {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }
 
-    /// Of a port that is not on USB nothing is known that could differ.
-    fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
+    /// Whether `name` leads to another adapter now. Of a port that is not on USB nothing is known that
+    /// could differ.
+    pub(crate) fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
         self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
 }
@@ -165,6 +156,54 @@ fn find<'a>(ports: &'a [PortEntry], name: &str) -> Option<&'a PortEntry> {
     // the user may have given a symlink
     let device = fs::canonicalize(name).unwrap_or_else(|_| name.into());
     ports.iter().find(|port| Path::new(&port.name) == device)
+}
+
+/// The shortest that a latency timer can be, in milliseconds.
+const SHORTEST_MS: u32 = 1;
+
+/// The latency timer of an FTDI adapter: how long the chip may keep bytes before it hands them on.
+/// Its default of 16 ms is why lines arrive in bunches (FTDI application note AN232B-04).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LatencyTimer {
+    /// Its time in milliseconds, as it is now.
+    pub ms: u32,
+    /// How to shorten it, where this program was not allowed to; `None` where there is nothing left
+    /// to shorten.
+    pub advice: Option<String>,
+}
+
+/// Sets the latency timer behind `port` to 1 ms where that is allowed, and says what it is then.
+/// `port` may be a symlink. `None` where there is no such timer: another adapter, a pseudo terminal,
+/// a system other than Linux.
+pub(crate) fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
+    let device = fs::canonicalize(port).ok()?;
+    shorten(Path::new("/sys/bus/usb-serial/devices"), device.file_name()?.as_ref())
+}
+
+fn shorten(devices: &Path, device: &Path) -> Option<LatencyTimer> {
+    let timer = devices.join(device).join("latency_timer");
+    let before = read_ms(&timer)?;
+    if before <= SHORTEST_MS {
+        return Some(LatencyTimer { ms: before, advice: None });
+    }
+    // whether it is allowed shows in what it reads then
+    let _ = fs::write(&timer, SHORTEST_MS.to_string());
+    let ms = read_ms(&timer)?;
+    let advice = (ms > SHORTEST_MS).then(|| advice(&timer, ms));
+    Some(LatencyTimer { ms, advice })
+}
+
+fn read_ms(timer: &PathBuf) -> Option<u32> {
+    fs::read_to_string(timer).ok()?.trim().parse().ok()
+}
+
+fn advice(timer: &Path, ms: u32) -> String {
+    format!(
+        "the adapter keeps bytes for up to {ms} ms; shorten that once with `echo {SHORTEST_MS} | sudo tee {}`, or for good with the udev \
+         rule `ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", ATTR{{latency_timer}}=\"{SHORTEST_MS}\"` in \
+         /etc/udev/rules.d/99-vn100.rules",
+        timer.display()
+    )
 }
 
 #[cfg(test)]
@@ -241,7 +280,8 @@ mod tests {
         assert_eq!(address.candidates(&[]), ["/dev/serial/by-id/usb-A1", "ttyX0"]);
         let moved = [port("ttyX0", Some("B2")), port("ttyX5", Some("A1"))];
         assert_eq!(address.candidates(&moved), ["/dev/serial/by-id/usb-A1", "ttyX5"], "the old name is another's");
-        assert!(address.is_taken(&moved) && !address.is_taken(&moved[1..]));
+        let is_taken = |ports| address.belongs_to_another_port("ttyX0", ports);
+        assert!(is_taken(&moved) && !is_taken(&moved[1..]));
     }
 
     #[test]
@@ -256,5 +296,35 @@ mod tests {
         let mut address = PortAddress::new("/dev/pts/7");
         address.learn("/dev/pts/7", &[port("ttyX0", Some("A1"))]);
         assert_eq!(address.candidates(&[port("ttyX0", Some("A1"))]), ["/dev/pts/7"]);
+    }
+
+    fn devices_with(text: &str) -> tempfile::TempDir {
+        let devices = tempfile::tempdir().unwrap();
+        fs::create_dir(devices.path().join("ttyUSB3")).unwrap();
+        fs::write(devices.path().join("ttyUSB3/latency_timer"), text).unwrap();
+        devices
+    }
+
+    #[test]
+    fn the_timer_is_set_to_its_shortest() {
+        let devices = devices_with("16\n");
+        let timer = shorten(devices.path(), Path::new("ttyUSB3"));
+        assert_eq!(timer, Some(LatencyTimer { ms: 1, advice: None }));
+        assert_eq!(fs::read_to_string(devices.path().join("ttyUSB3/latency_timer")).unwrap(), "1");
+    }
+
+    #[test]
+    fn where_nothing_can_be_written_the_command_is_named() {
+        let advice = advice(Path::new("/sys/bus/usb-serial/devices/ttyUSB3/latency_timer"), 16);
+        assert!(advice.contains("up to 16 ms"));
+        assert!(advice.contains("`echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB3/latency_timer`"));
+        assert!(advice.contains("ATTR{latency_timer}=\"1\""));
+    }
+
+    #[test]
+    fn no_timer_no_value() {
+        assert_eq!(shorten(devices_with("16").path(), Path::new("ttyUSB4")), None);
+        assert_eq!(shorten(devices_with("fast").path(), Path::new("ttyUSB3")), None);
+        assert_eq!(shorten_latency(Path::new("/dev/does-not-exist")), None);
     }
 }

@@ -5,10 +5,7 @@ use std::{
     fmt,
     io::{self, ErrorKind, Read, Write},
     path::Path,
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex, PoisonError},
     thread,
     time::Duration,
 };
@@ -16,12 +13,11 @@ use std::{
 use bytes::Bytes;
 use serialport::{ClearBuffer, SerialPort};
 use tokio::sync::{mpsc, oneshot};
+use tokio_util::sync::{CancellationToken, DropGuard};
 
 use crate::{
     connect::{Connect, ConnectError, Connection, PortProblem},
-    low_latency::LatencyTimer,
-    low_latency::shorten_latency,
-    ports::{PortAddress, PortEntry, list_ports},
+    ports::{LatencyTimer, PortAddress, PortEntry, list_ports, shorten_latency},
 };
 use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
@@ -73,7 +69,7 @@ impl SerialPorts {
     /// Opens the first of the names that lead to the port.
     fn open_now(&self, baud: u32) -> Result<SerialConnection, ConnectError> {
         let (mut address, ports) = (self.address(), (self.list)());
-        let given = address.given().to_owned();
+        let given = address.given.clone();
         let mut failure = None;
         for name in address.candidates(&ports) {
             let error = match SerialConnection::open(&name, baud, self.clock) {
@@ -89,7 +85,7 @@ impl SerialPorts {
                 failure = Some(error);
             }
         }
-        let is_taken = address.is_taken(&ports);
+        let is_taken = address.belongs_to_another_port(&given, &ports);
         Err(match failure.filter(|failure| !(is_taken && is_not_found(failure))) {
             Some(failure) => failure,
             None if is_taken => ConnectError::Port { port: given, baud, problem: PortProblem::AnotherAdapter(ports) },
@@ -128,7 +124,7 @@ impl Connect for SerialPorts {
     }
 
     fn name(&self) -> String {
-        self.address().given().into()
+        self.address().given
     }
 }
 
@@ -140,17 +136,9 @@ pub struct SerialConnection {
     inputs: mpsc::Receiver<StreamInput>,
     /// Why the inputs ended.
     end: oneshot::Receiver<io::Error>,
-    stop: StopOnDrop,
+    /// Stops the reading thread when the connection is dropped.
+    stop: DropGuard,
     latency_timer: Option<LatencyTimer>,
-}
-
-/// Stops the reading thread when the connection is dropped.
-struct StopOnDrop(Arc<AtomicBool>);
-
-impl Drop for StopOnDrop {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
 }
 
 impl SerialConnection {
@@ -160,13 +148,13 @@ impl SerialConnection {
         port.clear(ClearBuffer::Input)?;
         let latency_timer = shorten_latency(Path::new(name));
         let reading = port.try_clone()?;
-        let stop = Arc::new(AtomicBool::new(false));
+        let stop = CancellationToken::new();
         let (inputs_sender, inputs) = mpsc::channel(WAITING_INPUTS);
         let (end_sender, end) = oneshot::channel();
         let inputs_sender = LossySender::new(inputs_sender);
-        let reader = Reader { inputs: inputs_sender, end: end_sender, clock, stop: Arc::clone(&stop) };
+        let reader = Reader { inputs: inputs_sender, end: end_sender, clock, stop: stop.clone() };
         thread::Builder::new().name("serial-reader".into()).spawn(move || reader.run(reading))?;
-        Ok(Self { name: name.into(), port, inputs, end, stop: StopOnDrop(stop), latency_timer })
+        Ok(Self { name: name.into(), port, inputs, end, stop: stop.drop_guard(), latency_timer })
     }
 }
 
@@ -219,7 +207,7 @@ struct Reader {
     inputs: LossySender,
     end: oneshot::Sender<io::Error>,
     clock: Clock,
-    stop: Arc<AtomicBool>,
+    stop: CancellationToken,
 }
 
 impl Reader {
@@ -234,7 +222,7 @@ impl Reader {
         let mut length = 0;
         let mut at_ns = 0;
         let error = loop {
-            if self.stop.load(Ordering::Relaxed) {
+            if self.stop.is_cancelled() {
                 break None;
             }
             match port.read(&mut buffer[length..]) {
@@ -302,7 +290,7 @@ mod tests {
     fn reader(room: usize) -> (Reader, mpsc::Receiver<StreamInput>, oneshot::Receiver<io::Error>) {
         let (sender, inputs) = mpsc::channel(room);
         let (end_sender, end) = oneshot::channel();
-        let stop = Arc::new(AtomicBool::new(false));
+        let stop = CancellationToken::new();
         (Reader { inputs: LossySender::new(sender), end: end_sender, clock: Clock::start(), stop }, inputs, end)
     }
 

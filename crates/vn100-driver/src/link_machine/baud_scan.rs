@@ -20,8 +20,7 @@ pub(crate) const QUESTION_BYTES: u64 = 14;
 /// How long to listen before asking: three frames of the factory default of 40 Hz.
 const LISTEN: Duration = Duration::from_millis(150);
 
-/// How long to listen where asking is not allowed: a period of the slowest output, 1 Hz, besides
-/// the frame itself.
+/// The same where asking is not allowed: a period of the slowest output, besides the frame itself.
 const LISTEN_ONLY: Duration = Duration::from_millis(1200);
 
 /// How long the sensor may take to answer, besides the time on the line.
@@ -33,16 +32,14 @@ const NETWORK: Duration = Duration::from_millis(500);
 /// The longest frame that is on the line when the question arrives, and the answer behind it.
 const BYTES_BEFORE_ANSWER: u32 = 256;
 
-/// How long a silent sensor is waited for at the first baud rate: longer than it boots, which takes
-/// 1.25 s.
+/// How long a silent sensor is waited for at the first baud rate: longer than its boot of 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
 /// How long received bytes are discarded before a baud rate is tried again: longer than an adapter
 /// holds bytes of the rate before, 16 ms by default.
 const SETTLE: Duration = Duration::from_millis(100);
 
-/// No more bytes than this, less than a frame, are no sign of a sensor that sends: they may have
-/// been left in the adapter, or be the rest of a frame.
+/// No more bytes than this may have been left in the adapter, or be the rest of a frame.
 const STRAY_BYTES: u64 = 100;
 
 /// A baud rate to try.
@@ -56,7 +53,7 @@ struct BaudAttempt {
 
 /// What an attempt waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
+enum AttemptStage {
     /// The port to switch to the baud rate.
     Switching,
     /// The end of the bytes of the rate before.
@@ -77,8 +74,9 @@ enum Stage {
 pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
-    stage: Stage,
+    stage: AttemptStage,
     is_first: bool,
+    is_found: bool,
     /// Whether bytes may be held back.
     may_be_stalled: bool,
     began: Duration,
@@ -97,8 +95,9 @@ impl BaudScan {
         let mut scan = Self {
             attempts,
             attempt: first.unwrap_or(BaudAttempt { baud: None, settle: Duration::ZERO }),
-            stage: Stage::Switching,
+            stage: AttemptStage::Switching,
             is_first: true,
+            is_found: false,
             may_be_stalled: false,
             began: now,
             tried: Vec::new(),
@@ -109,19 +108,18 @@ impl BaudScan {
         scan
     }
 
-    /// The baud rate that is tried.
-    pub(super) fn baud(&self) -> Option<u32> {
-        self.attempt.baud
+    /// The baud rate of the sensor, once it is found; its frames are then still pending.
+    pub(super) fn found(&self) -> Option<Option<u32>> {
+        self.is_found.then_some(self.attempt.baud)
     }
 
-    /// Handles what was received, all of it pending. Whether the sensor is found, with its frames
-    /// still pending.
-    pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
+    /// Handles what was received, all of it pending.
+    pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         match self.stage {
-            Stage::Listening { .. } | Stage::Asking { .. } if context.pending.has_sensor() => {
+            AttemptStage::Listening { .. } | AttemptStage::Asking { .. } if context.pending.has_sensor() => {
                 self.finish_attempt(context, now)
             }
-            _ => Ok(false),
+            _ => Ok(()),
         }
     }
 
@@ -131,39 +129,41 @@ impl BaudScan {
         context: &mut LinkContext,
         now: Duration,
         result: io::Result<()>,
-    ) -> Result<bool, LinkError> {
+    ) -> Result<(), LinkError> {
         if result.is_err() {
             self.bytes += context.discard_pending(now);
             return self.next_attempt(context, now);
         }
-        self.stage = Stage::Settling { until: now + self.attempt.settle };
+        self.stage = AttemptStage::Settling { until: now + self.attempt.settle };
         self.handle_timeout(context, now)
     }
 
-    /// Handles the end of a stage. Whether the sensor is found.
-    pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
+    /// Handles the end of a stage.
+    pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         match self.stage {
-            Stage::Settling { until } if now >= until => {
+            AttemptStage::Settling { until } if now >= until => {
                 self.bytes += context.discard_pending(now);
                 self.begin_attempt(context, now);
             }
-            Stage::Listening { until } if now >= until && !context.listen_only => {
+            AttemptStage::Listening { until } if now >= until && !context.listen_only => {
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
-                self.stage = Stage::Asking { until: now + ANSWER + self.line_time() };
+                self.stage = AttemptStage::Asking { until: now + ANSWER + self.line_time() };
             }
-            Stage::Listening { until } | Stage::Asking { until } if now >= until => {
+            AttemptStage::Listening { until } | AttemptStage::Asking { until } if now >= until => {
                 return self.finish_attempt(context, now);
             }
             _ => {}
         }
-        Ok(false)
+        Ok(())
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Duration> {
         match self.stage {
-            Stage::Switching => None,
-            Stage::Settling { until } | Stage::Listening { until } | Stage::Asking { until } => Some(until),
+            AttemptStage::Switching => None,
+            AttemptStage::Settling { until } | AttemptStage::Listening { until } | AttemptStage::Asking { until } => {
+                Some(until)
+            }
         }
     }
 
@@ -176,7 +176,7 @@ impl BaudScan {
 
     fn listen(&mut self, context: &LinkContext, now: Duration) {
         let listen = if context.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
-        self.stage = Stage::Listening { until: now + listen };
+        self.stage = AttemptStage::Listening { until: now + listen };
     }
 
     /// How long the bytes before the answer, and the answer, are on the way.
@@ -185,15 +185,17 @@ impl BaudScan {
         self.attempt.baud.map_or(NETWORK, |baud| Duration::from_secs(10) * BYTES_BEFORE_ANSWER / baud.max(1))
     }
 
-    fn finish_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
+    fn finish_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         // a late answer to the question is no answer to a later one
         context.requests.handle_link_down();
-        let (is_found, echoes) = (context.pending.has_sensor(), context.pending.echoes());
-        let bytes = context.discard_before_sensor(now);
+        let (is_found, echoes) = (context.pending.has_sensor(), context.pending.echoes);
+        let before = context.pending.take_before_sensor();
+        let bytes = context.discard(now, before);
         (self.bytes, self.echoes) = (self.bytes + bytes, self.echoes + echoes);
         if is_found {
             if !self.may_be_stalled {
-                return Ok(true);
+                self.is_found = true;
+                return Ok(());
             }
             self.bytes += context.discard_pending(now);
             self.may_be_stalled = false;
@@ -205,13 +207,13 @@ impl BaudScan {
             self.may_be_stalled |= context.last_baud.is_some();
             if now < self.began + BOOT {
                 self.listen(context, now);
-                return Ok(false);
+                return Ok(());
             }
         }
         self.next_attempt(context, now)
     }
 
-    fn next_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<bool, LinkError> {
+    fn next_attempt(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         self.is_first = false;
         let Some(attempt) = self.attempts.pop_front() else {
             return Err(LinkError::NoSensor {
@@ -225,11 +227,11 @@ impl BaudScan {
         self.attempt = attempt;
         match attempt.baud {
             Some(baud) => {
-                self.stage = Stage::Switching;
+                self.stage = AttemptStage::Switching;
                 context.port_actions.push_back(PortAction::SetBaud(baud));
             }
             None => self.begin_attempt(context, now),
         }
-        Ok(false)
+        Ok(())
     }
 }

@@ -4,13 +4,10 @@
 use std::{collections::VecDeque, mem, time::Duration};
 
 use vn100_capture::Event as StreamEvent;
-use vn100_protocol::stream::{LinkEvent, LinkEventKind, SampleReader, StreamInput};
-use vn100_protocol::{Options, Register, RegisterContents, Reply};
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
+use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
-use super::{
-    LinkOutput, OpenPort, PortAction, pending_inputs::PendingInputs, requests::RequestEvent, requests::Requests,
-    stream_health::FrameCounts,
-};
+use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::RequestEvent, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::{LinkError, LinkHint},
@@ -24,12 +21,9 @@ const LONGEST_DELAY: Duration = Duration::from_secs(5);
 pub(super) struct LinkContext {
     /// The name of the port as the user gave it.
     pub(super) given_name: String,
-    /// Whether the link has a baud rate.
     pub(super) has_baud: bool,
     pub(super) listen_only: bool,
-    /// How frames are read.
     pub(super) options: Options,
-    /// The words for a hint.
     pub(super) hint_text: fn(LinkHint) -> &'static str,
     /// Written again when the sensor has lost them.
     pub(super) desired_settings: Vec<Change>,
@@ -37,7 +31,6 @@ pub(super) struct LinkContext {
     pub(super) fixed_baud: Option<u32>,
     /// The baud rate at which the sensor was connected last.
     pub(super) last_baud: Option<u32>,
-    /// Whether the sensor was connected at all.
     pub(super) was_connected: bool,
     /// The delay before the next attempt to reconnect; it doubles until the link has carried a good
     /// frame.
@@ -101,7 +94,6 @@ impl LinkContext {
         self.events.push_back(LinkOutput::State(state));
     }
 
-    /// Adds an event of the link to the stream.
     pub(super) fn emit(&mut self, now: Duration, kind: LinkEventKind) {
         let at_ns = nanoseconds(now);
         _ = self.forward(StreamInput::Link(LinkEvent { at_ns, kind }));
@@ -123,13 +115,7 @@ impl LinkContext {
         self.discard(now, inputs)
     }
 
-    /// As [`discard_pending`](Self::discard_pending), up to the first frame of a sensor.
-    pub(super) fn discard_before_sensor(&mut self, now: Duration) -> u64 {
-        let inputs = self.pending.take_before_sensor();
-        self.discard(now, inputs)
-    }
-
-    fn discard(&mut self, now: Duration, inputs: VecDeque<StreamInput>) -> u64 {
+    pub(super) fn discard(&mut self, now: Duration, inputs: VecDeque<StreamInput>) -> u64 {
         let mut bytes = 0;
         for input in inputs {
             match input {
@@ -196,4 +182,165 @@ pub(super) fn is_unsolicited_error(reply: &Reply) -> bool {
 /// A time as the stamps of the stream have it.
 pub(super) fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// Finds the frames in a stream of chunks; a frame may be spread over several of them.
+pub(super) struct FrameScanner {
+    framer: Framer,
+    incomplete: Vec<u8>,
+}
+
+impl FrameScanner {
+    pub(super) fn new(options: Options) -> Self {
+        Self { framer: Framer::new(options), incomplete: Vec::new() }
+    }
+
+    /// Calls `handle` with each frame that these bytes complete.
+    pub(super) fn scan(&mut self, bytes: &[u8], mut handle: impl FnMut(Frame<'_>)) {
+        self.incomplete.extend_from_slice(bytes);
+        let mut at = 0;
+        loop {
+            let (consumed, frame) = self.framer.next(&self.incomplete[at..], false);
+            at += consumed;
+            match frame {
+                Some(frame) => handle(frame),
+                None => break,
+            }
+        }
+        self.incomplete.drain(..at);
+    }
+}
+
+/// The inputs in the order in which they were received, and what their frames say.
+pub(super) struct PendingInputs {
+    options: Options,
+    pub(super) inputs: VecDeque<StreamInput>,
+    scanner: FrameScanner,
+    /// Where the first frame of a sensor begins, in bytes from the first input.
+    sensor_at: Option<u64>,
+    /// Copies of the question of a baud scan that arrived before that: an echo is no sensor.
+    pub(super) echoes: u64,
+}
+
+impl PendingInputs {
+    pub(super) fn new(options: Options) -> Self {
+        Self { options, inputs: VecDeque::new(), scanner: FrameScanner::new(options), sensor_at: None, echoes: 0 }
+    }
+
+    /// Keeps an input, and gives the replies that it completes.
+    pub(super) fn push(&mut self, input: StreamInput) -> Vec<Reply> {
+        let mut replies = Vec::new();
+        if let StreamInput::Chunk(chunk) = &input {
+            self.scanner.scan(&chunk.bytes, |frame| {
+                let (reply, offset) = match frame {
+                    Frame::Sentence(sentence) if sentence.header().starts_with(b"VN") => {
+                        (Reply::parse(&sentence).ok(), sentence.offset)
+                    }
+                    Frame::Packet(packet) => (None, packet.offset),
+                    Frame::Sentence(_) | Frame::Rejected(_) => return,
+                };
+                if reply == Some(Reply::Question(Register::MODEL)) {
+                    self.echoes += u64::from(self.sensor_at.is_none());
+                } else {
+                    self.sensor_at.get_or_insert(offset);
+                }
+                replies.extend(reply);
+            });
+        }
+        self.inputs.push_back(input);
+        replies
+    }
+
+    pub(super) fn has_sensor(&self) -> bool {
+        self.sensor_at.is_some()
+    }
+
+    /// Takes all inputs; the next one is the first of another stream.
+    pub(super) fn take_all(&mut self) -> VecDeque<StreamInput> {
+        mem::replace(self, Self::new(self.options)).inputs
+    }
+
+    /// Takes what was received before the first frame of a sensor.
+    pub(super) fn take_before_sensor(&mut self) -> VecDeque<StreamInput> {
+        let Some(offset) = self.sensor_at else { return self.take_all() };
+        let mut left = usize::try_from(offset).unwrap_or(usize::MAX);
+        let mut before = VecDeque::new();
+        while left > 0
+            && let Some(input) = self.inputs.pop_front()
+        {
+            let StreamInput::Chunk(Chunk { mut bytes, at_ns }) = input else {
+                before.push_back(input);
+                continue;
+            };
+            let head = bytes.split_to(left.min(bytes.len()));
+            left -= head.len();
+            before.push_back(Chunk { bytes: head, at_ns }.into());
+            if !bytes.is_empty() {
+                self.inputs.push_front(Chunk { bytes, at_ns }.into());
+            }
+        }
+        self.sensor_at = Some(0);
+        before
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+
+    use super::*;
+
+    fn chunk(text: &'static str) -> StreamInput {
+        Chunk { bytes: Bytes::from_static(text.as_bytes()), at_ns: None }.into()
+    }
+
+    fn pending(pieces: &[&'static str]) -> PendingInputs {
+        let mut pending = PendingInputs::new(Options::default());
+        pieces.iter().for_each(|piece| _ = pending.push(chunk(piece)));
+        pending
+    }
+
+    #[test]
+    fn the_stream_begins_with_the_first_good_frame() {
+        let mut pending = pending(&["\u{7f}junk*00\r\n$VN", "YMR,-0$VNRRG,01,VN", "-100S-CR*35\r\n"]);
+        assert_eq!(pending.take_before_sensor(), [chunk("\u{7f}junk*00\r\n$VN"), chunk("YMR,-0")]);
+        assert_eq!(pending.take_before_sensor(), [], "it begins at once now");
+        assert_eq!(pending.take_all(), [chunk("$VNRRG,01,VN"), chunk("-100S-CR*35\r\n")]);
+        assert!(!pending.has_sensor());
+        assert_eq!(pending.take_all(), []);
+    }
+
+    #[test]
+    fn an_echo_of_the_question_is_no_sensor_and_the_answer_behind_it_is() {
+        let echo = "$VNRRG,01*72\r\n";
+        let mut nothing = pending(&["$VNRRG,", "01*72\r\n", echo]);
+        assert_eq!((nothing.has_sensor(), nothing.echoes), (false, 2));
+        assert_eq!(nothing.take_before_sensor().len(), 3);
+        let answer = "$VNRRG,01,VN-100S-CR*35\r\n";
+        let mut answered = pending(&[echo, answer, echo]);
+        assert_eq!((answered.has_sensor(), answered.echoes), (true, 1));
+        assert_eq!(answered.take_before_sensor(), [chunk(echo)]);
+        assert_eq!(answered.inputs.pop_front(), Some(chunk(answer)));
+    }
+
+    #[test]
+    fn other_sentences_are_no_sensor() {
+        // a satellite receiver on the same kind of adapter
+        let pieces = ["$GPGLL,4916.45,N,12311.12,W,225444,A,*1D\r\n", "$VNYPR,+010.071,+000.278,-002.026*61\r\n"];
+        assert!(!pending(&pieces).has_sensor());
+        assert!(pending(&["$VNYPR,-129.867,-000.355,-000.296*61\r\n"]).has_sensor());
+    }
+
+    #[test]
+    fn replies_are_found_however_they_are_cut() {
+        let text = "$VNRRG,01,VN-100S-CR*35\r\n$VNYMR,junk$VNRRG,01*72\r\n";
+        let whole = PendingInputs::new(Options::default()).push(chunk(text));
+        for at in 1..text.len() {
+            let mut pending = PendingInputs::new(Options::default());
+            let mut replies = pending.push(chunk(&text[..at]));
+            replies.extend(pending.push(chunk(&text[at..])));
+            assert_eq!(replies, whole);
+        }
+        assert_eq!(whole.len(), 2);
+    }
 }

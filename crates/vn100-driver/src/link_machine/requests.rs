@@ -44,10 +44,9 @@ const IDENTITY: [Register; 24] = [
     Register::REFERENCE_MODEL,
 ];
 
-/// The interval between two reads of the link's own. On a line that is nearly full, as with
-/// `$VNIMU` at 100 Hz and 115 200 baud, a reply delays all frames behind it until the idle time of
-/// the line has made up for it; replies without a pause would add up to what looks like lost
-/// frames.
+/// The interval between two reads of the link's own. On a line that is nearly full a reply delays
+/// all frames behind it until idle time has made up for it; replies without a pause would add up to
+/// what looks like lost frames.
 const READ_INTERVAL: Duration = Duration::from_millis(200);
 
 /// A running sensor whose output is on has sent a frame by then: the slowest output sends one each
@@ -136,8 +135,7 @@ pub(super) struct Requests {
     /// When the sensor last answered a command.
     answered_at: Option<Duration>,
     initial_output: InitialOutputState,
-    /// How many errors may still be replies to a baud scan: see
-    /// [`expect_spurious_errors`](Self::expect_spurious_errors).
+    /// How many errors may still be replies to a baud scan.
     spurious_errors_expected: usize,
     temperature: Option<TemperaturePoll>,
     events: VecDeque<RequestEvent>,
@@ -200,7 +198,6 @@ impl Requests {
         self.spurious_errors_expected = (self.spurious_errors_expected + 1).max(BAUD_RATES.len());
     }
 
-    /// Submits a command of the user.
     pub(super) fn submit_for_user(&mut self, id: u64, command: SensorCommand) {
         if self.listen_only {
             self.events.push_back(RequestEvent::Answered { id, result: Err(CommandError::ListenOnly) });
@@ -256,20 +253,16 @@ impl Requests {
         }
     }
 
-    /// When to call [`submit_due_reads`](Self::submit_due_reads) again.
     pub(super) fn next_read_at(&self) -> Option<Duration> {
         let poll = self.temperature.as_ref().map(|poll| poll.last + poll.every);
         let read = (self.open.is_empty() && !self.to_read.is_empty()).then_some(self.read_at);
         poll.into_iter().chain(read).min()
     }
 
-    /// The bytes to send now.
     pub(super) fn poll_transmit(&mut self, now: Duration) -> Option<Vec<u8>> {
         self.session.poll_transmit(now)
     }
 
-    /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again.
     pub(super) fn poll_timeout(&self) -> Option<Duration> {
         self.session.poll_timeout()
     }
@@ -278,7 +271,6 @@ impl Requests {
         self.events.pop_front()
     }
 
-    /// Counts the bytes of a read.
     pub(super) fn handle_read(&mut self, bytes: usize) {
         if let Some(poll) = &mut self.temperature {
             poll.bytes += bytes as u64;
