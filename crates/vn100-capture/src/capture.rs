@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, Cursor, Read},
+    io::{self, BufRead, BufReader, Cursor, Read},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -10,15 +10,14 @@ use std::{
     },
 };
 
+use flate2::bufread::GzDecoder;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    csv::{ColumnMap, CsvError, CsvPlan, CsvReader},
+    csv::{ColumnMap, CsvError, CsvReader},
     detect_format::{Detected, Format, detect_format},
-    event::Event,
-    gunzip::Gunzip,
-    read_samples::{read_file, read_samples},
+    read_samples::{Event, read_file, read_samples},
     recording::{Recorded, RecordingError, RecordingReader, Replay},
     source::ReaderSource,
     timing_sidecar::{Sidecar, TimedReader},
@@ -38,15 +37,10 @@ pub struct Capture {
     pub stored_bytes_read: Arc<AtomicU64>,
     /// What it says of itself, where it is a recording of this program.
     pub recorded: Option<Recorded>,
-    input: StreamInput,
+    start_reading: StartReading,
 }
 
-enum StreamInput {
-    Bytes(ReaderSource),
-    TimedBytes(Box<dyn Read + Send>, Sidecar),
-    Rows(CsvPlan, Box<dyn Read + Send>),
-    Recording(Box<RecordingReader<Box<dyn Read + Send>>>),
-}
+type StartReading = Box<dyn FnOnce(ReadOptions, CancellationToken) -> io::Result<mpsc::Receiver<Event>> + Send>;
 
 impl Capture {
     /// Opens a file. Gzip and zstd content is decompressed, whatever the name says; zeros behind
@@ -86,12 +80,7 @@ impl Capture {
     /// # Panics
     /// Outside a tokio runtime.
     pub fn read(self, options: ReadOptions, stop: CancellationToken) -> io::Result<mpsc::Receiver<Event>> {
-        match self.input {
-            StreamInput::Bytes(source) => Ok(read_samples(source, options, stop)),
-            StreamInput::TimedBytes(reader, sidecar) => read_file(TimedReader::new(reader, sidecar, options), stop),
-            StreamInput::Rows(plan, reader) => read_file(CsvReader::new(plan, reader, options), stop),
-            StreamInput::Recording(recording) => read_file(Replay::new(*recording, options), stop),
-        }
+        (self.start_reading)(options, stop)
     }
 
     fn start(
@@ -108,29 +97,34 @@ impl Capture {
         let (head, detected) = detect_format(&mut reader, columns).map_err(failed)?;
         let reader: Box<dyn Read + Send> = Box::new(head.chain(reader));
         let mut recorded = None;
-        let (format, input) = match detected {
-            Detected::Csv(plan) => (Format::Csv, StreamInput::Rows(plan, reader)),
-            Detected::Text => (Format::Text, bytes(reader, sidecar).map_err(failed)?),
-            Detected::Raw => (Format::Raw, bytes(reader, sidecar).map_err(failed)?),
+        let (format, start_reading): (_, StartReading) = match detected {
+            Detected::Csv(plan) => {
+                (Format::Csv, Box::new(|options, stop| read_file(CsvReader::new(plan, reader, options), stop)))
+            }
+            Detected::Bytes(format) => (
+                format,
+                match sidecar {
+                    Some(sidecar) => {
+                        Box::new(|options, stop| read_file(TimedReader::new(reader, sidecar, options), stop))
+                    }
+                    None => {
+                        let source = ReaderSource::spawn(reader).map_err(failed)?;
+                        Box::new(|options, stop| Ok(read_samples(source, options, stop)))
+                    }
+                },
+            ),
             Detected::Mcap => {
                 let recording = RecordingReader::open(reader).map_err(|problem| match problem {
                     RecordingError::Io(source) => failed(source),
                     problem => OpenError::Recording { path: path.to_owned(), problem },
                 })?;
                 recorded = Some(recording.recorded().clone());
-                (Format::Mcap, StreamInput::Recording(Box::new(recording)))
+                (Format::Mcap, Box::new(|options, stop| read_file(Replay::new(recording, options), stop)))
             }
             Detected::UnusableCsv(problem) => return Err(OpenError::Csv { path: path.to_owned(), problem }),
             Detected::Unknown(found) => return Err(OpenError::NotACapture { path: path.to_owned(), found }),
         };
-        Ok(Self { format, stored_bytes, stored_bytes_read, recorded, input })
-    }
-}
-
-fn bytes(reader: Box<dyn Read + Send>, sidecar: Option<Sidecar>) -> io::Result<StreamInput> {
-    match sidecar {
-        Some(sidecar) => Ok(StreamInput::TimedBytes(reader, sidecar)),
-        None => ReaderSource::spawn(reader).map(StreamInput::Bytes),
+        Ok(Self { format, stored_bytes, stored_bytes_read, recorded, start_reading })
     }
 }
 
@@ -207,4 +201,98 @@ fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Re
     } else {
         Box::new(whole)
     })
+}
+
+/// Unpacks gzip data: one member behind the other, and behind the last one the zeros that fill up a
+/// block of a tape or an archive.
+struct Gunzip<R> {
+    /// `None` behind the last member.
+    member: Option<GzDecoder<BufReader<R>>>,
+}
+
+impl<R: Read> Gunzip<R> {
+    fn new(packed: R) -> Self {
+        Self { member: Some(GzDecoder::new(BufReader::new(packed))) }
+    }
+}
+
+impl<R: Read> Read for Gunzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.member {
+            let n = member.read(buffer)?;
+            if n > 0 || buffer.is_empty() {
+                return Ok(n);
+            }
+            let ended = skip_zeros(member.get_mut())?;
+            let packed = self.member.take().map(GzDecoder::into_inner);
+            self.member = packed.filter(|_| !ended).map(GzDecoder::new);
+        }
+        Ok(0)
+    }
+}
+
+/// Whether nothing but zeros was left.
+fn skip_zeros(packed: &mut impl BufRead) -> io::Result<bool> {
+    loop {
+        let waiting = packed.fill_buf()?;
+        let length = waiting.len();
+        let zeros = waiting.iter().take_while(|&&byte| byte == 0).count();
+        packed.consume(zeros);
+        if zeros < length || length == 0 {
+            return Ok(length == 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::{Compression, write::GzEncoder};
+
+    use super::*;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    /// The bytes unpacked, and whether they ended without an error.
+    fn unpacked(bytes: &[u8]) -> (Vec<u8>, bool) {
+        let mut unpacked = Vec::new();
+        let outcome = Gunzip::new(bytes).read_to_end(&mut unpacked);
+        (unpacked, outcome.is_ok())
+    }
+
+    #[test]
+    fn members_and_zeros_behind_them_are_one_file() {
+        let (one, two) = (packed(b"one "), packed(b"two"));
+        for zeros in [0, 1, 511, 100_000] {
+            let padding = vec![0; zeros];
+            assert_eq!(unpacked(&[&*one, &two, &padding].concat()), (b"one two".to_vec(), true), "{zeros}");
+        }
+        assert_eq!(unpacked(&[&packed(b"")[..], &one].concat()), (b"one ".to_vec(), true));
+    }
+
+    #[test]
+    fn other_bytes_behind_and_a_cut_are_errors() {
+        let one = packed(b"one ");
+        assert_eq!(unpacked(&[&one, &b"\0\0more"[..]].concat()), (b"one ".to_vec(), false));
+        assert!(!unpacked(&one[..one.len() - 1]).1);
+        assert!(!unpacked(&[&one[..], &one[..5]].concat()).1);
+        // an interrupted read is not the end
+        struct Interrupted<'a>(&'a [u8], bool);
+        impl Read for Interrupted<'_> {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                self.1 = !self.1;
+                if self.1 { Err(io::ErrorKind::Interrupted.into()) } else { self.0.by_ref().take(3).read(buffer) }
+            }
+        }
+        let bytes = [&one[..], &[0; 9], &one].concat();
+        let mut whole = Vec::new();
+        let mut reader = Interrupted(&bytes, false);
+        let outcome = Gunzip::new(&mut reader).read_to_end(&mut whole);
+        assert_eq!((whole, outcome.is_ok()), (b"one one ".to_vec(), true));
+    }
 }

@@ -11,7 +11,6 @@ mod detect;
 mod header;
 mod lines;
 mod number;
-mod quantizer;
 mod reader;
 mod stamp;
 #[cfg(test)]
@@ -20,7 +19,7 @@ mod tests;
 use thiserror::Error;
 use vn100_protocol::Layout;
 
-use self::{lines::LastField, quantizer::Quantizer, stamp::StampUnit};
+use self::{lines::LastField, number::Quantizer, stamp::StampUnit};
 pub use column_map::{ColumnMap, ColumnMapError};
 pub(crate) use detect::detect;
 pub(crate) use reader::CsvReader;

@@ -47,8 +47,8 @@ pub enum Format {
 /// What the head of a file was taken for.
 #[derive(Debug)]
 pub(crate) enum Detected {
-    Text,
-    Raw,
+    /// Sentences, packets or both.
+    Bytes(Format),
     Csv(CsvPlan),
     Mcap,
     /// A CSV file whose columns cannot be used; holds why.
@@ -121,12 +121,12 @@ pub(crate) fn detect_format(reader: &mut impl Read, columns: Option<&ColumnMap>)
         }
     }
     let detected = match (sentence_seen, text) {
-        (true, true) => Detected::Text,
+        (true, true) => Detected::Bytes(Format::Text),
         (false, true) => Detected::Unknown(describe(&head.bytes)),
         (false, false) if head.bytes.iter().all(|byte| *byte == 0) => {
             Detected::Unknown("nothing but zero bytes".into())
         }
-        (_, false) => Detected::Raw,
+        (_, false) => Detected::Bytes(Format::Raw),
     };
     Ok((head, detected))
 }

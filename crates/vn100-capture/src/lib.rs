@@ -26,11 +26,8 @@
 //! ```
 
 mod capture;
-mod clock;
 mod csv;
 mod detect_format;
-mod event;
-mod gunzip;
 mod lossy_sender;
 mod read_samples;
 mod recording;
@@ -38,13 +35,11 @@ mod source;
 mod timing_sidecar;
 
 pub use capture::{Capture, OpenError};
-pub use clock::Clock;
 pub use csv::{ColumnMap, ColumnMapError, CsvError, MapHint};
 pub use detect_format::Format;
-pub use event::{End, Event};
 pub use lossy_sender::LossySender;
-pub use read_samples::{WAITING_BATCHES, read_samples};
+pub use read_samples::{End, Event, WAITING_BATCHES, read_samples};
 pub use recording::{
     RecordError, Recorded, Recorder, RecordingEnd, RecordingError, RecordingReader, RecordingState, RecordingWriter,
 };
-pub use source::{ReaderSource, Source};
+pub use source::{Clock, ReaderSource, Source};

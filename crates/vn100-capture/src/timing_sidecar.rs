@@ -7,7 +7,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{event::Event, read_samples::FileReader, source::READ_BYTES};
+use crate::{
+    read_samples::{Event, FileReader},
+    source::READ_BYTES,
+};
 use vn100_protocol::stream::{Batch, CsvReport, ReadOptions, SampleReader};
 
 /// No line of a sidecar is longer, comments included.

@@ -64,7 +64,7 @@ pub enum ColumnMapError {
         part: String,
     },
     /// No channel has this name.
-    #[error("{channel:?} in {part:?} is no channel: name one of {}", ChannelNames)]
+    #[error("{channel:?} in {part:?} is no channel: name one of {}", channel_names())]
     Channel {
         /// What stands before the `=`.
         channel: String,
@@ -72,7 +72,7 @@ pub enum ColumnMapError {
         part: String,
     },
     /// This is no unit of the channel.
-    #[error("{unit:?} in {part:?} is no unit of {channel}: name one of {}", UnitNames(channel))]
+    #[error("{unit:?} in {part:?} is no unit of {channel}: name one of {}", unit_names(channel))]
     Unit {
         /// What stands behind the last `:`.
         unit: String,
@@ -96,7 +96,7 @@ pub enum ColumnMapError {
         part: String,
     },
     /// No part at all.
-    #[error("no channel is mapped: name at least one of {}", ChannelNames)]
+    #[error("no channel is mapped: name at least one of {}", channel_names())]
     NoChannel,
 }
 
@@ -134,8 +134,7 @@ impl ColumnMap {
             Err(_) => ColumnName::Header(column.into()),
         };
         if channel == STAMP {
-            let unit = StampUnit::NAMES.iter().find(|(name, _)| *name == unit);
-            let &(_, unit) = unit.ok_or_else(bad_unit)?;
+            let unit = StampUnit::ALL.into_iter().find(|known| known.name == unit).ok_or_else(bad_unit)?;
             if self.stamp.replace((column, unit)).is_some() {
                 return Err(twice());
             }
@@ -163,10 +162,7 @@ impl ColumnMap {
 impl fmt::Display for ColumnMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let channel_units = self.channels.iter().map(|mapped| mapped.unit.name);
-        let stamp_unit = self.stamp.iter().flat_map(|(_, stamp_unit)| {
-            let named = StampUnit::NAMES.iter().find(|(_, unit)| unit == stamp_unit);
-            named.map(|&(name, _)| name)
-        });
+        let stamp_unit = self.stamp.iter().map(|(_, unit)| unit.name);
         let mut comma = "";
         for ((channel, column), unit) in self.columns().zip(channel_units.chain(stamp_unit)) {
             write!(f, "{comma}{channel}={column}:{unit}")?;
@@ -189,26 +185,17 @@ impl fmt::Display for ColumnName {
 pub(super) const STAMP: &str = "t";
 
 /// All names before an `=`.
-struct ChannelNames;
-
-impl fmt::Display for ChannelNames {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        names().try_for_each(|name| write!(f, "{name} "))?;
-        f.write_str(STAMP)
-    }
+fn channel_names() -> String {
+    names().chain([STAMP]).collect::<Vec<_>>().join(" ")
 }
 
 /// All units of the channel named.
-struct UnitNames<'a>(&'a str);
-
-impl fmt::Display for UnitNames<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<_> = match by_name(self.0) {
-            Some(index) => units(known(index).quantity).map(|unit| unit.name).collect(),
-            None => StampUnit::NAMES.iter().map(|&(name, _)| name).collect(),
-        };
-        f.write_str(&names.join(" "))
-    }
+fn unit_names(channel: &str) -> String {
+    let names: Vec<_> = match by_name(channel) {
+        Some(index) => units(known(index).quantity).map(|unit| unit.name).collect(),
+        None => StampUnit::ALL.map(|unit| unit.name).to_vec(),
+    };
+    names.join(" ")
 }
 
 /// The channels of all messages of the sensor, in the order in which a layout holds them.
@@ -303,13 +290,13 @@ mod tests {
     fn columns_go_by_name_or_number() {
         let map: ColumnMap = " gyro_x = w=x: :deg/s , t=1:us, ".parse().unwrap();
         assert_eq!(map.to_string(), "gyro_x=w=x::deg/s,t=1:us");
-        assert_eq!(map.stamp, Some((ColumnName::Number(1), StampUnit::Microseconds)));
+        assert_eq!(map.stamp, Some((ColumnName::Number(1), StampUnit::ALL[2])));
     }
 
     #[test]
     fn what_is_wrong_is_named_with_the_cure() {
         assert_eq!(
-            ChannelNames.to_string(),
+            channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \
              pressure t"
         );
@@ -326,7 +313,7 @@ mod tests {
             ("yaw=1:deg,yaw=2:deg", "yaw is mapped twice, the second time in \"yaw=2:deg\": keep one"),
             ("t=1:s,t=2:s", "t is mapped twice, the second time in \"t=2:s\": keep one"),
         ] {
-            let message = message.replace("CHANNELS", &ChannelNames.to_string());
+            let message = message.replace("CHANNELS", &channel_names());
             assert_eq!(text.parse::<ColumnMap>().unwrap_err().to_string(), message);
         }
     }

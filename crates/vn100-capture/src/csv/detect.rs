@@ -8,8 +8,7 @@ use super::{
     column_map::{ColumnMap, ColumnName, MappedChannel, known},
     header::{Header, Places},
     lines::{Fields, LastField, is_comment_or_blank},
-    number::{LastDigit, Number},
-    quantizer::{ColumnScan, Prior, SCANNED_ROWS},
+    number::{ColumnScan, LastDigit, Number, Prior, SCANNED_ROWS},
     shown,
     stamp::{StampScan, StampUnit},
 };
@@ -254,14 +253,10 @@ impl<'a> HeaderCandidate<'a> {
     /// How the first rows end that do have a line end.
     fn last_field(&self, lines_above: usize) -> LastField {
         let ended = &self.lines[..self.lines.len() - 1];
-        let mut last_field = LastField::default();
-        for row in rows(ended, lines_above.min(ended.len())) {
-            let fields: Vec<_> = Fields::new(row, self.header.separator).collect();
-            if let Some(last) = fields.last().filter(|_| fields.len() == self.header.width()) {
-                last_field.add(last);
-            }
-        }
-        last_field
+        let fields = rows(ended, lines_above.min(ended.len()))
+            .map(|row| Fields::new(row, self.header.separator).count_and_last());
+        let complete = fields.filter(|(count, _)| *count == self.header.width());
+        complete.map(|(_, last)| LastField::of(last)).reduce(LastField::common).unwrap_or_default()
     }
 
     /// What the first rows print in the column of each channel, and in that of the stamps.

@@ -54,8 +54,7 @@ impl Header {
     pub(super) fn fit<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>) {
         let (mut as_named, mut longer) = (0, 0);
         for row in rows {
-            let (count, last) =
-                Fields::new(row, self.separator).fold((0, &b""[..]), |(count, _), last| (count + 1, last));
+            let (count, last) = Fields::new(row, self.separator).count_and_last();
             as_named += usize::from(count == self.names.len());
             longer += usize::from(count == self.names.len() + 1 && (self.nameless_end || last.is_empty()));
         }
@@ -142,21 +141,15 @@ impl Header {
 
     /// The place of a column that a map names for `channel`.
     fn mapped_place(&self, channel: &'static str, column: &ColumnName) -> Result<usize, CsvError> {
-        self.place(column).ok_or_else(|| CsvError::MissingColumn {
-            channel,
-            column: column.to_string(),
-            found: self.names.clone(),
-        })
-    }
-
-    fn place(&self, column: &ColumnName) -> Option<usize> {
-        match column {
+        let place = match column {
             ColumnName::Number(number) => (*number <= self.names.len()).then(|| number - 1),
             ColumnName::Header(name) => {
                 let exactly = self.names.iter().position(|other| other == name);
                 exactly.or_else(|| self.names.iter().position(|other| other.eq_ignore_ascii_case(name)))
             }
-        }
+        };
+        let missing = || CsvError::MissingColumn { channel, column: column.to_string(), found: self.names.clone() };
+        place.ok_or_else(missing)
     }
 }
 

@@ -131,6 +131,11 @@ impl<'a> Fields<'a> {
     pub(super) fn new(line: &'a [u8], separator: u8) -> Self {
         Self { rest: Some(line), separator }
     }
+
+    /// How many there are, and the last one.
+    pub(super) fn count_and_last(self) -> (usize, &'a [u8]) {
+        self.fold((0, &[]), |(count, _), field| (count + 1, field))
+    }
 }
 
 impl<'a> Iterator for Fields<'a> {
@@ -192,16 +197,11 @@ pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
     matches!(first, None | Some(b'#'))
 }
 
-/// How the last fields of rows are printed.
+/// What the last fields of rows have in common in how they are printed. By it a last row without a
+/// line end is whole or cut: many writers leave the last line end out, and a cut file has none
+/// either.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LastField {
-    /// `None` before the first row.
-    form: Option<Form>,
-}
-
-/// What all fields have in common.
-#[derive(Debug, Clone, Copy)]
-struct Form {
     /// Digits behind the point, of which there must be some: a whole number cut short looks like
     /// one.
     decimals: Option<u32>,
@@ -209,29 +209,23 @@ struct Form {
 }
 
 impl LastField {
-    pub(super) fn add(&mut self, field: &[u8]) {
-        let added = Form::of(field);
-        let common = self.form.map_or(added, |form| Form {
-            decimals: form.decimals.filter(|_| form.decimals == added.decimals),
-            width: form.width.filter(|_| form.width == added.width),
-        });
-        self.form = Some(common);
+    pub(super) fn of(field: &[u8]) -> Self {
+        let decimals = Number::parse(field).map(|number| number.decimals());
+        Self { decimals: decimals.filter(|&decimals| decimals > 0), width: Some(field.len()) }
+    }
+
+    pub(super) fn common(self, other: Self) -> Self {
+        Self {
+            decimals: self.decimals.filter(|_| self.decimals == other.decimals),
+            width: self.width.filter(|_| self.width == other.width),
+        }
     }
 
     /// Whether `field` has the decimals or the width that all others have. Where they have neither
     /// in common that is not known.
-    pub(super) fn is_whole(&self, field: &[u8]) -> bool {
-        let Form { decimals, width } = Form::of(field);
-        self.form.is_some_and(|form| {
-            form.decimals.is_some() && form.decimals == decimals || form.width.is_some() && form.width == width
-        })
-    }
-}
-
-impl Form {
-    fn of(field: &[u8]) -> Self {
-        let decimals = Number::parse(field).map(|number| number.decimals());
-        Self { decimals: decimals.filter(|&decimals| decimals > 0), width: Some(field.len()) }
+    pub(super) fn is_whole(self, field: &[u8]) -> bool {
+        let common = self.common(Self::of(field));
+        common.decimals.is_some() || common.width.is_some()
     }
 }
 
@@ -298,8 +292,8 @@ mod tests {
             (&["", ""], "", true),
             (&[], "0.5", false),
         ] {
-            let mut last = LastField::default();
-            others.iter().for_each(|other| last.add(other.as_bytes()));
+            let others_forms = others.iter().map(|other| LastField::of(other.as_bytes()));
+            let last = others_forms.reduce(LastField::common).unwrap_or_default();
             assert_eq!(last.is_whole(field.as_bytes()), whole, "{field} behind {others:?}");
         }
     }

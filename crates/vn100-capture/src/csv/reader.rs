@@ -2,6 +2,7 @@
 
 use std::{
     io::{self, Read},
+    mem,
     sync::Arc,
 };
 
@@ -22,7 +23,7 @@ use super::{
     shown,
     stamp::StampUnit,
 };
-use crate::{event::Event, read_samples::FileReader};
+use crate::read_samples::{Event, FileReader};
 
 /// Rows in one batch, accepted or rejected.
 const MOST_ROWS: usize = 512;
@@ -31,38 +32,28 @@ const MOST_ROWS: usize = 512;
 pub(crate) struct CsvReader<R> {
     lines: Lines<R>,
     parser: RowParser,
-    rejected: RejectedRowCounts,
     line_by_line: bool,
     content: Content,
 }
 
 /// What rows become.
 enum Content {
-    Values(Values),
+    /// Numbers, already counts.
+    Values { layout: Arc<Layout>, open: Batch },
     /// Sentences, to be decoded.
     Sentences(SampleReader),
-}
-
-/// Numbers, already counts.
-struct Values {
-    layout: Arc<Layout>,
-    tally: Tally,
-    open: Batch,
 }
 
 impl<R: Read> CsvReader<R> {
     /// Reads `reader` from the first byte of the file on.
     pub(crate) fn new(plan: CsvPlan, reader: R, options: ReadOptions) -> Self {
         let content = match plan.kind.clone() {
-            Kind::Values(layout) => {
-                Content::Values(Values { layout: Arc::new(layout), tally: Tally::default(), open: Batch::default() })
-            }
+            Kind::Values(layout) => Content::Values { layout: Arc::new(layout), open: Batch::default() },
             Kind::Sentences => Content::Sentences(SampleReader::new(options)),
         };
         Self {
             lines: Lines::new(reader, plan.line_end),
             parser: RowParser::new(plan),
-            rejected: RejectedRowCounts::default(),
             line_by_line: options.line_by_line,
             content,
         }
@@ -72,124 +63,75 @@ impl<R: Read> CsvReader<R> {
 impl<R: Read + Send + 'static> FileReader for CsvReader<R> {
     /// Up to 512 rows, fewer where more would have to be waited for.
     fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
-        let Self { lines, parser, rejected, line_by_line, content } = self;
+        let Self { lines, parser, line_by_line, content } = self;
         let mut batches = Vec::new();
         let mut row_count = 0;
         while row_count == 0 {
             while row_count < MOST_ROWS
                 && let Some(line) = lines.next_buffered()
             {
-                match parser.push(&line) {
-                    None => continue,
-                    Some(Ok(())) => {
-                        content.push(parser);
-                        if *line_by_line {
-                            batches.extend(with_file(content.take_batches(), *rejected, parser.bytes));
-                        }
-                    }
-                    Some(Err(reason)) => {
-                        rejected.count(reason);
-                        content.mark_rejected();
-                    }
-                }
+                let Some(row) = parser.push(&line) else { continue };
                 row_count += 1;
+                match row {
+                    Ok(()) => content.push(parser),
+                    Err(_) => content.mark_rejected(),
+                }
+                if row.is_ok() && *line_by_line {
+                    batches.extend(content.take_batches(parser));
+                }
             }
             if row_count == 0 && !lines.fill()? {
                 return Ok(None);
             }
         }
-        batches.extend(with_file(content.take_batches(), *rejected, parser.bytes));
+        batches.extend(content.take_batches(parser));
         Ok(Some(batches.into_iter().map(Event::Batch).collect()))
     }
 
     fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
         let batches = match &mut self.content {
-            Content::Values(values) => vec![values.take_batch()],
-            Content::Sentences(samples) => samples.finish(),
+            Content::Sentences(samples) => self.parser.complete(samples.finish()),
+            values => values.take_batches(&self.parser),
         };
-        (with_file(batches, self.rejected, self.parser.bytes), Some(self.parser.report.clone()))
+        (batches, Some(self.parser.report.clone()))
     }
 }
 
 impl Content {
+    fn push(&mut self, row: &RowParser) {
+        match self {
+            Self::Values { layout, open } => {
+                let from_row = open.counts.len() / layout.channels.len();
+                open.arrivals.extend(row.stamp_ns.map(|at_ns| Arrival { from_row, at_ns }));
+                open.counts.extend_from_slice(&row.counts);
+            }
+            Self::Sentences(samples) => samples.push(&row.sentence, row.stamp_ns),
+        }
+    }
+
     fn mark_rejected(&mut self) {
         match self {
-            Self::Values(values) => {
-                let before_row = values.row();
-                values.open.marks.push(Mark { before_row, kind: MarkKind::Rejected });
+            Self::Values { layout, open } => {
+                let before_row = open.counts.len() / layout.channels.len();
+                open.marks.push(Mark { before_row, kind: MarkKind::Rejected });
             }
             Self::Sentences(samples) => samples.mark_rejected_row(),
         }
     }
 
-    fn push(&mut self, row: &RowParser) {
-        match self {
-            Self::Values(values) => values.push(&row.counts, row.stamp_ns),
-            Self::Sentences(samples) => samples.push(&row.sentence, row.stamp_ns),
-        }
-    }
-
-    fn take_batches(&mut self) -> Vec<Batch> {
-        match self {
-            Self::Values(values) => vec![values.take_batch()],
+    fn take_batches(&mut self, parser: &RowParser) -> Vec<Batch> {
+        parser.complete(match self {
+            Self::Values { layout, open } => {
+                let mut batch = mem::take(open);
+                batch.layout = Some(Arc::clone(layout));
+                batch.link.tally.samples = parser.report.rows;
+                // a row of numbers carries no checksum
+                batch.link.tally.unchecked_sentences = parser.report.rows;
+                vec![batch]
+            }
             Self::Sentences(samples) => samples.take_batches(),
-        }
+        })
     }
-}
-
-impl Values {
-    fn push(&mut self, counts: &[i32], at_ns: Option<i64>) {
-        if let Some(at_ns) = at_ns {
-            let from_row = self.row();
-            self.open.arrivals.push(Arrival { from_row, at_ns });
-        }
-        self.open.counts.extend_from_slice(counts);
-        self.tally.samples += 1;
-        // a row of numbers carries no checksum
-        self.tally.unchecked_sentences += 1;
-    }
-
-    fn row(&self) -> usize {
-        self.open.counts.len() / self.layout.channels.len()
-    }
-
-    fn take_batch(&mut self) -> Batch {
-        let mut batch = std::mem::take(&mut self.open);
-        batch.layout = Some(Arc::clone(&self.layout));
-        batch.link.tally = self.tally;
-        batch
-    }
-}
-
-/// Adds what the file holds beside its samples. All bytes of a row are those of its line: stamp,
-/// other columns and line end too, even where its sentence is damaged.
-fn with_file(mut batches: Vec<Batch>, rejected: RejectedRowCounts, bytes: LineBytes) -> Vec<Batch> {
-    for link in batches.iter_mut().map(|batch| &mut batch.link) {
-        let tally = &mut link.tally;
-        tally.valid_sentence_bytes += bytes.rows.saturating_sub(tally.bytes());
-        tally.rejected_sentence_bytes += bytes.rejected;
-        tally.skipped_bytes += bytes.skipped;
-        for (reason, count) in rejected.iter() {
-            *match reason {
-                RejectedRow::Range => &mut tally.rejected.range,
-                RejectedRow::Length => &mut tally.rejected.too_long,
-                RejectedRow::Truncated => &mut tally.rejected.truncated,
-                RejectedRow::Fields | RejectedRow::Number | RejectedRow::Decimals | RejectedRow::Stamp => {
-                    &mut tally.rejected.grammar
-                }
-            } += count;
-        }
-        link.rejected_rows = Some(rejected);
-    }
-    batches
-}
-
-/// Bytes of the lines, line ends included.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct LineBytes {
-    pub(super) rows: u64,
-    pub(super) rejected: u64,
-    pub(super) skipped: u64,
 }
 
 /// Reads the rows of a CSV file one after the other. Of `counts` and `sentence` one is in use, by
@@ -208,7 +150,9 @@ pub(super) struct RowParser {
     /// The last row ended inside quotes: the next line may be what is left of it.
     quote_open: bool,
     pub(super) report: CsvReport,
-    pub(super) bytes: LineBytes,
+    /// The bytes of all lines, line ends included, and the rejected rows.
+    pub(super) tally: Tally,
+    rejected: RejectedRowCounts,
 }
 
 impl RowParser {
@@ -221,7 +165,8 @@ impl RowParser {
             first_stamp_ns: None,
             quote_open: false,
             report: CsvReport { ignored_columns, rounded, ..CsvReport::default() },
-            bytes: LineBytes::default(),
+            tally: Tally::default(),
+            rejected: RejectedRowCounts::default(),
             plan,
         }
     }
@@ -232,7 +177,7 @@ impl RowParser {
         self.report.lines += 1;
         if line.completeness != Completeness::Overlong && self.is_skipped(line) {
             self.report.skipped_lines += 1;
-            self.bytes.skipped += line.bytes;
+            self.tally.skipped_bytes += line.bytes;
             return None;
         }
         let row = match line.completeness {
@@ -243,10 +188,9 @@ impl RowParser {
         match row {
             Ok(()) => {
                 self.report.rows += 1;
-                self.bytes.rows += line.bytes;
+                self.tally.valid_sentence_bytes += line.bytes;
             }
             Err(reason) => {
-                self.bytes.rejected += line.bytes;
                 self.count_rejected(reason, line);
             }
         }
@@ -255,6 +199,17 @@ impl RowParser {
 
     #[cold]
     fn count_rejected(&mut self, reason: RejectedRow, line: &CsvLine<'_>) {
+        self.rejected.count(reason);
+        self.tally.rejected_sentence_bytes += line.bytes;
+        let tally = &mut self.tally.rejected;
+        *match reason {
+            RejectedRow::Range => &mut tally.range,
+            RejectedRow::Length => &mut tally.too_long,
+            RejectedRow::Truncated => &mut tally.truncated,
+            RejectedRow::Fields | RejectedRow::Number | RejectedRow::Decimals | RejectedRow::Stamp => {
+                &mut tally.grammar
+            }
+        } += 1;
         let rejected = &mut self.report.rejected;
         let at = rejected.binary_search_by_key(&reason, |rows| rows.reason).unwrap_or_else(|at| {
             let first = RejectedRows { reason, count: 0, first_line: line.number, first_text: shown(line.text) };
@@ -270,7 +225,25 @@ impl RowParser {
             return true;
         }
         // a script that saved a sentence together with its CR LF
-        std::mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
+        mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
+    }
+
+    /// Adds to batches what the file holds beside their samples. All bytes of a row are those of its
+    /// line: stamp, other columns and line end too, even where its sentence is damaged.
+    fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
+        let file = &self.tally;
+        for link in batches.iter_mut().map(|batch| &mut batch.link) {
+            let tally = &mut link.tally;
+            tally.valid_sentence_bytes += file.valid_sentence_bytes.saturating_sub(tally.bytes());
+            tally.rejected_sentence_bytes += file.rejected_sentence_bytes;
+            tally.skipped_bytes += file.skipped_bytes;
+            tally.rejected.range += file.rejected.range;
+            tally.rejected.too_long += file.rejected.too_long;
+            tally.rejected.truncated += file.rejected.truncated;
+            tally.rejected.grammar += file.rejected.grammar;
+            link.rejected_rows = Some(self.rejected);
+        }
+        batches
     }
 
     /// Whether a row without a line end is whole, as far as that can be known.
@@ -279,7 +252,7 @@ impl RowParser {
         let Some(last_field) = self.plan.last_field else {
             return true;
         };
-        let (count, last) = Fields::new(row, self.plan.separator).fold((0, &b""[..]), |(n, _), field| (n + 1, field));
+        let (count, last) = Fields::new(row, self.plan.separator).count_and_last();
         count == self.plan.columns.len() && last_field.is_whole(last)
     }
 

@@ -17,37 +17,30 @@ const MOST_ROWS_TOGETHER: usize = 16;
 
 /// The unit a stamp is written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StampUnit {
-    Seconds,
-    Milliseconds,
-    Microseconds,
-    Nanoseconds,
+pub(super) struct StampUnit {
+    /// Its name in a column map.
+    pub(super) name: &'static str,
+    /// A nanosecond is the last digit of so many decimals.
+    decimals: u8,
 }
 
 impl StampUnit {
-    /// The units by the names they have in a column map.
-    pub(super) const NAMES: [(&'static str, Self); 4] =
-        [("s", Self::Seconds), ("ms", Self::Milliseconds), ("us", Self::Microseconds), ("ns", Self::Nanoseconds)];
+    pub(super) const ALL: [Self; 4] = [
+        Self { name: "s", decimals: 9 },
+        Self { name: "ms", decimals: 6 },
+        Self { name: "us", decimals: 3 },
+        Self { name: "ns", decimals: 0 },
+    ];
+    const SECONDS: Self = Self::ALL[0];
 
     /// One of it in seconds.
     fn seconds(self) -> f64 {
-        match self {
-            Self::Seconds => 1.0,
-            Self::Milliseconds => 1e-3,
-            Self::Microseconds => 1e-6,
-            Self::Nanoseconds => 1e-9,
-        }
+        10_f64.powi(i32::from(self.decimals)) / 1e9
     }
 
     /// `stamp` in nanoseconds, with digits behind them rounded away; `None` beyond 292 years.
     pub(super) fn nanoseconds(self, stamp: &Number) -> Option<i64> {
-        let decimals = match self {
-            Self::Seconds => 9,
-            Self::Milliseconds => 6,
-            Self::Microseconds => 3,
-            Self::Nanoseconds => 0,
-        };
-        stamp.count(decimals, LastDigit::Rounded).ok()
+        stamp.count(self.decimals, LastDigit::Rounded).ok()
     }
 }
 
@@ -83,22 +76,20 @@ impl StampScan {
     /// the step longer than that is never it.
     pub(super) fn unit(&self) -> Result<StampUnit, UnsureUnit> {
         let step = self.step();
-        let units = || StampUnit::NAMES.iter();
-        let is_short = |unit: StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
+        let is_short = |unit: &StampUnit| step.is_none_or(|step| step * unit.seconds() <= LONGEST_STEP_S);
         let middle = median(self.stamps.clone()).unwrap_or_default();
-        if let Some(&(_, unit)) =
-            units().find(|(_, unit)| SINCE_EPOCH_S.contains(&(middle * unit.seconds())) && is_short(*unit))
-        {
+        let is_epoch = |unit: &StampUnit| SINCE_EPOCH_S.contains(&(middle * unit.seconds()));
+        if let Some(unit) = StampUnit::ALL.into_iter().find(|unit| is_epoch(unit) && is_short(unit)) {
             return Ok(unit);
         }
-        let Some(step) = step.filter(|_| !self.decimals || !is_short(StampUnit::Seconds)) else {
-            return Ok(StampUnit::Seconds);
+        let Some(step) = step.filter(|_| !self.decimals || !is_short(&StampUnit::SECONDS)) else {
+            return Ok(StampUnit::SECONDS);
         };
-        let fits = |unit: StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
-        let fitting: Vec<_> = units().filter(|(_, unit)| fits(*unit)).collect();
+        let fits = |unit: &StampUnit| (SHORTEST_STEP_S..=LONGEST_STEP_S).contains(&(step * unit.seconds()));
+        let fitting: Vec<_> = StampUnit::ALL.into_iter().filter(fits).collect();
         match fitting[..] {
-            [&(_, unit)] => Ok(unit),
-            _ => Err(UnsureUnit { step, units: fitting.into_iter().map(|&(name, _)| name).collect() }),
+            [unit] => Ok(unit),
+            _ => Err(UnsureUnit { step, units: fitting.into_iter().map(|unit| unit.name).collect() }),
         }
     }
 
@@ -158,11 +149,11 @@ mod tests {
 
     #[test]
     fn the_unit_since_a_start_follows_from_the_step() {
-        use StampUnit::*;
+        let [_, milliseconds, microseconds, nanoseconds] = StampUnit::ALL;
         for (unit, steps) in [
-            (Milliseconds, [5, 25, 800].as_slice()),
-            (Microseconds, &[5_000, 25_000, 800_000]),
-            (Nanoseconds, &[5_000_000, 25_000_000, 1_000_000_000]),
+            (milliseconds, [5, 25, 800].as_slice()),
+            (microseconds, &[5_000, 25_000, 800_000]),
+            (nanoseconds, &[5_000_000, 25_000_000, 1_000_000_000]),
         ] {
             for &step in steps {
                 // from boot on, after half an hour, and after a month: sizes of an epoch in a larger unit are among them
@@ -177,12 +168,12 @@ mod tests {
 
     #[test]
     fn decimals_are_seconds_unless_the_step_is_too_long() {
-        assert_eq!(scan((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::Seconds));
-        assert_eq!(scan((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::Seconds));
+        assert_eq!(scan((0..50).map(|row| format!("{:.3}", 0.025 * f64::from(row)))).unit(), Ok(StampUnit::SECONDS));
+        assert_eq!(scan((0..50).map(|row| format!("{row}.0"))).unit(), Ok(StampUnit::SECONDS));
         let milliseconds = scan((0..50).map(|row| format!("{:.3}", 25.013 * f64::from(row))));
-        assert_eq!(milliseconds.unit(), Ok(StampUnit::Milliseconds));
+        assert_eq!(milliseconds.unit(), Ok(StampUnit::ALL[1]));
         let printed_as_float = scan((0..50).map(|row| format!("{:.18e}", 25e6 * f64::from(row))));
-        assert_eq!(printed_as_float.unit(), Ok(StampUnit::Nanoseconds));
+        assert_eq!(printed_as_float.unit(), Ok(StampUnit::ALL[3]));
     }
 
     #[test]
@@ -208,12 +199,12 @@ mod tests {
     fn rows_that_come_together_and_a_clock_set_once_do_not_mislead() {
         // a latency timer of 16 ms at 200 Hz, in microseconds: three rows at once, 100 us apart
         let bunched = (0..300_i64).map(|row| 15_000 * (row / 3) + 100 * (row % 3));
-        assert_eq!(scan(bunched).unit(), Ok(StampUnit::Microseconds));
+        assert_eq!(scan(bunched).unit(), Ok(StampUnit::ALL[2]));
         let set = (0..300_i64).map(|row| 25 * row + if row < 150 { 0 } else { 3_600_000 });
-        assert_eq!(scan(set).unit(), Ok(StampUnit::Milliseconds));
+        assert_eq!(scan(set).unit(), Ok(StampUnit::ALL[1]));
         // a first stamp of zero among those of an epoch
         let late = (0..300_i64).map(|row| if row == 0 { 0 } else { 1_761_939_167_192 + 25 * row });
-        assert_eq!(scan(late).unit(), Ok(StampUnit::Milliseconds));
+        assert_eq!(scan(late).unit(), Ok(StampUnit::ALL[1]));
     }
 
     #[test]

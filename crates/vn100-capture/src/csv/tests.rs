@@ -6,11 +6,7 @@ use vn100_protocol::{Decoder, Item, Options, VNYMR};
 
 use vn100_protocol::stream::{CsvReport, RejectedRow, RejectedRows};
 
-use super::{
-    lines::Lines,
-    reader::{LineBytes, RowParser},
-    *,
-};
+use super::{lines::Lines, reader::RowParser, *};
 
 mod mapped;
 mod properties;
@@ -36,7 +32,8 @@ struct Whole {
     /// With the number of good rows before each.
     rejected: Vec<(usize, RejectedRow)>,
     report: CsvReport,
-    bytes: LineBytes,
+    /// Of rows, of rejected rows, of what is no row.
+    bytes: [u64; 3],
 }
 
 impl Whole {
@@ -77,7 +74,9 @@ fn read(plan: CsvPlan, reader: impl Read) -> Whole {
             }
         }
     }
-    (whole.report, whole.bytes) = (parser.report.clone(), parser.bytes);
+    let tally = &parser.tally;
+    whole.bytes = [tally.valid_sentence_bytes, tally.rejected_sentence_bytes, tally.skipped_bytes];
+    whole.report = parser.report.clone();
     assert_eq!(whole.report.rows, count as u64);
     assert_eq!(whole.rejected_rows(), whole.rejected.len() as u64);
     assert_eq!(whole.report.lines, whole.report.rows + whole.rejected_rows() + whole.report.skipped_lines);

@@ -16,9 +16,13 @@ use mcap::{
 
 use super::{
     BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_TOPIC, RECORDING_METADATA, RESUMED, UNSTAMPED, at_ns,
-    io_error, link_json::from_json,
+    io_error, link_from_json,
 };
-use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
+use crate::{
+    read_samples::{Event, FileReader},
+    source,
+};
+use vn100_protocol::stream::{Batch, Chunk, CsvReport, LinkEvent, ReadOptions, SampleReader, StreamInput};
 
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
@@ -111,7 +115,8 @@ pub struct RecordingReader<R> {
     reader: R,
     records: LinearReader,
     contents: Contents,
-    head: Vec<Metadata>,
+    /// All metadata before the first input.
+    pub(super) head: Vec<Metadata>,
     first: Option<Entry<'static>>,
     recorded: Recorded,
     done: bool,
@@ -192,11 +197,6 @@ impl<R: Read> RecordingReader<R> {
     /// Topics of others, as far as it was read.
     pub(super) fn other_topics(&self) -> Vec<String> {
         self.contents.other_topics.values().cloned().collect()
-    }
-
-    /// All metadata before the first input.
-    pub(super) fn head(&self) -> &[Metadata] {
-        &self.head
     }
 
     /// Shows the next entry; `None` at the end.
@@ -335,25 +335,64 @@ impl Contents {
 
     fn take_message<'a>(&mut self, channel: u16, at_ns: i64, data: Cow<'a, [u8]>) -> io::Result<Option<Entry<'a>>> {
         let entry = match self.carries.get(&channel) {
+            None => return Ok(None),
             Some(Carries::Bytes { .. }) if data.is_empty() => return Ok(None),
             Some(Carries::Bytes { stamped: false }) => Entry::Bytes { at_ns: None, bytes: data },
-            Some(Carries::Bytes { stamped: true }) => {
-                self.last_ns = Some(at_ns);
-                Entry::Bytes { at_ns: Some(at_ns), bytes: data }
-            }
-            Some(Carries::Link) => {
-                self.last_ns = Some(at_ns);
-                let unknown = || {
-                    let text = String::from_utf8_lossy(&data);
-                    let problem = format!("a message on {LINK_TOPIC} is no event of a link: {text:.200}");
-                    io::Error::new(ErrorKind::InvalidData, problem)
-                };
-                Entry::Link(from_json(at_ns, &data).ok_or_else(unknown)?)
-            }
-            None => return Ok(None),
+            Some(Carries::Bytes { stamped: true }) => Entry::Bytes { at_ns: Some(at_ns), bytes: data },
+            Some(Carries::Link) => Entry::Link(link_from_json(at_ns, &data).ok_or_else(|| {
+                let text = String::from_utf8_lossy(&data);
+                let problem = format!("a message on {LINK_TOPIC} is no event of a link: {text:.200}");
+                io::Error::new(ErrorKind::InvalidData, problem)
+            })?),
         };
+        if !matches!(entry, Entry::Bytes { at_ns: None, .. }) {
+            self.last_ns = Some(at_ns);
+        }
         self.reason = None;
         Ok(Some(entry))
+    }
+}
+
+/// Reads a recording, with one batch for many reads: a recorded read can bring a few bytes.
+pub(crate) struct Replay<R> {
+    recording: RecordingReader<R>,
+    samples: SampleReader,
+    /// Bytes since the last batch.
+    unsent: usize,
+}
+
+impl<R: Read> Replay<R> {
+    pub(crate) fn new(recording: RecordingReader<R>, options: ReadOptions) -> Self {
+        Self { recording, samples: SampleReader::new(options), unsent: 0 }
+    }
+}
+
+impl<R: Read + Send + 'static> FileReader for Replay<R> {
+    fn next_events(&mut self) -> io::Result<Option<Vec<Event>>> {
+        let Self { recording, samples, unsent } = self;
+        let link_event = recording.next_entry(|entry| match entry {
+            Entry::Bytes { at_ns, bytes } => {
+                samples.push(&bytes, at_ns);
+                *unsent += bytes.len();
+                None
+            }
+            Entry::Link(event) => Some(event),
+            Entry::Metadata(_) => None,
+        })?;
+        let due: Vec<Event> = match link_event {
+            None => return Ok(None),
+            Some(Some(event)) => Event::from_input(samples, StreamInput::Link(event)).collect(),
+            Some(None) if *unsent >= source::READ_BYTES => {
+                samples.take_batches().into_iter().map(Event::Batch).collect()
+            }
+            Some(None) => return Ok(Some(Vec::new())),
+        };
+        *unsent = 0;
+        Ok(Some(due))
+    }
+
+    fn finish(&mut self) -> (Vec<Batch>, Option<CsvReport>) {
+        (self.samples.finish(), None)
     }
 }
 

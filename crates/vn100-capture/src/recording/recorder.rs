@@ -1,18 +1,25 @@
-//! Records a link while it is measured.
+//! Records a link while it is measured, to a new file or behind a recording that is there.
 
 use std::{
     collections::BTreeMap,
-    fs::File,
-    io::{self, ErrorKind, Write},
+    ffi::OsString,
+    fs::{self, File, TryLockError},
+    io::{self, ErrorKind, Read, Write},
     path::{Path, PathBuf},
     sync::{Arc, OnceLock},
     thread,
 };
 
+use bytes::Bytes;
 use tokio::sync::{mpsc, watch};
+use vn100_protocol::Register;
+use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, ReadOptions, SampleReader, StreamInput};
 
-use super::{named_file::NamedFile, record_error::RecordError, resume::resume, writer::RecordingWriter};
-use vn100_protocol::stream::{Chunk, StreamInput};
+use super::{
+    RECORDING_METADATA, RESUMED,
+    reader::{Entry, RecordingEnd, RecordingError, RecordingReader},
+    writer::{RecordingWriter, head},
+};
 
 /// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room the sender
 /// drops and reports.
@@ -20,6 +27,45 @@ const WAITING_INPUTS: usize = 1024;
 
 /// A killed program loses no more of the stream than this.
 const FLUSH_EVERY_NS: u64 = 1_000_000_000;
+
+/// Why a recording cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The operating system refused.
+    #[error("cannot record to {}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// A file of this name is there.
+    #[error("{} exists and is not replaced: choose another name, or resume it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// To resume a recording replaces its file, and a symbolic link would be replaced instead.
+    #[error("{} is a symbolic link: name the recording itself to resume it", path.display())]
+    SymbolicLink {
+        /// The link.
+        path: PathBuf,
+    },
+    /// Another program records to it.
+    #[error("{} is being recorded to: end that first", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// What is there is no recording that can be resumed.
+    #[error("{} cannot be resumed: {problem}", path.display())]
+    NotResumable {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead.
+        problem: RecordingError,
+    },
+}
 
 /// Where a recording stands.
 #[derive(Debug, Clone)]
@@ -171,6 +217,167 @@ fn record<W: Write>(
     let out = writer.finish(reason.get().map(String::as_str))?;
     states.send_modify(|state| state.bytes = bytes);
     Ok(out)
+}
+
+/// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is
+/// written then is gone with the program. Elsewhere than on Unix an open file cannot be removed.
+#[derive(Debug)]
+struct NamedFile(File);
+
+impl NamedFile {
+    /// Claims a file for this program alone, as long as it is open; `false` where another one
+    /// writes it.
+    fn claim(file: &File) -> bool {
+        // a file system without locks lets everybody in
+        !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
+    }
+
+    fn sync_all(&self) -> io::Result<()> {
+        self.0.sync_all()
+    }
+}
+
+impl Write for NamedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()?;
+        match has_name(&self.0)? {
+            true => Ok(()),
+            false => Err(io::Error::new(ErrorKind::NotFound, "the file was removed while it was written")),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn has_name(file: &File) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    Ok(file.metadata()?.nlink() > 0)
+}
+
+#[cfg(not(unix))]
+fn has_name(_file: &File) -> io::Result<bool> {
+    Ok(true)
+}
+
+/// Gives the writer behind the copy, which then bears the name of the recording, and the last
+/// serial number in it. The recording stays as it was until the copy is on the disk.
+fn resume(
+    path: &Path,
+    metadata: &BTreeMap<String, String>,
+) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
+    let failed = |source| RecordError::Io { path: path.to_owned(), source };
+    if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
+        return Err(RecordError::SymbolicLink { path: path.to_owned() });
+    }
+    let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
+    let file = File::open(path).map_err(failed)?;
+    // the reader keeps it claimed until the copy has taken its place
+    if !NamedFile::claim(&file) {
+        return Err(RecordError::InUse { path: path.to_owned() });
+    }
+    let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
+    if !recording.has_our_topics() {
+        return Err(not_resumable(RecordingError::NotBegun));
+    }
+    if recording.recorded().started_ns == Some(0) {
+        return Err(not_resumable(RecordingError::Undated));
+    }
+    let copy = Copy::beside(path);
+    copy.remove_leftover().map_err(failed)?;
+    let file = File::create_new(&copy.path).map_err(failed)?;
+    NamedFile::claim(&file);
+    let mut begin = recording.head.clone();
+    for about in begin.iter_mut().filter(|metadata| metadata.name == RECORDING_METADATA) {
+        about.metadata.insert(RESUMED.into(), "true".into());
+    }
+    let mut writer = RecordingWriter::begin(NamedFile(file.try_clone().map_err(failed)?), &begin).map_err(failed)?;
+    let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;
+    let topics = recording.other_topics();
+    if !topics.is_empty() {
+        return Err(not_resumable(RecordingError::Mixed { topics }));
+    }
+    writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
+    file.sync_all().map_err(failed)?;
+    copy.take_place_of(path).map_err(failed)?;
+    Ok((writer, serial))
+}
+
+/// Copies all that can be read, and marks the break. Gives the serial number that the sensor
+/// reported last.
+fn copy_inputs(
+    recording: &mut RecordingReader<impl Read>,
+    writer: &mut RecordingWriter<NamedFile>,
+) -> io::Result<Option<String>> {
+    let mut parser = SampleReader::new(ReadOptions::default());
+    let mut serial = None;
+    let mut copy = |entry: Entry<'_>| match entry {
+        Entry::Bytes { at_ns, bytes } => {
+            parser.push(&bytes, None);
+            let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
+            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
+                serial = Some(value.fields);
+            }
+            writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
+        }
+        Entry::Link(event) => writer.write(&StreamInput::Link(event)),
+        Entry::Metadata(metadata) => writer.put_metadata(&[metadata]),
+    };
+    while let Some(copied) = recording.next_entry(&mut copy)? {
+        copied?;
+    }
+    let Some(RecordingEnd { ended_ns: Some(at_ns), reason, .. }) = recording.recorded().end.get() else {
+        // nothing came, so that nothing was interrupted
+        return Ok(serial);
+    };
+    let cause = match reason {
+        Some(reason) => format!("recording ended ({reason}) and resumed"),
+        None => "recording interrupted".into(),
+    };
+    writer.write(&StreamInput::Link(LinkEvent { at_ns: *at_ns, kind: LinkEventKind::Down { cause } }))?;
+    Ok(serial)
+}
+
+/// The copy as long as it has not taken its place; removed if it never does.
+struct Copy {
+    path: PathBuf,
+}
+
+impl Copy {
+    fn beside(recording: &Path) -> Self {
+        let mut name = OsString::from(".");
+        name.push(recording.file_name().unwrap_or_default());
+        name.push(".resuming");
+        Self { path: recording.with_file_name(name) }
+    }
+
+    /// Removes the copy of a program that was killed at it.
+    fn remove_leftover(&self) -> io::Result<()> {
+        match fs::remove_file(&self.path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    fn take_place_of(self, recording: &Path) -> io::Result<()> {
+        fs::rename(&self.path, recording)?;
+        // the name is safe when its folder is
+        #[cfg(unix)]
+        {
+            let folder = recording.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Copy {
+    fn drop(&mut self) {
+        // it is gone already if it took its place
+        let _ = fs::remove_file(&self.path);
+    }
 }
 
 #[cfg(test)]

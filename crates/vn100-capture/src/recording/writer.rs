@@ -13,7 +13,7 @@ use mcap::{
 
 use super::{
     BYTES_ENCODING, BYTES_TOPIC, CALLER_METADATA, END_METADATA, FORMAT, LINK_ENCODING, LINK_TOPIC, PROFILE,
-    RECORDING_METADATA, UNSTAMPED, io_error, link_json::to_json, log_time,
+    RECORDING_METADATA, UNSTAMPED, io_error, link_to_json, log_time,
 };
 use vn100_protocol::stream::{Chunk, LinkEvent, StreamInput};
 
@@ -74,7 +74,7 @@ impl<W: Write> RecordingWriter<W> {
                 self.write_message(channel, self.last_ns, bytes)
             }
             StreamInput::Link(LinkEvent { at_ns, kind }) => {
-                self.write_message(self.link_channel, *at_ns, &to_json(kind))
+                self.write_message(self.link_channel, *at_ns, &link_to_json(kind))
             }
         }
     }
