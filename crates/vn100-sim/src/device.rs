@@ -30,9 +30,7 @@
 
 mod binary;
 mod command;
-mod error_code;
 mod execute;
-mod firmware;
 mod output;
 mod register_table;
 mod registers;
@@ -41,12 +39,11 @@ mod uart;
 use std::{collections::VecDeque, time::Duration};
 
 use command::{CommandBuffer, RECEIVE_BUFFER};
-use error_code::ErrorCode;
 use output::SyncOut;
-pub use register_table::BAUD_RATES;
 use registers::Registers;
 use uart::Uart;
-pub use {firmware::Firmware, uart::SentByte};
+use vn100_protocol::DeviceError;
+pub use {register_table::Firmware, uart::SentByte};
 
 use crate::{
     profile::Profile,
@@ -164,12 +161,6 @@ impl Device {
         }
     }
 
-    /// The known truth behind the output.
-    #[must_use]
-    pub fn profile(&self) -> &Profile {
-        &self.config.profile
-    }
-
     /// The rate at which the sensor listens, and sends what it has not yet queued. Bytes of a reply
     /// that is still being sent can be slower or faster: see [`SentByte::baud`].
     #[must_use]
@@ -232,7 +223,7 @@ impl Device {
     pub fn crash(&mut self, now: Duration) {
         self.advance(ns(now));
         if matches!(self.phase, Phase::Running { .. }) && self.restart_ns.is_none() {
-            self.report(ErrorCode::HardFault);
+            self.report(DeviceError::HardFault);
             self.restart();
         }
     }
@@ -317,7 +308,7 @@ impl Device {
     fn queue(&mut self, line: Vec<u8>) {
         let waiting: usize = self.waiting.iter().map(Vec::len).sum();
         if waiting + line.len() > RECEIVE_BUFFER {
-            self.report(ErrorCode::InputOverflow);
+            self.report(DeviceError::ReceiveBufferOverflow);
         } else {
             self.waiting.push_back(line);
         }

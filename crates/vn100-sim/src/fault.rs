@@ -23,14 +23,13 @@
 //! | `badopen@P%` | each opening of the port has this chance of bit 6 of every byte being inverted until it is closed |
 
 mod injector;
-mod plan_error;
 
 use std::{fmt, num::NonZeroU32, str::FromStr, time::Duration};
 
 pub(crate) use injector::{Injector, ScheduledEvent};
-pub use plan_error::FaultPlanError;
 
-use crate::device::BAUD_RATES;
+use thiserror::Error;
+use vn100_protocol::BaudRate;
 
 /// Which bytes a fault strikes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +77,58 @@ pub enum Fault {
 pub struct FaultPlan {
     /// The faults.
     pub faults: Vec<Fault>,
+}
+
+/// A plan of faults has an item that is none.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum FaultPlanError {
+    /// There is no such fault.
+    #[error(
+        "`{item}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"
+    )]
+    Unknown {
+        /// The item as written.
+        item: String,
+    },
+    /// A fault must say when.
+    #[error("`{item}` does not say when: write `@` and a time from power-up behind its name, such as `@12.5s`")]
+    WhenMissing {
+        /// The item as written.
+        item: String,
+    },
+    /// A fault must say how long.
+    #[error("`{item}` does not say how long: write `+` and a time behind the first, such as `@10s+2s`")]
+    LengthMissing {
+        /// The item as written.
+        item: String,
+    },
+    /// This is no time.
+    #[error("`{text}` in `{item}` is no time: write a number and one of ms, s, min, h, such as `12.5s`")]
+    Time {
+        /// The item as written.
+        item: String,
+        /// The part that is wrong.
+        text: String,
+    },
+    /// This is no chance.
+    #[error("`{text}` in `{item}` is no chance: write a number from 0 to 100 and `%`, such as `0.1%`")]
+    Chance {
+        /// The item as written.
+        item: String,
+        /// The part that is wrong.
+        text: String,
+    },
+    /// What stands behind the colon is not for this fault.
+    #[error(
+        "`{detail}` behind the colon does not fit `{item}`: flip takes bit0 to bit7, unplug with two times takes other, baud needs one of {}",
+        BaudRate::ALL.map(|rate| rate.to_string()).join(", ")
+    )]
+    Detail {
+        /// The item as written.
+        item: String,
+        /// The part that is wrong; empty where it is missing.
+        detail: String,
+    },
 }
 
 impl FromStr for FaultPlan {
@@ -139,7 +190,7 @@ impl FromStr for Fault {
             }
             "baud" => {
                 let baud = detail.and_then(|rate| rate.parse::<NonZeroU32>().ok());
-                let baud = baud.filter(|baud| BAUD_RATES.contains(&baud.get())).ok_or_else(wrong_detail)?;
+                let baud = baud.filter(|baud| BaudRate::new(baud.get()).is_some()).ok_or_else(wrong_detail)?;
                 Ok(Self::Baud(time(when()?, text)?, baud))
             }
             "stale" if head == name => plain(Self::Stale),

@@ -18,41 +18,22 @@
 //! A [`Device`] is the whole sensor behind its serial line, on a clock that is passed in; a
 //! [`Wire`](wire::Wire) puts cable, adapter and faults between it and a host; [`pty::serve`] makes
 //! it a serial port of this machine.
-//!
-//! | module | holds |
-//! |---|---|
-//! | [`noise`] | the truth of one channel and the stream of its samples |
-//! | [`onboard`] | the averaging window of the sensor and the decimation behind it |
-//! | [`profile`] | the truth of all channels, by name |
-//! | [`generator`] | rows of twelve values |
-//! | [`message`] | the sentences of the sensor, a row each |
-//! | [`capture`] | many rows as a file |
-//! | [`device`] | registers, commands and paced output |
-//! | [`fault`] | the faults of a link, as a plan in one line of text |
-//! | [`usb`] | the buffer of a USB adapter |
-//! | [`wire`] | all between the sensor and its host |
-//! | [`pty`] | the sensor on a pseudo-terminal |
 
-mod attitude;
 pub mod capture;
 pub mod device;
 pub mod fault;
 mod flicker;
-pub mod generator;
 pub mod message;
 pub mod noise;
-pub mod onboard;
+mod onboard;
 pub mod profile;
 pub mod pty;
-mod random;
 mod receiver;
 mod sensor;
-mod surroundings;
-pub mod usb;
+mod usb;
 pub mod wire;
 
-pub use capture::write_capture;
+pub use capture::{Generator, UnsupportedRate, write_capture};
 pub use device::{Device, DeviceConfig};
-pub use generator::{Generator, UnsupportedRate};
 pub use message::Message;
 pub use profile::{Profile, UnknownProfile};

@@ -4,10 +4,7 @@
 
 use std::fmt::Write;
 
-use crate::{
-    attitude::{linear_accel_body, linear_accel_ned, quaternion},
-    sensor::{Deltas, SensorValues},
-};
+use crate::sensor::{Deltas, SensorValues, single};
 
 /// Yaw, pitch and roll, magnetic field and so on, in the order of a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,12 +88,12 @@ impl Message {
             // width and decimals by the maker's formats
             match group {
                 Angles => print(out, measured.ypr_deg, 8, 3),
-                Quaternion => print(out, quaternion(measured.ypr_deg), 9, 6),
+                Quaternion => print(out, measured.quaternion(), 9, 6),
                 Mag => print(out, measured.mag_gauss, 8, 4),
                 Accel => print(out, measured.accel_m_s2, 7, 3),
                 Rate => print(out, measured.gyro_rad_s, 10, 6),
-                LinearBody => print(out, linear_accel_body(measured), 7, 3),
-                LinearNed => print(out, linear_accel_ned(measured), 7, 3),
+                LinearBody => print(out, measured.linear_accel_body(), 7, 3),
+                LinearNed => print(out, measured.linear_accel_ned(), 7, 3),
                 Uncompensated => {
                     print(out, measured.uncompensated_mag_gauss, 8, 4);
                     print(out, measured.uncompensated_accel_m_s2, 7, 3);
@@ -106,8 +103,8 @@ impl Message {
                 }
                 Group::Deltas => {
                     print(out, [deltas.time_s as f32], 9, 6);
-                    print(out, deltas.theta_deg.map(|angle| angle as f32), 8, 3);
-                    print(out, deltas.velocity_m_s.map(|velocity| velocity as f32), 8, 3);
+                    print(out, single(deltas.theta_deg), 8, 3);
+                    print(out, single(deltas.velocity_m_s), 8, 3);
                 }
             }
         }

@@ -5,13 +5,13 @@ use std::num::NonZeroU32;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::random::normal;
+use crate::noise::normal;
 
 /// Rate at which the sensor refreshes gyro and accelerometer, Hz.
-pub const IMU_REFRESH_HZ: u32 = 800;
+pub(crate) const IMU_REFRESH_HZ: u32 = 800;
 
 /// Rate at which the sensor refreshes the magnetometer, Hz.
-pub const MAG_REFRESH_HZ: u32 = 250;
+pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 
 /// How white noise reaches the output.
 ///

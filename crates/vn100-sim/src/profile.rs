@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Standard gravity, m/s².
-const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// Output rate of the record behind [`Profile::lab3`], Hz.
 const LAB3_RATE_HZ: f64 = 40.0;

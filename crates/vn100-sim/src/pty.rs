@@ -21,10 +21,6 @@
 //! stays the same.
 
 #[cfg(target_os = "linux")]
-mod link;
-#[cfg(target_os = "linux")]
-mod outbox;
-#[cfg(target_os = "linux")]
 mod port;
 #[cfg(target_os = "linux")]
 mod server;

@@ -1,14 +1,15 @@
 //! What the emulated sensor measures, tick by tick: the truth of a profile behind the window of
 //! register 85.
 
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+
 use crate::{
     flicker::Flicker,
-    generator::wrapped_deg,
-    noise::{NoiseTruth, RandomWalk},
+    noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
     onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
-    profile::Profile,
-    random::{NoiseComponent, normal, random_stream},
-    surroundings::Surroundings,
+    profile::{Profile, STANDARD_GRAVITY_M_S2},
 };
 
 /// The window a sensor is delivered with, at the rate it is delivered with.
@@ -53,7 +54,7 @@ impl TriadCalibration {
 }
 
 /// The product of a matrix, given row by row, and a column.
-pub(crate) fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
+fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
     [0, 3, 6].map(|row| (0..3).map(|column| matrix[row + column] * value[column]).sum())
 }
 
@@ -81,6 +82,58 @@ pub(crate) struct SensorValues {
     pub(crate) uncompensated_gyro_rad_s: [f32; 3],
     pub(crate) temperature_c: f32,
     pub(crate) pressure_kpa: f32,
+}
+
+/// Other forms of the attitude (Euler 3-2-1, north-east-down to body), and what needs them.
+impl SensorValues {
+    /// Its scalar comes last.
+    pub(crate) fn quaternion(&self) -> [f32; 4] {
+        let [(sy, cy), (sp, cp), (sr, cr)] = self.ypr_deg.map(|angle| (f64::from(angle).to_radians() / 2.0).sin_cos());
+        [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ]
+        .map(|element| element as f32)
+    }
+
+    /// North-east-down to body, row by row.
+    pub(crate) fn direction_cosines(&self) -> [f64; 9] {
+        let [(sy, cy), (sp, cp), (sr, cr)] = self.ypr_deg.map(|angle| f64::from(angle).to_radians().sin_cos());
+        [
+            cp * cy,
+            cp * sy,
+            -sp,
+            sr * sp * cy - cr * sy,
+            sr * sp * sy + cr * cy,
+            sr * cp,
+            cr * sp * cy + sr * sy,
+            cr * sp * sy - sr * cy,
+            cr * cp,
+        ]
+    }
+
+    /// A vector of the body in north-east-down.
+    pub(crate) fn to_ned(self, body: [f32; 3]) -> [f32; 3] {
+        single(rotated(&transposed(&self.direction_cosines()), body.map(f64::from)))
+    }
+
+    /// Acceleration without gravity, north-east-down. The sensor reads -g on its z axis at rest.
+    pub(crate) fn linear_accel_ned(&self) -> [f32; 3] {
+        let [north, east, down] = self.to_ned(self.accel_m_s2);
+        [north, east, (f64::from(down) + STANDARD_GRAVITY_M_S2) as f32]
+    }
+
+    /// Acceleration without gravity, in axes of the body.
+    pub(crate) fn linear_accel_body(&self) -> [f32; 3] {
+        let gravity = rotated(&self.direction_cosines(), [0.0, 0.0, STANDARD_GRAVITY_M_S2]);
+        [0, 1, 2].map(|axis| (f64::from(self.accel_m_s2[axis]) + gravity[axis]) as f32)
+    }
+}
+
+pub(crate) fn transposed(matrix: &[f64; 9]) -> [f64; 9] {
+    std::array::from_fn(|index| matrix[index % 3 * 3 + index / 3])
 }
 
 /// Integrals since they were last read.
@@ -243,6 +296,61 @@ impl SensorModel {
     }
 }
 
-fn single(value: [f64; 3]) -> [f32; 3] {
+pub(crate) fn single(value: [f64; 3]) -> [f32; 3] {
     value.map(|component| component as f32)
+}
+
+/// The same direction in (-180, 180].
+pub(crate) fn wrapped_deg(angle_deg: f64) -> f32 {
+    let turned = angle_deg % 360.0;
+    let wrapped = if turned > 180.0 {
+        turned - 360.0
+    } else if turned < -180.0 {
+        turned + 360.0
+    } else {
+        turned
+    };
+    // the open end itself, or rounded to it
+    if wrapped as f32 == -180.0 { 180.0 } else { wrapped as f32 }
+}
+
+/// Number of the random stream of temperature and pressure, behind those of the twelve channels.
+const SURROUNDINGS_STREAM: u32 = 12;
+
+/// Warm-up from the temperature of the room, as a first-order lag.
+const ROOM_C: f64 = 22.0;
+const WARM_UP_C: f64 = 11.0;
+const WARM_UP_S: f64 = 900.0;
+const TEMPERATURE_SIGMA_C: f64 = 0.02;
+/// Slow change of the weather: a sine.
+const PRESSURE_KPA: f64 = 101.325;
+const WEATHER_KPA: f64 = 0.05;
+const WEATHER_S: f64 = 7200.0;
+const PRESSURE_SIGMA_KPA: f64 = 0.003;
+
+/// What the sensor's thermometer and barometer read.
+#[derive(Debug, Clone)]
+pub(crate) struct Surroundings {
+    random: ChaCha8Rng,
+    pub(crate) temperature_c: f64,
+    pub(crate) pressure_kpa: f64,
+}
+
+impl Surroundings {
+    /// Of a sensor that is just switched on.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            random: random_stream(seed, SURROUNDINGS_STREAM, NoiseComponent::White),
+            temperature_c: ROOM_C,
+            pressure_kpa: PRESSURE_KPA,
+        }
+    }
+
+    /// Reads both anew, so many seconds after switching on.
+    pub(crate) fn advance_to(&mut self, time_s: f64) {
+        let warm = WARM_UP_C * (1.0 - (-time_s / WARM_UP_S).exp());
+        let weather = WEATHER_KPA * (TAU * time_s / WEATHER_S).sin();
+        self.temperature_c = ROOM_C + warm + TEMPERATURE_SIGMA_C * normal(&mut self.random);
+        self.pressure_kpa = PRESSURE_KPA + weather + PRESSURE_SIGMA_KPA * normal(&mut self.random);
+    }
 }

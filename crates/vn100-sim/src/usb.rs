@@ -9,12 +9,9 @@ use std::time::Duration;
 /// Bytes of one packet behind its two bytes of status.
 const PACKET_BYTES: usize = 62;
 
-/// The latency timer as delivered.
-pub const DEFAULT_LATENCY: Duration = Duration::from_millis(16);
-
 /// Bytes between the line and the host.
 #[derive(Debug, Clone)]
-pub struct UsbBuffer {
+pub(crate) struct UsbBuffer {
     latency: Duration,
     waiting: Vec<u8>,
     last_packet: Duration,
@@ -23,14 +20,13 @@ pub struct UsbBuffer {
 impl UsbBuffer {
     /// An adapter whose timer starts at time zero. A latency of zero counts as one millisecond, the
     /// shortest it can be set to.
-    #[must_use]
-    pub fn new(latency: Duration) -> Self {
+    pub(crate) fn new(latency: Duration) -> Self {
         Self { latency: latency.max(Duration::from_millis(1)), waiting: Vec::new(), last_packet: Duration::ZERO }
     }
 
     /// Takes a byte from the line; what it makes reach the host is appended to `host`. Bytes come
     /// in order of time.
-    pub fn push(&mut self, at: Duration, byte: u8, host: &mut Vec<u8>) {
+    pub(crate) fn push(&mut self, at: Duration, byte: u8, host: &mut Vec<u8>) {
         self.poll(at, host);
         self.waiting.push(byte);
         if self.waiting.len() == PACKET_BYTES {
@@ -40,7 +36,7 @@ impl UsbBuffer {
     }
 
     /// Appends what reaches the host by `now`.
-    pub fn poll(&mut self, now: Duration, host: &mut Vec<u8>) {
+    pub(crate) fn poll(&mut self, now: Duration, host: &mut Vec<u8>) {
         let periods = now.saturating_sub(self.last_packet).as_nanos() / self.latency.as_nanos();
         if periods > 0 {
             // an empty packet restarts the timer too
@@ -51,8 +47,7 @@ impl UsbBuffer {
     }
 
     /// When the timer next sends anything; `None` while nothing waits.
-    #[must_use]
-    pub fn next_wakeup(&self) -> Option<Duration> {
+    pub(crate) fn next_wakeup(&self) -> Option<Duration> {
         (!self.waiting.is_empty()).then(|| self.last_packet + self.latency)
     }
 }
@@ -60,6 +55,9 @@ impl UsbBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The latency timer as delivered.
+    const DEFAULT_LATENCY: Duration = Duration::from_millis(16);
 
     const BYTE: Duration = Duration::from_nanos(86_806);
 

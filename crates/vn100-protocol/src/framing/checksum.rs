@@ -1,5 +1,6 @@
 //! The two checks a sentence can carry: XOR-8 and CRC-16/XMODEM.
 
+use alloc::{format, string::String};
 use core::fmt;
 
 /// How a sentence is protected.
@@ -22,6 +23,19 @@ impl Check {
             Self::Xor8 => Some(CheckDigits::Xor8(xor8(body))),
             Self::Crc16 => Some(CheckDigits::Crc16(crc16(body))),
             Self::None => None,
+        }
+    }
+
+    /// The sentence of `body`, from `$` to LF.
+    ///
+    /// ```
+    /// assert_eq!(vn100_protocol::Check::Xor8.sentence("VNRRG,01"), "$VNRRG,01*72\r\n");
+    /// ```
+    #[must_use]
+    pub fn sentence(self, body: &str) -> String {
+        match self.digits(body.as_bytes()) {
+            Some(digits) => format!("${body}*{digits}\r\n"),
+            None => format!("${body}\r\n"),
         }
     }
 }
@@ -69,13 +83,7 @@ pub fn xor8(bytes: &[u8]) -> u8 {
 /// ```
 #[must_use]
 pub fn crc16(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0, |crc, &byte| crc16_step(crc, byte))
-}
-
-/// The CRC of one byte more.
-#[inline]
-pub(crate) fn crc16_step(crc: u16, byte: u8) -> u16 {
-    (crc << 8) ^ CRC16_OF_BYTE[usize::from((crc >> 8) as u8 ^ byte)]
+    bytes.iter().fold(0, |crc, &byte| (crc << 8) ^ CRC16_OF_BYTE[usize::from((crc >> 8) as u8 ^ byte)])
 }
 
 const CRC16_OF_BYTE: [u16; 256] = {

@@ -1,8 +1,6 @@
 //! A sentence: `$`, a body, and what protects it.
 
-use core::fmt;
-
-use crate::framing::checksum::{Check, CheckDigits, crc16_step};
+use crate::framing::checksum::Check;
 
 /// The longest body taken: with `$`, `*`, four digits, CR and LF it makes 320 bytes, twice the
 /// longest stock message.
@@ -44,37 +42,5 @@ impl<'a> Sentence<'a> {
             b"VNSGB", b"VNSFB", b"VNASY", b"VNBOM", b"VNSIH", b"VNERR", b"VNFWU", b"VNCMD",
         ];
         REPLIES.contains(&self.header())
-    }
-}
-
-/// Writes `$`, what `body` writes, the check digits, CR and LF.
-pub(crate) fn write_sentence<W: fmt::Write>(
-    out: &mut W,
-    check: Check,
-    body: impl FnOnce(&mut Checked<'_, W>) -> fmt::Result,
-) -> fmt::Result {
-    out.write_char('$')?;
-    let mut checked = Checked { out, xor: 0, crc: 0 };
-    body(&mut checked)?;
-    let Checked { out, xor, crc } = checked;
-    match check {
-        Check::Xor8 => write!(out, "*{}\r\n", CheckDigits::Xor8(xor)),
-        Check::Crc16 => write!(out, "*{}\r\n", CheckDigits::Crc16(crc)),
-        Check::None => out.write_str("\r\n"),
-    }
-}
-
-/// Passes text on and keeps its checksums.
-pub(crate) struct Checked<'a, W> {
-    out: &'a mut W,
-    xor: u8,
-    crc: u16,
-}
-
-impl<W: fmt::Write> fmt::Write for Checked<'_, W> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.xor = text.bytes().fold(self.xor, |xor, byte| xor ^ byte);
-        self.crc = text.bytes().fold(self.crc, crc16_step);
-        self.out.write_str(text)
     }
 }

@@ -1,11 +1,10 @@
 //! The commands that the sensor takes.
 
-use alloc::string::ToString;
-use core::{fmt, time::Duration};
+use alloc::{borrow::ToOwned, format, string::String};
+use core::time::Duration;
 
 use crate::{
     framing::checksum::Check,
-    framing::sentence::write_sentence,
     register::fields::RegisterFields,
     register::{Register, WritableValue},
     request::reply::Reply,
@@ -16,10 +15,7 @@ use crate::{
 /// ```
 /// use vn100_protocol::{AsyncType, Check, SensorCommand};
 ///
-/// let mut line = String::new();
-/// SensorCommand::write(&AsyncType::YMR).encode(Check::Xor8, &mut line)?;
-/// assert_eq!(line, "$VNWRG,06,14*59\r\n");
-/// # Ok::<_, std::fmt::Error>(())
+/// assert_eq!(SensorCommand::write(&AsyncType::YMR).sentence(Check::Xor8), "$VNWRG,06,14*59\r\n");
 /// ```
 ///
 /// Those that leave the protocol (firmware update, the prompt for people) are not among them.
@@ -71,13 +67,11 @@ impl SensorCommand {
         Self::WriteRegister { register: setting.register(), fields: setting.fields() }
     }
 
-    /// Writes the line from `$` to LF. The sensor takes either check; it refuses a line with
+    /// The sentence from `$` to LF. The sensor takes either check; it refuses a line with
     /// [`Check::None`].
-    ///
-    /// # Errors
-    /// What `out` reports.
-    pub fn encode(&self, check: Check, out: &mut impl fmt::Write) -> fmt::Result {
-        write_sentence(out, check, |out| fmt::Write::write_fmt(out, format_args!("{}", Body(self))))
+    #[must_use]
+    pub fn sentence(&self, check: Check) -> String {
+        check.sentence(&self.body())
     }
 
     /// Whether `reply` is what the sensor says when it has carried this out: the same command and,
@@ -90,7 +84,7 @@ impl SensorCommand {
         match (self, reply) {
             (Self::ReadRegister(register), Reply::Register(contents))
             | (Self::WriteRegister { register, .. }, Reply::Written(contents)) => *register == contents.register,
-            (_, Reply::Echo(body)) => *body == Body(self).to_string(),
+            (_, Reply::Echo(body)) => *body == self.body(),
             _ => false,
         }
     }
@@ -122,22 +116,23 @@ impl SensorCommand {
             _ => Duration::ZERO,
         }
     }
-}
 
-/// Displays as what stands between `$` and `*`.
-struct Body<'a>(&'a SensorCommand);
+    /// The sentence without CR and LF.
+    pub(super) fn line(&self, check: Check) -> String {
+        self.sentence(check).trim_end().to_owned()
+    }
 
-impl fmt::Display for Body<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            SensorCommand::ReadRegister(register) => write!(f, "VNRRG,{register}"),
-            SensorCommand::WriteRegister { register, fields } => write!(f, "VNWRG,{register},{fields}"),
-            SensorCommand::WriteSettings => f.write_str("VNWNV"),
-            SensorCommand::RestoreFactorySettings => f.write_str("VNRFS"),
-            SensorCommand::Reset => f.write_str("VNRST"),
-            SensorCommand::Async(on) => write!(f, "VNASY,{}", u8::from(*on)),
-            SensorCommand::SetGyroBias => f.write_str("VNSGB"),
-            SensorCommand::Tare => f.write_str("VNTAR"),
+    /// What stands between `$` and `*`.
+    fn body(&self) -> String {
+        match self {
+            Self::ReadRegister(register) => format!("VNRRG,{register}"),
+            Self::WriteRegister { register, fields } => format!("VNWRG,{register},{fields}"),
+            Self::Async(on) => format!("VNASY,{}", u8::from(*on)),
+            Self::WriteSettings => "VNWNV".to_owned(),
+            Self::RestoreFactorySettings => "VNRFS".to_owned(),
+            Self::Reset => "VNRST".to_owned(),
+            Self::SetGyroBias => "VNSGB".to_owned(),
+            Self::Tare => "VNTAR".to_owned(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Requests to the sensor and their answers, among the lines that it sends meanwhile; time is an
 //! argument.
 
-use alloc::{collections::VecDeque, string::String, vec::Vec};
+use alloc::{collections::VecDeque, vec::Vec};
 use core::time::Duration;
 
 use thiserror::Error;
@@ -189,7 +189,7 @@ impl RequestQueue {
             if self.late.as_ref().is_some_and(is_its) {
                 return self.handle_late(is_its);
             }
-            let line = line(&current.command, self.check);
+            let line = current.command.line(self.check);
             let failure = RequestFailure::EchoDiffers { line, asked: asked.clone(), got: got.clone() };
             current.unanswered = current.unanswered.saturating_sub(1);
             self.complete(Err(failure), now);
@@ -214,7 +214,7 @@ impl RequestQueue {
             return;
         }
         let failure = RequestFailure::Timeout {
-            line: line(&current.command, self.check),
+            line: current.command.line(self.check),
             attempts: current.attempts,
             after: now.saturating_sub(current.first_sent),
         };
@@ -227,7 +227,7 @@ impl RequestQueue {
         let current = self.current.take().map(|current| (current.id, current.command, current.attempts));
         let queued = self.queue.drain(..).map(|(id, command)| (id, command, 0));
         for (id, command, attempts) in current.into_iter().chain(queued) {
-            let failure = RequestFailure::LinkDown { line: line(&command, self.check), attempts };
+            let failure = RequestFailure::LinkDown { line: command.line(self.check), attempts };
             self.completions.push_back((id, Err(failure)));
         }
         self.late = None;
@@ -250,9 +250,7 @@ impl RequestQueue {
         current.unanswered += 1;
         current.unechoed += 1;
         current.deadline = Some(now.saturating_add(current.command.answer_time()));
-        let mut line = line(&current.command, self.check);
-        line.push_str("\r\n");
-        Some(line.into_bytes())
+        Some(current.command.sentence(self.check).into_bytes())
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
@@ -311,7 +309,7 @@ impl RequestQueue {
                 current.deadline = None;
             }
         } else {
-            let failure = RequestFailure::Device { line: line(&current.command, self.check), error };
+            let failure = RequestFailure::Device { line: current.command.line(self.check), error };
             self.complete(Err(failure), now);
         }
         Handled::Mine
@@ -392,13 +390,4 @@ fn is_copy(command: &SensorCommand, reply: &Reply) -> bool {
         (_, Reply::Echo(_)) => true,
         _ => false,
     }
-}
-
-/// The line of a command, without CR and LF.
-fn line(command: &SensorCommand, check: Check) -> String {
-    let mut line = String::new();
-    // a String takes all that is written to it
-    _ = command.encode(check, &mut line);
-    line.truncate(line.trim_end().len());
-    line
 }

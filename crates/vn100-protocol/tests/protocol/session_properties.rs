@@ -163,8 +163,7 @@ proptest! {
         for event in events {
             match event {
                 Event::Submit(command) => {
-                    let mut line = String::new();
-                    command.encode(Check::Crc16, &mut line).unwrap();
+                    let line = command.sentence(Check::Crc16);
                     if let Ok(id) = session.submit(command) {
                         prop_assert!(open.insert(id));
                         *asked_once.entry(body(line.as_bytes())).or_default() += 1;
@@ -249,8 +248,7 @@ proptest! {
         for once in ["VNTAR", "VNSGB", "VNWNV", "VNRST"] {
             let count = |bodies: &mut dyn Iterator<Item = String>| bodies.filter(|body| body == once).count();
             let of_command = |command: &SensorCommand| {
-                let mut line = String::new();
-                command.encode(Check::Xor8, &mut line).unwrap();
+                let line = command.sentence(Check::Xor8);
                 body(line.as_bytes())
             };
             prop_assert!(count(&mut sensor.heard.iter().cloned()) <= count(&mut asked.values().map(of_command)));

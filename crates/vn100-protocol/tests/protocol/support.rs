@@ -185,7 +185,6 @@ pub(crate) fn contents(line: &str) -> RegisterContents {
 
 /// The line of a command, without CR and LF.
 pub(crate) fn line(command: &SensorCommand, check: Check) -> String {
-    let mut line = String::new();
-    command.encode(check, &mut line).unwrap();
+    let line = command.sentence(check);
     line.strip_suffix("\r\n").unwrap().to_owned()
 }

@@ -2,13 +2,9 @@
 
 use std::fmt::Write;
 
-use vn100_protocol::crc16;
+use vn100_protocol::{DeviceError, crc16};
 
-use super::error_code::ErrorCode;
-use crate::{
-    attitude::{direction_cosines, linear_accel_body, linear_accel_ned, quaternion, to_ned},
-    sensor::{Deltas, SensorValues},
-};
+use crate::sensor::{Deltas, SensorValues, single, transposed};
 
 /// What one packet can say.
 #[derive(Debug, Clone, Copy)]
@@ -52,27 +48,27 @@ impl PacketOutput {
         Self { mode: 0, divisor: 0, groups: 1, words: vec![1] }
     }
 
-    pub(crate) fn parse(parameters: &[&str]) -> Result<Self, ErrorCode> {
+    pub(crate) fn parse(parameters: &[&str]) -> Result<Self, DeviceError> {
         let [mode, divisor, groups, words @ ..] = parameters else {
-            return Err(ErrorCode::TooFewParameters);
+            return Err(DeviceError::TooFewParameters);
         };
-        let mode = mode.parse().ok().filter(|mode| *mode <= 3).ok_or(ErrorCode::Parameter)?;
-        let divisor: u16 = divisor.parse().map_err(|_| ErrorCode::Parameter)?;
-        let groups = u8::from_str_radix(groups, 16).map_err(|_| ErrorCode::Parameter)?;
+        let mode = mode.parse().ok().filter(|mode| *mode <= 3).ok_or(DeviceError::InvalidParameter)?;
+        let divisor: u16 = divisor.parse().map_err(|_| DeviceError::InvalidParameter)?;
+        let groups = u8::from_str_radix(groups, 16).map_err(|_| DeviceError::InvalidParameter)?;
         let expected = groups.count_ones() as usize;
         if words.len() < expected {
-            return Err(ErrorCode::TooFewParameters);
+            return Err(DeviceError::TooFewParameters);
         }
         if words.len() > expected {
-            return Err(ErrorCode::TooManyParameters);
+            return Err(DeviceError::TooManyParameters);
         }
         let words: Result<Vec<u16>, _> = words.iter().map(|word| u16::from_str_radix(word, 16)).collect();
-        let words = words.map_err(|_| ErrorCode::Parameter)?;
+        let words = words.map_err(|_| DeviceError::InvalidParameter)?;
         let output = Self { mode, divisor: u32::from(divisor), groups, words };
         let known = groups != 0
             && groups < 1 << FIELD_BYTES.len()
             && output.words().all(|(group, word)| word != 0 && bits(word).all(|bit| FIELD_BYTES[group][bit] != 0));
-        if known { Ok(output) } else { Err(ErrorCode::Parameter) }
+        if known { Ok(output) } else { Err(DeviceError::InvalidParameter) }
     }
 
     pub(crate) fn print(&self) -> String {
@@ -123,12 +119,7 @@ impl PacketOutput {
         for (group, word) in self.words() {
             for bit in bits(word) {
                 let start = packet.len();
-                match group {
-                    0 => common(bit, contents, &mut packet),
-                    1 => time(bit, contents, &mut packet),
-                    2 => inertial(bit, contents, &mut packet),
-                    _ => attitude(bit, contents, &mut packet),
-                }
+                contents.append(group, bit, &mut packet);
                 // what a VN-100 cannot know
                 packet.resize(start + FIELD_BYTES[group][bit] as usize, 0);
             }
@@ -143,83 +134,52 @@ fn bits(word: u16) -> impl Iterator<Item = usize> {
     (0..16).filter(move |bit| word >> bit & 1 == 1)
 }
 
-fn floats(out: &mut Vec<u8>, values: &[f32]) {
-    out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-}
-
-fn common(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
-    let measured = contents.measured;
-    match bit {
-        0 => out.extend(contents.time_ns.to_le_bytes()),
-        3 => floats(out, &measured.ypr_deg),
-        4 => floats(out, &quaternion(measured.ypr_deg)),
-        5 => floats(out, &measured.gyro_rad_s),
-        8 => floats(out, &measured.accel_m_s2),
-        9 => {
-            floats(out, &measured.uncompensated_accel_m_s2);
-            floats(out, &measured.uncompensated_gyro_rad_s);
-        }
-        10 => {
-            floats(out, &measured.mag_gauss);
-            floats(out, &[measured.temperature_c, measured.pressure_kpa]);
-        }
-        11 => {
-            delta_theta(contents.deltas, out);
-            floats(out, &contents.deltas.velocity_m_s.map(|velocity| velocity as f32));
-        }
-        12 => out.extend(contents.vpe_status.to_le_bytes()),
-        _ => {}
-    }
-}
-
-fn time(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
-    match bit {
-        0 => out.extend(contents.time_ns.to_le_bytes()),
-        8 => out.extend(contents.sync_out_count.to_le_bytes()),
-        _ => {}
-    }
-}
-
-fn inertial(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
-    let measured = contents.measured;
-    match bit {
-        1 => floats(out, &measured.uncompensated_mag_gauss),
-        2 => floats(out, &measured.uncompensated_accel_m_s2),
-        3 => floats(out, &measured.uncompensated_gyro_rad_s),
-        4 => floats(out, &[measured.temperature_c]),
-        5 => floats(out, &[measured.pressure_kpa]),
-        6 => delta_theta(contents.deltas, out),
-        7 => floats(out, &contents.deltas.velocity_m_s.map(|velocity| velocity as f32)),
-        8 => floats(out, &measured.mag_gauss),
-        9 => floats(out, &measured.accel_m_s2),
-        10 => floats(out, &measured.gyro_rad_s),
-        _ => {}
-    }
-}
-
-fn attitude(bit: usize, contents: &Contents<'_>, out: &mut Vec<u8>) {
-    let measured = contents.measured;
-    let ypr_deg = measured.ypr_deg;
-    match bit {
-        0 => out.extend(contents.vpe_status.to_le_bytes()),
-        1 => floats(out, &ypr_deg),
-        2 => floats(out, &quaternion(ypr_deg)),
-        3 => {
-            let rows = direction_cosines(ypr_deg);
+impl Contents<'_> {
+    /// Appends a field of one of the groups in `FIELD_BYTES`; nothing for one that is not known.
+    fn append(&self, group: usize, bit: usize, out: &mut Vec<u8>) {
+        let Self { measured, deltas, .. } = self;
+        let mut floats = |values: &[f32]| out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        match (group, bit) {
+            (0 | 1, 0) => out.extend(self.time_ns.to_le_bytes()),
+            (1, 8) => out.extend(self.sync_out_count.to_le_bytes()),
+            (0, 12) | (4, 0) => out.extend(self.vpe_status.to_le_bytes()),
+            (0, 3) | (4, 1) => floats(&measured.ypr_deg),
+            (0, 4) | (4, 2) => floats(&measured.quaternion()),
+            (0, 5) | (2, 10) => floats(&measured.gyro_rad_s),
+            (0, 8) | (2, 9) => floats(&measured.accel_m_s2),
+            (0, 9) => {
+                floats(&measured.uncompensated_accel_m_s2);
+                floats(&measured.uncompensated_gyro_rad_s);
+            }
+            (0, 10) => {
+                floats(&measured.mag_gauss);
+                floats(&[measured.temperature_c, measured.pressure_kpa]);
+            }
+            (0, 11) => {
+                floats(&[deltas.time_s as f32]);
+                floats(&single(deltas.theta_deg));
+                floats(&single(deltas.velocity_m_s));
+            }
+            (2, 1) => floats(&measured.uncompensated_mag_gauss),
+            (2, 2) => floats(&measured.uncompensated_accel_m_s2),
+            (2, 3) => floats(&measured.uncompensated_gyro_rad_s),
+            (2, 4) => floats(&[measured.temperature_c]),
+            (2, 5) => floats(&[measured.pressure_kpa]),
+            (2, 6) => {
+                floats(&[deltas.time_s as f32]);
+                floats(&single(deltas.theta_deg));
+            }
+            (2, 7) => floats(&single(deltas.velocity_m_s)),
+            (2, 8) => floats(&measured.mag_gauss),
             // column by column
-            floats(out, &std::array::from_fn::<f32, 9, _>(|index| rows[index % 3 * 3 + index / 3] as f32));
+            (4, 3) => floats(&transposed(&measured.direction_cosines()).map(|cosine| cosine as f32)),
+            (4, 4) => floats(&measured.to_ned(measured.mag_gauss)),
+            (4, 5) => floats(&measured.to_ned(measured.accel_m_s2)),
+            (4, 6) => floats(&measured.linear_accel_body()),
+            (4, 7) => floats(&measured.linear_accel_ned()),
+            // the uncertainty a level sensor settles at
+            (4, 8) => floats(&[1.0, 0.1, 0.1]),
+            _ => {}
         }
-        4 => floats(out, &to_ned(ypr_deg, measured.mag_gauss)),
-        5 => floats(out, &to_ned(ypr_deg, measured.accel_m_s2)),
-        6 => floats(out, &linear_accel_body(measured)),
-        7 => floats(out, &linear_accel_ned(measured)),
-        // the uncertainty a level sensor settles at
-        8 => floats(out, &[1.0, 0.1, 0.1]),
-        _ => {}
     }
-}
-
-fn delta_theta(deltas: &Deltas, out: &mut Vec<u8>) {
-    floats(out, &[deltas.time_s as f32]);
-    floats(out, &deltas.theta_deg.map(|angle| angle as f32));
 }

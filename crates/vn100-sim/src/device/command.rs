@@ -1,8 +1,6 @@
 //! Commands on their way in: lines out of bytes, and the parts of a line.
 
-use vn100_protocol::{crc16, xor8};
-
-use super::error_code::ErrorCode;
+use vn100_protocol::{DeviceError, crc16, xor8};
 
 /// Bytes that a command can have.
 pub(crate) const RECEIVE_BUFFER: usize = 256;
@@ -20,7 +18,7 @@ impl CommandBuffer {
     /// there is none.
     ///
     /// Bytes before a `$` are discarded; a `$` always begins a new command.
-    pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, ErrorCode>> {
+    pub(crate) fn push(&mut self, byte: u8) -> Option<Result<Vec<u8>, DeviceError>> {
         match byte {
             b'$' => {
                 self.bytes.clear();
@@ -42,7 +40,7 @@ impl CommandBuffer {
             _ if self.overflown => None,
             _ if self.bytes.len() == RECEIVE_BUFFER => {
                 self.overflown = true;
-                Some(Err(ErrorCode::InputOverflow))
+                Some(Err(DeviceError::ReceiveBufferOverflow))
             }
             _ => {
                 self.bytes.push(byte);
@@ -62,15 +60,15 @@ pub(crate) struct ReceivedCommand<'a> {
 
 impl<'a> ReceivedCommand<'a> {
     /// From the text between `$` and the line end.
-    pub(crate) fn parse(line: &'a [u8]) -> Result<Self, ErrorCode> {
-        let star = line.iter().rposition(|byte| *byte == b'*').ok_or(ErrorCode::Checksum)?;
+    pub(crate) fn parse(line: &'a [u8]) -> Result<Self, DeviceError> {
+        let star = line.iter().rposition(|byte| *byte == b'*').ok_or(DeviceError::InvalidChecksum)?;
         let (body, digits) = (&line[..star], &line[star + 1..]);
         if !is_checked_by(body, digits) {
-            return Err(ErrorCode::Checksum);
+            return Err(DeviceError::InvalidChecksum);
         }
         let text = std::str::from_utf8(body).ok().filter(|text| text.bytes().all(|byte| matches!(byte, b' '..=b'~')));
-        let mut parts = text.ok_or(ErrorCode::UnknownCommand)?.split(',');
-        let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(ErrorCode::UnknownCommand)?;
+        let mut parts = text.ok_or(DeviceError::InvalidCommand)?.split(',');
+        let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(DeviceError::InvalidCommand)?;
         Ok(Self { name, parameters: parts.collect() })
     }
 }

@@ -1,10 +1,8 @@
 //! What each command does.
 
-use super::{
-    Device, FLASH_WRITE, PORT, command::ReceivedCommand, error_code::ErrorCode, firmware::Firmware, ns,
-    output::SyncOut, registers::Registers,
-};
+use vn100_protocol::DeviceError;
 
+use super::{Device, FLASH_WRITE, Firmware, PORT, command::ReceivedCommand, ns, output::SyncOut, registers::Registers};
 use crate::message::MESSAGES;
 
 impl Device {
@@ -16,7 +14,7 @@ impl Device {
         }
     }
 
-    fn execute(&mut self, command: &ReceivedCommand<'_>) -> Result<(), ErrorCode> {
+    fn execute(&mut self, command: &ReceivedCommand<'_>) -> Result<(), DeviceError> {
         let name = command.name;
         match name {
             "RRG" => return self.read_register(&command.parameters),
@@ -44,19 +42,19 @@ impl Device {
                 self.restart();
                 return Ok(());
             }
-            _ => return Err(ErrorCode::UnknownCommand),
+            _ => return Err(DeviceError::InvalidCommand),
         }
         let parameters: String = command.parameters.iter().map(|parameter| format!(",{parameter}")).collect();
         self.answer(&format!("VN{name}{parameters}"));
         Ok(())
     }
 
-    fn read_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+    fn read_register(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         let (number, rest) = register_number(parameters)?;
         let (port, echo) = match rest {
             [] => (PORT, String::new()),
             [port] if matches!(number, 5..=7) => (port_index(port)?, format!(",{port}")),
-            _ => return Err(ErrorCode::TooManyParameters),
+            _ => return Err(DeviceError::TooManyParameters),
         };
         let mut body = format!("VNRRG,{number:02}");
         if let Some(message) = MESSAGES.iter().find(|message| message.register == number) {
@@ -66,16 +64,16 @@ impl Device {
                 33 => Some(self.sync_status()),
                 _ => self.registers.print(number, port),
             };
-            body = format!("{body},{}{echo}", settings.ok_or(ErrorCode::Register)?);
+            body = format!("{body},{}{echo}", settings.ok_or(DeviceError::InvalidRegister)?);
         }
         self.answer(&body);
         Ok(())
     }
 
-    fn write_register(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+    fn write_register(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         let (number, rest) = register_number(parameters)?;
         if MESSAGES.iter().any(|message| message.register == number) {
-            return Err(ErrorCode::NotPermitted);
+            return Err(DeviceError::Unauthorized);
         }
         let (rest, port, echo) = match rest {
             [value, port] if matches!(number, 5..=7) => {
@@ -108,24 +106,24 @@ impl Device {
     }
 
     /// Register 33 takes nothing but zeros.
-    fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+    fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         match parameters {
             ["0", "0", "0"] => self.sync_out = SyncOut::starting_at(0, self.ticks),
-            [_, _, _] => return Err(ErrorCode::Parameter),
-            [_, _, _, _, ..] => return Err(ErrorCode::TooManyParameters),
-            _ => return Err(ErrorCode::TooFewParameters),
+            [_, _, _] => return Err(DeviceError::InvalidParameter),
+            [_, _, _, _, ..] => return Err(DeviceError::TooManyParameters),
+            _ => return Err(DeviceError::TooFewParameters),
         }
         Ok(())
     }
 
-    fn poll_binary(&mut self, parameters: &[&str]) -> Result<(), ErrorCode> {
+    fn poll_binary(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         let index = match parameters {
-            [] => return Err(ErrorCode::TooFewParameters),
+            [] => return Err(DeviceError::TooFewParameters),
             ["1"] => 0,
             ["2"] => 1,
             ["3"] => 2,
-            [_] => return Err(ErrorCode::Parameter),
-            _ => return Err(ErrorCode::TooManyParameters),
+            [_] => return Err(DeviceError::InvalidParameter),
+            _ => return Err(DeviceError::TooManyParameters),
         };
         self.answer_packet(index);
         Ok(())
@@ -138,29 +136,29 @@ impl Device {
 }
 
 /// The number of a register, with or without leading zeros, and the parameters behind it.
-fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b str]), ErrorCode> {
-    let (number, rest) = parameters.split_first().ok_or(ErrorCode::TooFewParameters)?;
-    Ok((number.parse().map_err(|_| ErrorCode::Register)?, rest))
+fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b str]), DeviceError> {
+    let (number, rest) = parameters.split_first().ok_or(DeviceError::TooFewParameters)?;
+    Ok((number.parse().map_err(|_| DeviceError::InvalidRegister)?, rest))
 }
 
-fn port_index(text: &str) -> Result<usize, ErrorCode> {
+fn port_index(text: &str) -> Result<usize, DeviceError> {
     match text {
         "1" => Ok(0),
         "2" => Ok(1),
-        _ => Err(ErrorCode::Parameter),
+        _ => Err(DeviceError::InvalidParameter),
     }
 }
 
-fn flag(parameters: &[&str]) -> Result<bool, ErrorCode> {
+fn flag(parameters: &[&str]) -> Result<bool, DeviceError> {
     match parameters {
-        [] => Err(ErrorCode::TooFewParameters),
+        [] => Err(DeviceError::TooFewParameters),
         ["0"] => Ok(false),
         ["1"] => Ok(true),
-        [_] => Err(ErrorCode::Parameter),
-        _ => Err(ErrorCode::TooManyParameters),
+        [_] => Err(DeviceError::InvalidParameter),
+        _ => Err(DeviceError::TooManyParameters),
     }
 }
 
-fn nothing(parameters: &[&str]) -> Result<(), ErrorCode> {
-    if parameters.is_empty() { Ok(()) } else { Err(ErrorCode::TooManyParameters) }
+fn nothing(parameters: &[&str]) -> Result<(), DeviceError> {
+    if parameters.is_empty() { Ok(()) } else { Err(DeviceError::TooManyParameters) }
 }

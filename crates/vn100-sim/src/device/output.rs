@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use vn100_protocol::{crc16, xor8};
+use vn100_protocol::{Check, DeviceError};
 
 use super::{
     Device, PORT, Phase, TICK_HZ,
     binary::{Contents, PacketOutput},
-    error_code::ErrorCode,
     registers::Registers,
 };
 use crate::{
@@ -162,17 +161,14 @@ impl Device {
 
     /// A sentence of this body.
     fn closed(&self, body: &str) -> Vec<u8> {
-        let digits = match self.registers.whole(30, 4) {
-            3 => format!("{:04X}", crc16(body.as_bytes())),
-            _ => format!("{:02X}", xor8(body.as_bytes())),
-        };
-        format!("${body}*{digits}\r\n").into_bytes()
+        let check = if self.registers.whole(30, 4) == 3 { Check::Crc16 } else { Check::Xor8 };
+        check.sentence(body).into_bytes()
     }
 
     /// Queues a whole message, or drops it and says so.
     fn send(&mut self, at_ns: u64, message: Vec<u8>) {
         if self.uart.send(at_ns, message).is_err() && self.registers.whole(30, 6) > 0 {
-            let error = self.closed(&error_body(ErrorCode::OutputOverflow));
+            let error = self.closed(&error_body(DeviceError::OutputBufferOverflow));
             // where that does not fit either, nothing can be said
             _ = self.uart.send(at_ns, error);
         }
@@ -192,7 +188,7 @@ impl Device {
 
     /// Reports an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
     /// which the lines stop.
-    pub(super) fn report(&mut self, code: ErrorCode) {
+    pub(super) fn report(&mut self, code: DeviceError) {
         let mode = self.registers.whole(30, 6);
         if mode > 0 {
             self.answer(&error_body(code));
@@ -203,6 +199,6 @@ impl Device {
     }
 }
 
-fn error_body(code: ErrorCode) -> String {
-    format!("VNERR,{:02X}", code as u8)
+fn error_body(code: DeviceError) -> String {
+    format!("VNERR,{:02X}", code.code())
 }

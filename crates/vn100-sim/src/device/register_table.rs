@@ -1,6 +1,14 @@
 //! Every register with settings: its fields, what they may hold, and what they hold on delivery.
 
-use super::firmware::Firmware;
+/// The program of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Firmware {
+    /// 2.1.0.0
+    V2_1,
+    /// 3.1.0.0
+    #[default]
+    V3_1,
+}
 
 /// What a field may hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,9 +35,6 @@ pub(crate) struct RegisterRow {
 }
 
 use Field::{OneOf, Rate, Real, Text, Whole};
-
-/// The rates of the serial line, baud.
-pub const BAUD_RATES: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 128_000, 230_400, 460_800, 921_600];
 
 const FLAG: Field = Whole(0, 1);
 const ANY: Field = Real(f32::MAX);
@@ -112,11 +117,3 @@ pub(crate) const ROWS: &[RegisterRow] = &[
         "0,4,4,4,0,0,3,3,3,0",
     ),
 ];
-
-/// Defaults of one firmware that differ from the table.
-pub(crate) fn default_of(row: &RegisterRow, firmware: Firmware) -> &'static str {
-    match (row.number, firmware) {
-        (44, Firmware::V2_1) => "1,3,5",
-        _ => row.default,
-    }
-}

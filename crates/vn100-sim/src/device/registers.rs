@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeMap, fmt::Write};
 
+use vn100_protocol::{BaudRate, DeviceError, OUTPUT_RATES_HZ};
+
 use super::{
     binary::PacketOutput,
-    error_code::ErrorCode,
-    firmware::Firmware,
-    register_table::{BAUD_RATES, Field, ROWS, default_of},
+    register_table::{Field, Firmware, ROWS},
 };
 use crate::{
     message::MESSAGES,
@@ -15,8 +15,6 @@ use crate::{
 
 /// The largest departure from an orthonormal matrix that register 26 takes.
 const ORTHONORMAL_WITHIN: f64 = 1e-5;
-
-const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200];
 
 #[derive(Debug, Clone, PartialEq)]
 enum Value {
@@ -48,7 +46,11 @@ pub(crate) struct Registers {
 impl Registers {
     pub(crate) fn delivered(firmware: Firmware, serial: u32) -> Self {
         let values = ROWS.iter().map(|row| {
-            let default: Vec<&str> = default_of(row, firmware).split(',').collect();
+            let default = match (row.number, firmware) {
+                (44, Firmware::V2_1) => "1,3,5",
+                _ => row.default,
+            };
+            let default: Vec<&str> = default.split(',').collect();
             (row.number, parse_values(row.fields, &default).unwrap_or_default())
         });
         Self {
@@ -80,41 +82,45 @@ impl Registers {
     }
 
     /// Takes new settings, or leaves all as it was.
-    pub(crate) fn write(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), ErrorCode> {
+    pub(crate) fn write(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
         match number {
-            3 | 4 => return Err(ErrorCode::NotPermitted),
+            3 | 4 => return Err(DeviceError::Unauthorized),
             5..=7 => return self.write_port(number, parameters, port),
             75..=77 => {
                 let before =
                     std::mem::replace(&mut self.binary[usize::from(number - 75)], PacketOutput::parse(parameters)?);
                 if !self.fits(0) || !self.fits(1) {
                     self.binary[usize::from(number - 75)] = before;
-                    return Err(ErrorCode::InsufficientBaud);
+                    return Err(DeviceError::InsufficientBaudRate);
                 }
                 return Ok(());
             }
             _ => {}
         }
-        let row = ROWS.iter().find(|row| row.number == number).ok_or(ErrorCode::Register)?;
+        let row = ROWS.iter().find(|row| row.number == number).ok_or(DeviceError::InvalidRegister)?;
         if row.read_only {
-            return Err(ErrorCode::NotPermitted);
+            return Err(DeviceError::Unauthorized);
         }
         let values = parse_values(row.fields, parameters)?;
         if number == 26 && !is_orthonormal(&reals(&values)) {
-            return Err(ErrorCode::Parameter);
+            return Err(DeviceError::InvalidParameter);
         }
         self.values.insert(number, values);
         Ok(())
     }
 
-    fn write_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), ErrorCode> {
+    fn write_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
         let [value] = parameters else {
-            return Err(if parameters.is_empty() { ErrorCode::TooFewParameters } else { ErrorCode::TooManyParameters });
+            return Err(if parameters.is_empty() {
+                DeviceError::TooFewParameters
+            } else {
+                DeviceError::TooManyParameters
+            });
         };
-        let value: u32 = value.parse().map_err(|_| ErrorCode::Parameter)?;
+        let value: u32 = value.parse().map_err(|_| DeviceError::InvalidParameter)?;
         let before = self.ports[port];
         let (setting, allowed) = match number {
-            5 => (&mut self.ports[port].baud, BAUD_RATES.contains(&value)),
+            5 => (&mut self.ports[port].baud, BaudRate::new(value).is_some()),
             6 => (&mut self.ports[port].message, value == 0 || MESSAGES.iter().any(|message| message.code == value)),
             _ => {
                 let off = value == 0 && self.firmware == Firmware::V3_1;
@@ -122,12 +128,12 @@ impl Registers {
             }
         };
         if !allowed {
-            return Err(ErrorCode::Parameter);
+            return Err(DeviceError::InvalidParameter);
         }
         *setting = value;
         if !self.fits(port) {
             self.ports[port] = before;
-            return Err(ErrorCode::InsufficientBaud);
+            return Err(DeviceError::InsufficientBaudRate);
         }
         Ok(())
     }
@@ -203,14 +209,18 @@ impl Registers {
     }
 }
 
-fn parse_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<Value>, ErrorCode> {
+fn parse_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<Value>, DeviceError> {
     if parameters.len() < fields.len() {
-        return Err(ErrorCode::TooFewParameters);
+        return Err(DeviceError::TooFewParameters);
     }
     if parameters.len() > fields.len() {
-        return Err(ErrorCode::TooManyParameters);
+        return Err(DeviceError::TooManyParameters);
     }
-    fields.iter().zip(parameters).map(|(field, text)| parse_value(*field, text).ok_or(ErrorCode::Parameter)).collect()
+    fields
+        .iter()
+        .zip(parameters)
+        .map(|(field, text)| parse_value(*field, text).ok_or(DeviceError::InvalidParameter))
+        .collect()
 }
 
 fn parse_value(field: Field, text: &str) -> Option<Value> {

@@ -1,11 +1,16 @@
-//! One pseudo-terminal, from the side of the sensor.
+//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the link that
+//! leads to it.
 
 use std::{
-    ffi::OsStr,
-    io,
+    collections::VecDeque,
+    ffi::{OsStr, OsString},
+    fs, io,
     mem::MaybeUninit,
     num::NonZeroU32,
-    os::{fd::OwnedFd, unix::ffi::OsStrExt},
+    os::{
+        fd::OwnedFd,
+        unix::{ffi::OsStrExt, fs::symlink},
+    },
     path::{Path, PathBuf},
 };
 
@@ -16,6 +21,8 @@ use rustix::{
     pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt},
     termios::{OptionalActions, tcgetattr, tcsetattr},
 };
+
+use super::PtyError;
 
 const SLAVE_FLAGS: OpenptFlags = OpenptFlags::RDWR.union(OpenptFlags::NOCTTY).union(OpenptFlags::CLOEXEC);
 
@@ -170,5 +177,178 @@ impl PseudoTerminal {
                 Err(_) => Ok(0),
             },
         }
+    }
+}
+
+/// A terminal takes some 4 KiB at once, and two seconds of stream that a stall held back are 48 KiB
+/// at 200 Hz.
+const ROOM: usize = 64 * 1024;
+
+/// The bytes that the terminal did not take at once, in order.
+#[derive(Debug, Default)]
+pub(super) struct Outbox {
+    waiting: VecDeque<u8>,
+}
+
+impl Outbox {
+    /// Takes bytes behind those that wait: how many found no room and are lost.
+    pub(super) fn push(&mut self, bytes: &[u8]) -> usize {
+        let taken = bytes.len().min(ROOM - self.waiting.len());
+        self.waiting.extend(&bytes[..taken]);
+        bytes.len() - taken
+    }
+
+    /// Forwards what the terminal has room for: how many.
+    pub(super) fn forward(&mut self, port: &PseudoTerminal) -> io::Result<usize> {
+        let sent = port.write(self.waiting.make_contiguous())?;
+        self.waiting.drain(..sent);
+        Ok(sent)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Gives up what waits: how many.
+    pub(super) fn clear(&mut self) -> usize {
+        let left = self.waiting.len();
+        self.waiting.clear();
+        left
+    }
+}
+
+/// A symbolic link that leads to the port of the moment; removed when it is dropped.
+#[derive(Debug)]
+pub(super) struct Link {
+    path: PathBuf,
+}
+
+impl Link {
+    /// Makes the link, or turns the one that is there.
+    pub(super) fn make(path: &Path, target: &Path) -> Result<Self, PtyError> {
+        // where it leads somewhere, another sensor may be reached by it
+        if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
+            && let Ok(leads_to) = fs::canonicalize(path)
+        {
+            return Err(PtyError::LinkInUse { path: path.to_owned(), leads_to });
+        }
+        lead(path, target)?;
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Leads elsewhere from here on. A program that opens the path meanwhile finds the one or the
+    /// other target.
+    pub(super) fn turn(&self, target: &Path) -> Result<(), PtyError> {
+        lead(&self.path, target)
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        // a link that another program has removed is gone as well
+        _ = fs::remove_file(&self.path);
+    }
+}
+
+fn lead(path: &Path, target: &Path) -> Result<(), PtyError> {
+    if fs::symlink_metadata(path).is_ok_and(|found| !found.is_symlink()) {
+        return Err(PtyError::LinkTaken { path: path.to_owned() });
+    }
+    let fresh = with_suffix(path, &format!(".{}", std::process::id()));
+    let turned = symlink(target, &fresh).and_then(|()| fs::rename(&fresh, path));
+    turned.map_err(|source| PtyError::Link { path: path.to_owned(), source })
+}
+
+/// The same path with more text at its end.
+pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut text = OsString::from(path);
+    text.push(suffix);
+    PathBuf::from(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        fs::OpenOptions,
+        io::{ErrorKind, Read},
+        os::unix::fs::OpenOptionsExt,
+    };
+
+    use super::*;
+
+    #[test]
+    fn a_burst_comes_whole_as_far_as_there_is_room_for_it() -> io::Result<()> {
+        let port = PseudoTerminal::new(NonZeroU32::MIN)?;
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().try_into().unwrap();
+        let mut host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(port.path())?;
+        let burst: Vec<u8> = (0..ROOM + 100).map(|index| (index % 251) as u8).collect();
+        let mut outbox = Outbox::default();
+        assert_eq!(outbox.push(&burst), 100);
+        let at_once = outbox.forward(&port)?;
+        assert!(at_once > 0 && !outbox.is_empty(), "{at_once} bytes at once: a terminal of that size tests nothing");
+        let (mut read, mut piece) = (Vec::<u8>::new(), [0; 1000]);
+        while read.len() < ROOM {
+            match host.read(&mut piece) {
+                Ok(count) => read.extend(&piece[..count]),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    let ready =
+                        poll(&mut [PollFd::new(&host, PollFlags::IN)], Some(&Timespec { tv_sec: 9, tv_nsec: 0 }))?;
+                    assert_eq!(ready, 1, "nothing more came behind {} bytes", read.len());
+                }
+                Err(error) => return Err(error),
+            }
+            outbox.forward(&port)?;
+        }
+        assert!(read == burst[..ROOM] && outbox.is_empty());
+        assert_eq!((outbox.push(b"late"), outbox.clear(), outbox.is_empty()), (0, 4, true));
+        Ok(())
+    }
+
+    #[test]
+    fn a_link_turns_and_goes() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("sensor");
+        let link = Link::make(&path, Path::new("one")).unwrap();
+        assert_eq!(fs::read_link(&path)?, Path::new("one"));
+        link.turn(Path::new("other")).unwrap();
+        assert_eq!(fs::read_link(&path)?, Path::new("other"));
+        drop(link);
+        assert_eq!(fs::read_dir(folder.path())?.count(), 0);
+        Ok(())
+    }
+
+    #[test]
+    fn a_link_left_behind_is_turned_and_a_file_is_not() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("sensor");
+        symlink("dead", &path)?;
+        drop(Link::make(&path, Path::new("one")).unwrap());
+        fs::write(&path, "precious")?;
+        let error = Link::make(&path, Path::new("one")).unwrap_err().to_string();
+        assert!(
+            error
+                .ends_with("sensor exists and is not a symbolic link: remove it, or choose another place for the link")
+        );
+        assert_eq!(fs::read_to_string(&path)?, "precious");
+        Ok(())
+    }
+
+    #[test]
+    fn a_link_that_leads_somewhere_is_not_taken_away() -> io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let (path, port) = (folder.path().join("sensor"), folder.path().join("port"));
+        fs::write(&port, "")?;
+        let link = Link::make(&path, &port).unwrap();
+        let error = Link::make(&path, Path::new("other")).unwrap_err();
+        assert!(matches!(error, PtyError::LinkInUse { .. }), "{error}");
+        assert_eq!(fs::read_link(&path)?, port);
+        drop(link);
+        Ok(())
+    }
+
+    #[test]
+    fn a_link_into_nowhere_names_its_path() {
+        let error = Link::make(Path::new("/nowhere/sensor"), Path::new("one")).unwrap_err().to_string();
+        assert!(error.starts_with("cannot make the link /nowhere/sensor to"), "{error}");
     }
 }

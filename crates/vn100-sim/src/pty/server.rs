@@ -19,9 +19,7 @@ use rustix::{
 
 use super::{
     PtyError, PtyOptions, PtyStats,
-    link::{Link, with_suffix},
-    outbox::Outbox,
-    port::{HostChange, PseudoTerminal},
+    port::{HostChange, Link, Outbox, PseudoTerminal, with_suffix},
 };
 use crate::{
     device::Device,

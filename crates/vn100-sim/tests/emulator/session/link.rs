@@ -245,7 +245,6 @@ impl Link {
 
 /// A command as it is sent.
 pub(crate) fn line(command: &SensorCommand) -> String {
-    let mut line = String::new();
-    command.encode(Check::Xor8, &mut line).unwrap();
+    let line = command.sentence(Check::Xor8);
     line
 }
