@@ -91,12 +91,11 @@ impl Default for DeviceConfig {
     }
 }
 
-/// What the sensor is busy with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    /// Silent and deaf until this time.
+    /// Silent and deaf.
     Booting { until_ns: u64 },
-    /// Ticks are counted from this time.
+    /// Ticks are counted.
     Running { since_ns: u64 },
 }
 
@@ -106,7 +105,7 @@ pub struct Device {
     config: DeviceConfig,
     now_ns: u64,
     phase: Phase,
-    /// Ticks taken since the last start.
+    /// Since the last start.
     ticks: u64,
     registers: Registers,
     flash: Registers,
@@ -119,9 +118,7 @@ pub struct Device {
     deltas_tick: Option<u64>,
     uart: Uart,
     buffer: CommandBuffer,
-    /// A restart follows when this is reached.
     restart_ns: Option<u64>,
-    /// The flash is being written until then.
     flash_until_ns: Option<u64>,
     /// Commands that wait for the flash.
     waiting: VecDeque<Vec<u8>>,
@@ -161,8 +158,8 @@ impl Device {
         }
     }
 
-    /// The rate at which the sensor listens, and sends what it has not yet queued. Bytes of a reply
-    /// that is still being sent can be slower or faster: see [`SentByte::baud`].
+    /// The rate at which the sensor listens; bytes that are still being sent can have another: see
+    /// [`SentByte::baud`].
     #[must_use]
     pub fn baud(&self) -> u32 {
         self.uart.baud()
@@ -200,9 +197,8 @@ impl Device {
         self.uart.take(self.now_ns, &mut sink);
     }
 
-    /// When to poll again: the end of the next piece of output, or the next thing the sensor does;
-    /// a second after the last call at the latest, so that a silent sensor need not take all its
-    /// ticks at once.
+    /// When to poll again; a second after the last call at the latest, so that a silent sensor need
+    /// not take all its ticks at once.
     #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
@@ -315,6 +311,6 @@ impl Device {
     }
 }
 
-fn ns(time: Duration) -> u64 {
+pub(crate) fn ns(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -79,33 +79,24 @@ pub struct FaultPlan {
     pub faults: Vec<Fault>,
 }
 
-/// A plan of faults has an item that is none.
+/// Why an item of a plan, which each variant gives as written, is no fault.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaultPlanError {
     /// There is no such fault.
     #[error(
-        "`{item}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"
+        "`{0}` is no fault: use drop, flip, splice, stall, unplug, reboot, baud or badopen with @ and a time, or stale alone"
     )]
-    Unknown {
-        /// The item as written.
-        item: String,
-    },
+    Unknown(String),
     /// A fault must say when.
-    #[error("`{item}` does not say when: write `@` and a time from power-up behind its name, such as `@12.5s`")]
-    WhenMissing {
-        /// The item as written.
-        item: String,
-    },
+    #[error("`{0}` does not say when: write `@` and a time from power-up behind its name, such as `@12.5s`")]
+    WhenMissing(String),
     /// A fault must say how long.
-    #[error("`{item}` does not say how long: write `+` and a time behind the first, such as `@10s+2s`")]
-    LengthMissing {
-        /// The item as written.
-        item: String,
-    },
+    #[error("`{0}` does not say how long: write `+` and a time behind the first, such as `@10s+2s`")]
+    LengthMissing(String),
     /// This is no time.
     #[error("`{text}` in `{item}` is no time: write a number and one of ms, s, min, h, such as `12.5s`")]
     Time {
-        /// The item as written.
+        /// The item.
         item: String,
         /// The part that is wrong.
         text: String,
@@ -113,7 +104,7 @@ pub enum FaultPlanError {
     /// This is no chance.
     #[error("`{text}` in `{item}` is no chance: write a number from 0 to 100 and `%`, such as `0.1%`")]
     Chance {
-        /// The item as written.
+        /// The item.
         item: String,
         /// The part that is wrong.
         text: String,
@@ -142,11 +133,8 @@ impl FromStr for FaultPlan {
 
 impl fmt::Display for FaultPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, fault) in self.faults.iter().enumerate() {
-            let space = if index == 0 { "" } else { " " };
-            write!(f, "{space}{fault}")?;
-        }
-        Ok(())
+        let faults: Vec<_> = self.faults.iter().map(ToString::to_string).collect();
+        f.write_str(&faults.join(" "))
     }
 }
 
@@ -157,7 +145,7 @@ impl FromStr for Fault {
         let (head, detail) = text.split_once(':').map_or((text, None), |(head, detail)| (head, Some(detail)));
         let (name, when) = head.split_once('@').map_or((head, None), |(name, when)| (name, Some(when)));
         let item = || text.to_owned();
-        let when = || when.ok_or_else(|| FaultPlanError::WhenMissing { item: item() });
+        let when = || when.ok_or_else(|| FaultPlanError::WhenMissing(item()));
         let plain = |fault: Self| match detail {
             None => Ok(fault),
             Some(detail) => Err(FaultPlanError::Detail { item: item(), detail: detail.to_owned() }),
@@ -177,7 +165,7 @@ impl FromStr for Fault {
             "badopen" => plain(Self::BadOpen(chance(when()?, text)?)),
             "stall" => {
                 let (at, length) = span(when()?, text)?;
-                plain(Self::Stall(at, length.ok_or_else(|| FaultPlanError::LengthMissing { item: item() })?))
+                plain(Self::Stall(at, length.ok_or_else(|| FaultPlanError::LengthMissing(item()))?))
             }
             "unplug" => {
                 let (at, back_after) = span(when()?, text)?;
@@ -194,7 +182,7 @@ impl FromStr for Fault {
                 Ok(Self::Baud(time(when()?, text)?, baud))
             }
             "stale" if head == name => plain(Self::Stale),
-            _ => Err(FaultPlanError::Unknown { item: item() }),
+            _ => Err(FaultPlanError::Unknown(item())),
         }
     }
 }

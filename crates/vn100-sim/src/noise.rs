@@ -134,7 +134,7 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// Numbers of the random streams of one channel. They are part of every capture's recipe: append
+/// Numbers of the random streams of one channel, which are part of every capture's recipe: append
 /// only.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum NoiseComponent {

@@ -10,6 +10,8 @@ use crate::{
 /// Standard gravity, m/s².
 pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
+const HOUR_S: f64 = 3600.0;
+
 /// Output rate of the record behind [`Profile::lab3`], Hz.
 const LAB3_RATE_HZ: f64 = 40.0;
 
@@ -64,50 +66,31 @@ impl Profile {
     /// angles carry a small white noise of their own, not one computed from the other channels.
     #[must_use]
     pub fn datasheet() -> Self {
-        let gyro = |mean| ChannelProfile {
-            noise: NoiseTruth {
-                mean,
-                white_density: 0.0035_f64.to_radians(),  // 0.0035 deg/s/√Hz
-                bias_instability: rad_s_from_deg_h(6.0), // typical 5 to 7
-                ..NoiseTruth::default()
-            },
-            window: Window::IMU_DEFAULT,
+        let gyro = NoiseTruth {
+            white_density: 0.0035_f64.to_radians(),          // 0.0035 deg/s/√Hz
+            bias_instability: 6.0_f64.to_radians() / HOUR_S, // deg/h; typical 5 to 7
+            ..NoiseTruth::default()
         };
-        let accel = |mean| ChannelProfile {
-            noise: NoiseTruth {
-                mean,
-                white_density: m_s2_from_mg(0.14), // 0.14 mg/√Hz
-                bias_instability: 3e-4,            // stated: below 0.04 mg = 3.92e-4
-                ..NoiseTruth::default()
-            },
-            window: Window::IMU_DEFAULT,
+        let accel = NoiseTruth {
+            white_density: 0.14 * 1e-3 * STANDARD_GRAVITY_M_S2, // 0.14 mg/√Hz
+            bias_instability: 3e-4,                             // stated: below 0.04 mg = 3.92e-4
+            ..NoiseTruth::default()
         };
-        let mag = |mean| ChannelProfile {
-            noise: NoiseTruth { mean, white_density: 140e-6, ..NoiseTruth::default() },
-            window: Window::MAG_DEFAULT,
-        };
-        let angle = || ChannelProfile {
-            noise: NoiseTruth { white_density: 5e-4, ..NoiseTruth::default() },
-            window: Window::None,
-        };
-        Self {
-            name: "datasheet",
-            channels: [
-                angle(),
-                angle(),
-                angle(),
-                // 0.48 gauss, dipping by 64 deg
-                mag(0.21),
-                mag(0.0),
-                mag(0.43),
-                accel(0.0),
-                accel(0.0),
-                accel(-STANDARD_GRAVITY_M_S2),
-                gyro(0.0),
-                gyro(0.0),
-                gyro(0.0),
-            ],
-        }
+        let mag = NoiseTruth { white_density: 140e-6, ..NoiseTruth::default() };
+        let angle = NoiseTruth { white_density: 5e-4, ..NoiseTruth::default() };
+        // 0.48 gauss, dipping by 64 deg
+        let field_gauss = [0.21, 0.0, 0.43];
+        let channels = std::array::from_fn(|number| {
+            let (mean, noise, window) = match number {
+                0..3 => (0.0, angle, Window::None),
+                3..6 => (field_gauss[number - 3], mag, Window::MAG_DEFAULT),
+                8 => (-STANDARD_GRAVITY_M_S2, accel, Window::IMU_DEFAULT),
+                6..8 => (0.0, accel, Window::IMU_DEFAULT),
+                _ => (0.0, gyro, Window::IMU_DEFAULT),
+            };
+            ChannelProfile { noise: NoiseTruth { mean, ..noise }, window }
+        });
+        Self { name: "datasheet", channels }
     }
 
     /// A published sensor at rest, 40 Hz.
@@ -151,13 +134,13 @@ impl Profile {
 
 fn lab3_gyro_y() -> NoiseTruth {
     const STANDARD_DEVIATION_RAD_S: f64 = 0.000766;
-    let white_density = rad_s_sqrt_hz_from_deg_sqrt_h(0.354);
+    let white_density = 0.354_f64.to_radians() / HOUR_S.sqrt();
     let white_variance = white_density.powi(2) * LAB3_RATE_HZ;
     let line_variance = STANDARD_DEVIATION_RAD_S.powi(2) - white_variance;
     NoiseTruth {
         mean: -0.000152,
         white_density,
-        random_walk: rad_s_sqrt_s_from_deg_h_sqrt_h(0.8969),
+        random_walk: 0.8969_f64.to_radians() / HOUR_S.powf(1.5),
         line: Some(Vibration { amplitude: (2.0 * line_variance).sqrt(), frequency_hz: 18.4 }),
         ..NoiseTruth::default()
     }
@@ -166,43 +149,11 @@ fn lab3_gyro_y() -> NoiseTruth {
 fn lab3_accel_y() -> NoiseTruth {
     NoiseTruth {
         mean: 0.000759,
-        white_density: m_s2_sqrt_hz_from_m_s_sqrt_h(0.114),
-        bias_instability: m_s2_from_mg(0.0131),
-        random_walk: m_s2_sqrt_s_from_m_s_h_sqrt_h(4.559),
+        white_density: 0.114 / HOUR_S.sqrt(),
+        bias_instability: 0.0131 * 1e-3 * STANDARD_GRAVITY_M_S2,
+        random_walk: 4.559 / HOUR_S.powf(1.5),
         ..NoiseTruth::default()
     }
-}
-
-const SECONDS_PER_HOUR: f64 = 3600.0;
-
-/// deg/h to rad/s: 1/206264.8.
-fn rad_s_from_deg_h(value: f64) -> f64 {
-    value.to_radians() / SECONDS_PER_HOUR
-}
-
-/// deg/√h to rad/s/√Hz: 1/3437.747.
-fn rad_s_sqrt_hz_from_deg_sqrt_h(value: f64) -> f64 {
-    value.to_radians() / SECONDS_PER_HOUR.sqrt()
-}
-
-/// deg/h^1.5 to rad/s/√s: 1/1.23759e7.
-fn rad_s_sqrt_s_from_deg_h_sqrt_h(value: f64) -> f64 {
-    value.to_radians() / SECONDS_PER_HOUR.powf(1.5)
-}
-
-/// mg to m/s²: 1/101.971621.
-fn m_s2_from_mg(value: f64) -> f64 {
-    value * 1e-3 * STANDARD_GRAVITY_M_S2
-}
-
-/// m/s/√h to m/s²/√Hz: 1/60.
-fn m_s2_sqrt_hz_from_m_s_sqrt_h(value: f64) -> f64 {
-    value / SECONDS_PER_HOUR.sqrt()
-}
-
-/// m/s/h^1.5 to m/s²/√s: 1/216000.
-fn m_s2_sqrt_s_from_m_s_h_sqrt_h(value: f64) -> f64 {
-    value / SECONDS_PER_HOUR.powf(1.5)
 }
 
 #[cfg(test)]
@@ -226,15 +177,17 @@ mod tests {
         assert_eq!(error.to_string(), "no noise profile is called \"lab4\": use one of datasheet, lab3");
     }
 
-    /// The factors as reference works print them.
+    /// By the factors as reference works print them.
     #[test]
-    fn conversions_have_the_published_factors() {
-        assert_close(1.0 / rad_s_from_deg_h(1.0), 206_264.806, 1e-8);
-        assert_close(1.0 / rad_s_sqrt_hz_from_deg_sqrt_h(1.0), 3437.747, 1e-7);
-        assert_close(1.0 / rad_s_sqrt_s_from_deg_h_sqrt_h(1.0), 1.23759e7, 1e-5);
-        assert_close(1.0 / m_s2_from_mg(1.0), 101.971621, 1e-8);
-        assert_close(1.0 / m_s2_sqrt_hz_from_m_s_sqrt_h(1.0), 60.0, 1e-12);
-        assert_close(1.0 / m_s2_sqrt_s_from_m_s_h_sqrt_h(1.0), 216_000.0, 1e-12);
+    fn published_coefficients_are_kept_in_si() {
+        let (datasheet, lab3) = (Profile::datasheet().channels, Profile::lab3().channels);
+        assert_close(datasheet[9].noise.bias_instability * 206_264.806, 6.0, 1e-8);
+        assert_close(datasheet[6].noise.white_density * 101.971621, 0.14, 1e-8);
+        assert_close(lab3[10].noise.white_density * 3437.747, 0.354, 1e-7);
+        assert_close(lab3[10].noise.random_walk * 1.23759e7, 0.8969, 1e-5);
+        assert_close(lab3[7].noise.bias_instability * 101.971621, 0.0131, 1e-8);
+        assert_close(lab3[7].noise.white_density * 60.0, 0.114, 1e-12);
+        assert_close(lab3[7].noise.random_walk * 216_000.0, 4.559, 1e-12);
     }
 
     #[test]

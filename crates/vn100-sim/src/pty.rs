@@ -1,5 +1,5 @@
-//! The emulated sensor as a serial port of this machine: a pseudo-terminal that any program can
-//! open.
+//! The emulated sensor as a serial port of this machine: a pseudo-terminal, which any program can
+//! open. Linux only, where the machine reports when a host opens and closes the port.
 //!
 //! ```no_run
 //! use vn100_sim::{Device, DeviceConfig, pty::{PtyOptions, serve}};
@@ -10,9 +10,6 @@
 //! println!("{} bytes too many for a host that did not read", stats.bytes_dropped);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//!
-//! It runs on a thread of its own, which sleeps until bytes are due or the host writes. Linux only,
-//! where the machine reports when a host opens and closes the port.
 //!
 //! A host that reads at another rate than the sensor sends reads garbled bytes, and one that does
 //! not read loses bytes once its terminal is full and 64 KiB wait behind it: the sensor never
@@ -65,15 +62,15 @@ pub struct PtyStats {
     pub bytes_unread: u64,
 }
 
-/// The sensor cannot be connected, or no longer.
+/// Why the sensor cannot be connected, or no longer.
 #[derive(Debug, Error)]
 pub enum PtyError {
-    /// This machine has no pseudo-terminals that can be watched.
+    /// This system is not Linux.
     #[error(
         "an emulated port needs a pseudo-terminal of Linux, which this system does not have: write a capture instead"
     )]
     Unsupported,
-    /// The machine gives no pseudo-terminal.
+    /// The system gives no pseudo-terminal.
     #[error("no pseudo-terminal for the emulated sensor")]
     Open(#[source] io::Error),
     /// The link cannot be made.
@@ -81,7 +78,7 @@ pub enum PtyError {
     Link {
         /// Where it should be.
         path: PathBuf,
-        /// What the machine says.
+        /// What the system says.
         source: io::Error,
     },
     /// Something other than a link is in its place.
@@ -90,7 +87,7 @@ pub enum PtyError {
         /// Where it should be.
         path: PathBuf,
     },
-    /// A link is in its place that leads to something, as to the port of another sensor.
+    /// A link in its place leads to something, as to the port of another sensor.
     #[error("{} leads to {} already: end what is there, or choose another place for the link", path.display(), leads_to.display())]
     LinkInUse {
         /// Where it should be.
@@ -111,8 +108,6 @@ pub enum PtyError {
 #[derive(Debug)]
 pub enum PtySensor {}
 
-/// Says that this system cannot.
-///
 /// # Errors
 /// Always [`PtyError::Unsupported`].
 #[cfg(not(target_os = "linux"))]

@@ -3,7 +3,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use crate::device::SentByte;
+use crate::device::{SentByte, ns};
 
 /// Start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
@@ -87,10 +87,6 @@ fn is_high(byte: u8, bit: u64) -> bool {
         1..=8 => byte >> (bit - 1) & 1 == 1,
         _ => true,
     }
-}
-
-fn ns(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::{
     usb::UsbBuffer,
 };
 
-/// What a host asks for beyond this, no adapter gives.
+/// The most that adapters can.
 const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
 
 /// The port comes or goes.
@@ -64,7 +64,7 @@ impl Wire {
         }
     }
 
-    /// The sensor.
+    /// The sensor at its end.
     #[must_use]
     pub fn device(&self) -> &Device {
         &self.device
@@ -85,8 +85,7 @@ impl Wire {
         self.host_is_there = false;
     }
 
-    /// The host reads and writes at this rate from here on; at 4 Mbaud, the most adapters can,
-    /// where it asks for more.
+    /// The host reads and writes at this rate from here on, at 4 Mbaud at most.
     pub fn set_host_baud(&mut self, baud: NonZeroU32) {
         let baud = baud.min(FASTEST_BAUD);
         self.host_baud = baud;
@@ -114,11 +113,7 @@ impl Wire {
     /// What reaches the host by `now`; nothing while it is away.
     #[must_use]
     pub fn poll(&mut self, now: Duration) -> Vec<u8> {
-        let mut sent = Vec::new();
-        self.device.poll_bytes(now, |byte| sent.push(byte));
-        for byte in sent {
-            self.receiver.push(byte);
-        }
+        self.device.poll_bytes(now, |byte| self.receiver.push(byte));
         let (faults, held) = (&mut self.faults, &mut self.held);
         self.receiver.poll(now, |at, byte| held.extend(faults.pass(at, byte)));
         if !(self.host_is_there && self.plugged) {

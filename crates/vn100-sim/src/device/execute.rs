@@ -5,6 +5,9 @@ use vn100_protocol::DeviceError;
 use super::{Device, FLASH_WRITE, Firmware, PORT, command::ReceivedCommand, ns, output::SyncOut, registers::Registers};
 use crate::message::MESSAGES;
 
+/// The ports as commands name them.
+const PORTS: [&str; 2] = ["1", "2"];
+
 impl Device {
     /// Executes a command and answers it, or reports the error in it.
     pub(super) fn execute_line(&mut self, line: &[u8]) {
@@ -19,7 +22,11 @@ impl Device {
         match name {
             "RRG" => return self.read_register(&command.parameters),
             "WRG" => return self.write_register(&command.parameters),
-            "BOM" => return self.poll_binary(&command.parameters),
+            "BOM" => {
+                let output = one_of(&command.parameters, &["1", "2", "3"])?;
+                self.answer_packet(output);
+                return Ok(());
+            }
             "ASY" => self.paused = !flag(&command.parameters)?,
             "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
             "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
@@ -53,7 +60,7 @@ impl Device {
         let (number, rest) = register_number(parameters)?;
         let (port, echo) = match rest {
             [] => (PORT, String::new()),
-            [port] if matches!(number, 5..=7) => (port_index(port)?, format!(",{port}")),
+            [port] if matches!(number, 5..=7) => (one_of(&[port], &PORTS)?, format!(",{port}")),
             _ => return Err(DeviceError::TooManyParameters),
         };
         let mut body = format!("VNRRG,{number:02}");
@@ -77,7 +84,7 @@ impl Device {
         }
         let (rest, port, echo) = match rest {
             [value, port] if matches!(number, 5..=7) => {
-                (std::slice::from_ref(value), port_index(port)?, format!(",{port}"))
+                (std::slice::from_ref(value), one_of(&[port], &PORTS)?, format!(",{port}"))
             }
             _ => (rest, PORT, String::new()),
         };
@@ -116,19 +123,6 @@ impl Device {
         Ok(())
     }
 
-    fn poll_binary(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
-        let index = match parameters {
-            [] => return Err(DeviceError::TooFewParameters),
-            ["1"] => 0,
-            ["2"] => 1,
-            ["3"] => 2,
-            [_] => return Err(DeviceError::InvalidParameter),
-            _ => return Err(DeviceError::TooManyParameters),
-        };
-        self.answer_packet(index);
-        Ok(())
-    }
-
     fn note_disturbance(&mut self, bit: u32, present: bool) {
         self.known_disturbances &= !(1 << bit);
         self.known_disturbances |= u16::from(present) << bit;
@@ -141,22 +135,17 @@ fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b s
     Ok((number.parse().map_err(|_| DeviceError::InvalidRegister)?, rest))
 }
 
-fn port_index(text: &str) -> Result<usize, DeviceError> {
-    match text {
-        "1" => Ok(0),
-        "2" => Ok(1),
-        _ => Err(DeviceError::InvalidParameter),
+/// The place of the only parameter among those that are allowed.
+fn one_of(parameters: &[&str], allowed: &[&str]) -> Result<usize, DeviceError> {
+    match parameters {
+        [] => Err(DeviceError::TooFewParameters),
+        [one] => allowed.iter().position(|text| text == one).ok_or(DeviceError::InvalidParameter),
+        _ => Err(DeviceError::TooManyParameters),
     }
 }
 
 fn flag(parameters: &[&str]) -> Result<bool, DeviceError> {
-    match parameters {
-        [] => Err(DeviceError::TooFewParameters),
-        ["0"] => Ok(false),
-        ["1"] => Ok(true),
-        [_] => Err(DeviceError::InvalidParameter),
-        _ => Err(DeviceError::TooManyParameters),
-    }
+    Ok(one_of(parameters, &["0", "1"])? == 1)
 }
 
 fn nothing(parameters: &[&str]) -> Result<(), DeviceError> {

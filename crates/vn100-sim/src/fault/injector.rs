@@ -55,10 +55,8 @@ impl Injector {
             match *fault {
                 Fault::Unplug { at, back_after, other_name } => {
                     events.push((at, ScheduledEvent::Unplug));
-                    events.extend(
-                        back_after
-                            .map(|back_after| (at.saturating_add(back_after), ScheduledEvent::Replug { other_name })),
-                    );
+                    let replug = |after| (at.saturating_add(after), ScheduledEvent::Replug { other_name });
+                    events.extend(back_after.map(replug));
                 }
                 Fault::Reboot(at) => events.push((at, ScheduledEvent::Reboot)),
                 Fault::Baud(at, baud) => events.push((at, ScheduledEvent::Baud(baud))),
@@ -76,7 +74,6 @@ impl Injector {
         }
     }
 
-    /// When the next event is due.
     pub(crate) fn next_event(&self) -> Option<Duration> {
         self.events.front().map(|(at, _)| *at)
     }

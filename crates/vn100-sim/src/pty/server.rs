@@ -29,10 +29,9 @@ use crate::{
 /// How long a host that still reads is waited for at the end.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// How often it is looked whether it has read all.
-const LINGER_STEP: Duration = Duration::from_millis(2);
-
-/// How often in a row nothing must be left.
+/// How often it is looked whether it has read all, and how often in a row nothing must be left: the
+/// machine hands bytes over in steps, and late where it is busy.
+const LINGER_STEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
 const LINGER_LOOKS: u32 = 8;
 
 /// A sensor that is connected until this is dropped or stopped.
@@ -194,7 +193,6 @@ impl Server {
         self.give(&stale)
     }
 
-    /// Lets bytes pass in both directions.
     fn exchange(&mut self, now: Duration) -> Result<(), PtyError> {
         if let Some(port) = &self.port {
             if let Some(baud) = port.host_baud().map_err(PtyError::Open)? {
@@ -209,8 +207,7 @@ impl Server {
         self.give(&bytes)
     }
 
-    /// Hands bytes to the host, behind those that wait for room; what finds none there either is
-    /// lost.
+    /// Hands bytes to the host, behind those that wait for room.
     fn give(&mut self, bytes: &[u8]) -> Result<(), PtyError> {
         let Some(port) = &self.port else { return Ok(()) };
         let dropped = self.outbox.push(bytes);
@@ -279,7 +276,6 @@ impl Server {
     /// What a host has not read is lost when the port goes.
     fn linger(mut self) -> Result<(), PtyError> {
         let since = Instant::now();
-        // the machine hands bytes over in steps, and late where it is busy: nothing must be left several times
         let mut empty = 0;
         loop {
             self.give(&[])?;
@@ -290,9 +286,8 @@ impl Server {
             if left || empty > LINGER_LOOKS || since.elapsed() > LINGER {
                 break;
             }
-            let step = Timespec { tv_sec: 0, tv_nsec: LINGER_STEP.subsec_nanos().into() };
             // the waker is readable now: only the time is waited for
-            poll(&mut [], Some(&step)).map_err(open_error)?;
+            poll(&mut [], Some(&LINGER_STEP)).map_err(open_error)?;
         }
         self.shared.state().stats.bytes_unread += self.outbox.clear() as u64;
         Ok(())
