@@ -126,7 +126,7 @@ impl Info {
                 Some((&*layout.message, LinkLoad::NONE.highest_rate_beside(length, speed).map(AsyncRate::hz)))
             });
             Some(LineLoad {
-                bytes_per_s: (packets? + lines).bytes_per_s(),
+                bytes_per_s: (packets? + lines).bytes_per_s,
                 bytes_per_s_at_most: speed.bytes_per_s(),
                 highest_rate_hz: highest.collect(),
             })

@@ -62,7 +62,7 @@ pub enum PlanError {
     /// The line is too slow.
     #[error(
         "{} at {} Hz{} needs {:.0} bytes a second and {} baud carry {}; {}",
-        message.header().unwrap_or("the message"), rate.hz(), beside(*packets), (*lines + *packets).bytes_per_s(),
+        message.header().unwrap_or("the message"), rate.hz(), beside(*packets), (*lines + *packets).bytes_per_s,
         baud.bits_per_s(), baud.bytes_per_s(), way_out(*highest, *lines + *packets)
     )]
     DoesNotFit {
@@ -102,7 +102,7 @@ pub enum PlanError {
 }
 
 fn beside(packets: LinkLoad) -> String {
-    let bytes_per_s = packets.bytes_per_s();
+    let bytes_per_s = packets.bytes_per_s;
     if bytes_per_s == 0.0 { String::new() } else { format!(", beside {bytes_per_s:.0} bytes a second of packets,") }
 }
 

@@ -3,6 +3,5 @@
 pub(crate) mod checksum;
 pub(crate) mod framer;
 pub(crate) mod packet;
-pub(crate) mod rejected_sentence;
 pub(crate) mod sentence;
 pub(crate) mod tally;

@@ -20,19 +20,18 @@
 //! # From bytes to messages
 //!
 //! [`Framer`] finds [`Sentence`]s and [`Packet`]s in any bytes and checks their checksums. The
-//! [`MESSAGES`] that are measured are rows of a table, a [`Layout`] each, and a [`Sample`] is what
-//! one sentence of them says. [`Decoder`] does all of it, counts every byte in a [`Tally`], and
-//! reads the usual `$VNYMR` sentence on a fast path with the same result. A refused sentence is an
-//! item with its evidence, a [`RejectedSentence`], and never an error of the stream.
+//! [`MESSAGES`] that are measured are a table of [`Layout`]s, and a [`Sample`] is what one sentence
+//! of them says. [`Decoder`] does all of it and counts every byte in a [`Tally`]. A rejected
+//! sentence is an item with its evidence and never an error of the stream.
 //!
 //! A number is never a float on its way: it is the integer that its digits make, because sums of
 //! samples are then exact.
 //!
 //! # Asking the sensor
 //!
-//! A [`SensorCommand`] reads or writes a [`Register`], or starts an action of the sensor; a
-//! [`Reply`] is what it answers. A [`RequestQueue`] sends one after the other and finds the answers
-//! among the lines that keep coming; it has neither link nor clock: the time is an argument.
+//! A [`RequestQueue`] sends one [`SensorCommand`] after the other and finds each [`Reply`] among the
+//! lines that keep coming; it has neither link nor clock. [`LinkLoad`] says beforehand whether lines
+//! and packets fit the baud rate.
 //!
 //! ```
 //! use std::time::Duration;
@@ -50,8 +49,6 @@
 //! assert_eq!((ended, contents.value::<AsyncRate>()?.hz()), (asked, 40));
 //! # Ok::<_, Box<dyn std::error::Error>>(())
 //! ```
-//!
-//! [`LinkLoad`] says beforehand whether lines and packets fit the baud rate.
 //!
 //! # Units
 //!
@@ -73,23 +70,20 @@
 //!
 //! - The manual (UM001, revision 2.43) prints the polynomial of the 16-bit checksum as 0x07. It is
 //!   0x1021, as in the manual's own code and in every line of a sensor.
-//! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right). They
-//!   are [`RejectReason::Checksum`] here.
-//! - Its `*XX` in place of a checksum is for commands to the sensor; a sensor never sends it, and
-//!   it is [`RejectReason::Checksum`] here.
+//! - Some of its sample lines carry wrong digits, such as `$VNRRG,01,VN-310*58` (59 is right), and
+//!   its `*XX` in place of a checksum is for commands to the sensor alone. Both are
+//!   [`RejectReason::Checksum`].
 //! - It puts the status before the count in text and behind it in an example; [`Suffix`] takes
 //!   either order.
 //! - A sensor ends a line with CR LF. Any byte that is no check digit ends it here: the checksum
 //!   decides.
-//! - It lists the last error codes as decimal numbers in some editions. All are hexadecimal here,
-//!   as firmware 3 sends them.
-//! - It prints register numbers of replies with and without a leading zero; they are compared as
-//!   numbers.
+//! - Some editions list the last error codes as decimal numbers. All are hexadecimal here, as
+//!   firmware 3 sends them.
+//! - Register numbers of replies are compared as numbers, with a leading zero or without.
 //! - Editions disagree on the checksum numbers 0 and 2 of register 30; [`ProtocolControl::check`]
 //!   knows 1 and 3 alone.
 //! - Packets with groups that a VN-100 does not have (satellite and inertial navigation) or with
-//!   extension words have no length that this crate knows; their bytes are searched like any
-//!   others.
+//!   extension words have no known length; their bytes are searched like any others.
 #![cfg_attr(not(test), no_std)]
 
 extern crate alloc;
@@ -105,8 +99,7 @@ pub use framing::{
     checksum::{Check, CheckDigits, crc16, xor8},
     framer::{Frame, Framer, Options},
     packet::{MAX_PACKET, Packet},
-    rejected_sentence::{RejectReason, RejectedSentence},
-    sentence::{MAX_BODY, Sentence},
+    sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     tally::{RejectedCounts, Tally},
 };
 pub use link_budget::{LineForm, LinkLoad};
@@ -125,9 +118,8 @@ pub use register::{
     fields::{RegisterFields, RegisterFieldsError},
 };
 pub use request::{
-    RequestFailure,
     command::SensorCommand,
     device_error::DeviceError,
-    queue::{Handled, QueueFull, RequestId, RequestQueue, Response},
+    queue::{Handled, QueueFull, RequestFailure, RequestId, RequestQueue, Response},
     reply::{Reply, ReplyError},
 };

@@ -25,7 +25,8 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct LinkLoad {
-    bytes_per_s: f64,
+    /// Bytes per second.
+    pub bytes_per_s: f64,
 }
 
 /// What register 30 adds to every line.
@@ -88,17 +89,10 @@ impl LinkLoad {
     /// their length is not known.
     #[must_use]
     pub fn of_packets(output: &BinaryOutput) -> Option<Self> {
-        let rate_hz = output.rate_hz();
-        if rate_hz == 0.0 {
-            return Some(Self::NONE);
+        match output.rate_hz() {
+            0.0 => Some(Self::NONE),
+            rate_hz => Some(Self { bytes_per_s: output.packet_length()? as f64 * rate_hz }),
         }
-        Some(Self { bytes_per_s: output.packet_length()? as f64 * rate_hz })
-    }
-
-    /// Bytes per second.
-    #[must_use]
-    pub fn bytes_per_s(self) -> f64 {
-        self.bytes_per_s
     }
 
     /// Whether the sensor takes so much at `baud_rate`.

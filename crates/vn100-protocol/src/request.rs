@@ -2,8 +2,5 @@
 
 pub(crate) mod command;
 pub(crate) mod device_error;
-mod failure;
 pub(crate) mod queue;
 pub(crate) mod reply;
-
-pub use self::failure::RequestFailure;

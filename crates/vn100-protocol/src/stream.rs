@@ -9,12 +9,10 @@ mod diagnostic;
 mod input;
 mod rejected_rows;
 mod sample_reader;
-mod unsolicited_errors;
 
 pub use batch::{Arrival, Batch, Mark, MarkKind, RegisterReply, RowCounter};
-pub use counts::{MessageName, StreamCounts};
+pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
 pub use diagnostic::Diagnostic;
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 pub use rejected_rows::{CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
 pub use sample_reader::{ReadOptions, SampleReader};
-pub use unsolicited_errors::UnsolicitedErrors;

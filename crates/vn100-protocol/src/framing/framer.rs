@@ -13,8 +13,7 @@ use memchr::{memchr_iter, memchr2};
 use crate::{
     framing::checksum::{Check, CheckDigits, crc16, xor8},
     framing::packet::{self, Packet, PacketStart},
-    framing::rejected_sentence::{RejectReason, RejectedSentence},
-    framing::sentence::{MAX_BODY, Sentence},
+    framing::sentence::{MAX_BODY, RejectReason, RejectedSentence, Sentence},
     framing::tally::Tally,
 };
 

@@ -1,6 +1,6 @@
 //! What a stream has carried, byte by byte and sentence by sentence.
 
-use crate::framing::rejected_sentence::RejectReason;
+use crate::framing::sentence::RejectReason;
 
 /// Counts since the beginning of the stream. Every byte is in exactly one of the five byte counts
 /// at any moment.

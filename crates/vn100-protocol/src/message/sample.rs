@@ -11,7 +11,10 @@ use super::{
     layout::{Channel, Layout, PrintFormat},
     suffix::Suffix,
 };
-use crate::{framing::rejected_sentence::RejectReason, framing::sentence::Sentence, register::RegisterContents};
+use crate::{
+    framing::sentence::{RejectReason, Sentence},
+    register::RegisterContents,
+};
 
 /// The most channels that a message has.
 pub(super) const MAX_CHANNELS: usize = 13;

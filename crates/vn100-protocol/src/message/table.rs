@@ -4,7 +4,7 @@
 use alloc::borrow::Cow;
 
 use crate::{
-    framing::{rejected_sentence::RejectReason, sentence::Sentence},
+    framing::sentence::{RejectReason, Sentence},
     message::{
         layout::{Channel, Layout, Quantity},
         numbers::{self, ConstLayout},

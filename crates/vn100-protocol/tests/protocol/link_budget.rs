@@ -112,7 +112,7 @@ fn what_sensors_accepted_fits_and_what_they_refused_does_not() {
     assert!(!lines(AsyncType::YMR, 100).fits(baud(115_200)));
     // 4880 and 1040 bytes a second, more than the 5760 of 57600 baud together
     let both = [lines(AsyncType::YMR, 40), packets(20, &[0x0101])].into_iter().sum::<LinkLoad>();
-    assert_eq!(both.bytes_per_s(), 5920.0);
+    assert_eq!(both.bytes_per_s, 5920.0);
     assert!(!both.fits(baud(57_600)));
     assert_eq!(both.lowest_baud_rate(), Some(baud(115_200)));
 }
