@@ -1,7 +1,6 @@
-//! From batches of rows to sums: gaps, segments, the sample rate, one accumulator per channel.
-//!
-//! `analysis` takes batches. Rows with stamps or counters go through `pending_rows`, which holds
-//! them until gaps are certain; then `data_record` brings rows, gaps and replies to its parts.
+//! From batches of rows to sums. `analysis` takes batches. Rows with stamps or counters go through
+//! `pending_rows`, which holds them until gaps are certain; then `data_record` brings rows, gaps
+//! and replies to its parts.
 
 mod accumulators;
 pub(crate) mod analysis;

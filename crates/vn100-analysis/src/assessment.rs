@@ -1,5 +1,4 @@
-//! What a snapshot says of the sensor: confidence intervals, noise parameters, and what stands
-//! between the stream and the sensor.
+//! What a snapshot says of the sensor.
 
 mod filter_models;
 mod motion;
@@ -28,11 +27,11 @@ use crate::{
     warning::Warning,
 };
 
-/// What a snapshot says of the sensor, at one level of confidence. A function of the snapshot
+/// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot
 /// alone; some milliseconds for twelve channels.
 ///
-/// It outlives its snapshot: the octaves of a record that grew a little since then have nearly the
-/// same degrees of freedom.
+/// It outlives its snapshot: the octaves of a record that grew a little since have nearly the same
+/// degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Assessment {
     /// Samples in the statistics that were assessed.
@@ -56,11 +55,9 @@ pub struct ChannelAssessment {
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
     pub disturbed: Disturbed,
-    /// Whether the values are normally distributed, or why that cannot be judged; `None` without
-    /// samples of a stream.
+    /// Whether the values are normally distributed; `None` without samples of a stream.
     pub normality: Option<Result<Normality, NotJudged>>,
-    /// What the sensor does to the channel's white noise before it is sent; `None` where
-    /// that is unknown.
+    /// What the sensor does to the channel's white noise; `None` where that is unknown.
     pub onboard: Option<Onboard>,
 }
 
@@ -71,17 +68,14 @@ pub struct OctaveAssessment {
     pub m: u64,
     /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
     pub alpha: Option<i8>,
-    /// Degrees of freedom, and bounds of a deviation of 1: those of the octave's own are its
-    /// deviation times these. `None` below two windows.
-    ///
-    /// The degrees of freedom are those of the fitted mixture of noises, or, where no model holds,
-    /// of the kind of noise seen here or next to here.
+    /// Degrees of freedom, and bounds of a deviation of 1, to be multiplied by the octave's own;
+    /// `None` below two windows. By the fitted mixture of noises, or, where no model holds, the
+    /// kind of noise seen here or next to here.
     pub relative: Option<Interval>,
 }
 
 impl Assessment {
-    /// Assesses `snapshot` at the level `confidence`, 0 < p < 1; outside, there are no intervals
-    /// and no parameters.
+    /// At the level `confidence`, 0 < p < 1; outside, there are no intervals and no parameters.
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
@@ -101,8 +95,8 @@ impl Assessment {
     }
 }
 
-/// Assessments of a growing record. Making one costs as much as many seconds of measuring, and says
-/// the same as long as the record is hardly longer.
+/// Assessments of a growing record, each kept as long as the record is hardly longer: making one
+/// costs as much as many seconds of measuring.
 #[derive(Debug)]
 pub struct Assessments {
     confidence: f64,
@@ -116,8 +110,7 @@ impl Assessments {
         Self { confidence, latest: None }
     }
 
-    /// An assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
-    /// its samples.
+    /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
     pub fn of(&mut self, snapshot: &Snapshot) -> Arc<Assessment> {
         let samples = snapshot.timing.samples;
         if let Some(latest) = &self.latest

@@ -1,5 +1,4 @@
-//! Several records compared: octaves with statistically significant differences, the order of their
-//! white noise, and the spread of their means.
+//! Several records compared: octaves, the order of white noise, and the spread of means.
 
 mod caveat;
 mod means;
@@ -33,11 +32,9 @@ pub struct ComparedRecord<'a> {
 /// What several records say of each other. Records are numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// Two-sided level of every interval; a difference is statistically significant where its
-    /// corrected probability is below 1 - confidence.
+    /// Two-sided level of every interval; differences are significant below 1 - confidence.
     pub confidence: f64,
-    /// Every octave of every channel that two records share at the same averaging time; corrected
-    /// all together.
+    /// Octaves that two records share at the same averaging time; corrected all together.
     pub octaves: Vec<OctaveTest>,
     /// By sensor, the records in the order of their white noise.
     pub rankings: Vec<Ranking>,
@@ -68,8 +65,8 @@ pub struct Chance {
 }
 
 impl Comparison {
-    /// Compares `records`, all assessed at the level `confidence`, 0 < p < 1; outside, nothing
-    /// differs and nothing is ranked.
+    /// All assessed at the level `confidence`, 0 < p < 1; outside, nothing differs and nothing is
+    /// ranked.
     #[must_use]
     pub fn of(records: &[ComparedRecord<'_>], confidence: f64) -> Self {
         Self {
@@ -97,7 +94,6 @@ fn disturbances(records: &[ComparedRecord<'_>]) -> Vec<RecordDisturbance> {
     all.filter(|disturbance| DISTURBANCES.contains(&disturbance.warning.kind)).collect()
 }
 
-/// The chances of tests made together.
 fn chances(probabilities: &[f64]) -> Vec<Chance> {
     let corrected = holm(probabilities);
     probabilities.iter().zip(corrected).map(|(&p, corrected)| Chance { p, corrected }).collect()
@@ -115,8 +111,7 @@ fn onboard(quantity: Quantity, record: &ComparedRecord<'_>) -> Option<Onboard> {
     record.assessment.channels.get(channel)?.onboard
 }
 
-/// Whether averaging and decimation make the same of its white noise in both. Where that
-/// is unknown, they do at the same rate.
+/// Where unknown, averaging and decimation make the same of white noise at the same rate.
 fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
     match (onboard(quantity, a), onboard(quantity, b)) {
         (Some(a), Some(b)) => (a.white_factor() / b.white_factor() - 1.0).abs() < 0.01,

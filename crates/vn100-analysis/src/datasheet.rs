@@ -23,8 +23,7 @@ pub struct Datasheet {
     pub figures: Vec<DatasheetFigure>,
 }
 
-/// What a sensor does to gyroscope and accelerometer before it sends a sample: it averages some of
-/// its refreshes, and sends every so manyth average.
+/// What a sensor does to gyroscope and accelerometer before it sends a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SheetOnboard {
     /// Refreshes per second, above 0.
@@ -42,8 +41,8 @@ pub struct DatasheetFigure {
     pub term: Term,
     /// What is claimed, in SI units.
     pub claim: Claim,
-    /// The figure is the minimum of the Allan deviation, not divided by 0.664: what most sheets
-    /// call bias instability. See [`curve_minimum`].
+    /// The minimum of the Allan deviation, what most sheets call bias instability:
+    /// [`curve_minimum`].
     pub is_minimum: bool,
     /// The figure as printed, such as `typical 0.0035 deg/s/sqrt(Hz)`.
     pub printed: String,
@@ -101,8 +100,8 @@ impl Datasheet {
     /// White noise is compared with the figure times what averaging and decimation on board make of
     /// it. Where these are not known, or the sample rate is assumed, nothing passes and nothing
     /// fails: a window longer than the interval makes white noise read low, and bias instability
-    /// high. Nor do the others where a line was removed, which takes some of them along. Nothing is
-    /// compared where the sensor was moved.
+    /// high. Nor do the others where a line was removed. Nothing is compared where the sensor was
+    /// moved.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
         let of_channel = |channel: &ChannelAssessment| {
@@ -129,9 +128,8 @@ impl Datasheet {
         Verdicts { datasheet: self.name.clone(), note: self.note.clone(), channels }
     }
 
-    /// The noise of a sensor that is as it should be: each parameter in SI units (magnetic field in
-    /// gauss), with B as the model has it, by the lower end of what is typical, or by the limit
-    /// where nothing is.
+    /// Each parameter in SI units (magnetic field in gauss), with B as the model has it, by the
+    /// lower end of what is typical, or by the limit where nothing is.
     #[must_use]
     pub fn typical_noise(&self, sensor: Sensor) -> Vec<(Term, f64)> {
         self.typical_figures(sensor).map(|figure| (figure.term, figure.parameter())).collect()
@@ -146,7 +144,7 @@ impl Datasheet {
         })
     }
 
-    /// What averages and decimates the samples of a sensor, and why that is not known.
+    /// And why that is not known.
     fn window(
         &self,
         sensor: Sensor,
@@ -204,9 +202,9 @@ impl DatasheetFigure {
     }
 }
 
-/// Why not all verdicts on `figure` are a pass, by channel; empty where all are. One of `verdicts`
-/// belongs to each channel of the snapshot's layout. Where the sheet has a limit, what is typical
-/// decides nothing. `None` is a channel without a figure, or one that is not there.
+/// Why not all verdicts on `figure` are a pass, by channel. One of `verdicts` belongs to each
+/// channel of the layout. Where the sheet has a limit, what is typical decides nothing. `None` is a
+/// channel without a figure, or one that is not there.
 #[must_use]
 pub fn not_passed<'a>(
     figure: &NoiseFigure,

@@ -41,15 +41,14 @@ impl Goal {
         !axes.is_empty() && axes.iter().all(|(_, width)| width.is_some_and(|width| width <= self.relative_half_width))
     }
 
-    /// Why no record like this one, however long, meets it: its message does not show the figure.
-    /// `None` where one may, and before there is a message.
+    /// Why no record like this one, however long, shows the figure; `None` before there is a
+    /// message.
     #[must_use]
     pub fn out_of_reach(&self, snapshot: &Snapshot) -> Option<String> {
         self.figure.absent_from(snapshot.layout.as_ref()?)
     }
 
-    /// Names of the axes meant, and half the width of the interval over the value; `None` where the
-    /// figure is not estimated.
+    /// Of the axes meant; `None` where the figure is not estimated.
     #[must_use]
     pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
@@ -77,8 +76,8 @@ pub struct UnmetGoal {
 pub enum WhyUnmet {
     /// The message of the stream does not show the parameter; the reason in words.
     OutOfReach(String),
-    /// The data ended before. For each axis half the width of the interval over the value, `None`
-    /// where the parameter is not estimated; no axis where the stream has no such channel.
+    /// The data ended before. Half-widths by axis, `None` where not estimated; empty without a
+    /// channel.
     EndedBefore(Vec<(String, Option<f64>)>),
 }
 

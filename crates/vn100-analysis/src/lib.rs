@@ -1,9 +1,9 @@
-//! From batches of samples to statistics, and what they say of the sensor. Pure: no task, no
-//! clock, no file.
+//! From batches of samples to statistics, and what they say of the sensor. Pure: no task, no clock,
+//! no file.
 //!
 //! [`Analysis`] takes batches and gives a [`Snapshot`] of all numbers at any time; an
-//! [`Assessment`] is what a snapshot says at one level of confidence: intervals, noise parameters,
-//! disturbances. [`Datasheet`], [`Comparison`], [`Plan`] and [`Goal`] build on both.
+//! [`Assessment`] is what a snapshot says at one level of confidence. [`Datasheet`],
+//! [`Comparison`], [`Plan`] and [`Goal`] build on both.
 
 mod accumulate;
 mod assessment;

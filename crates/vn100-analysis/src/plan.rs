@@ -1,5 +1,4 @@
-//! Before measuring: from what a record shall show to how the sensor is set, and how long it must
-//! rest.
+//! From what a record shall show to how the sensor is set, and how long it must rest.
 
 mod want;
 
@@ -20,8 +19,7 @@ const SOLD_RATE_HZ: u32 = 40;
 /// The fastest line of the sensor.
 const FASTEST: BaudRate = BaudRate::ALL[BaudRate::ALL.len() - 1];
 
-/// Published practice leaves out between so much at the beginning of a record, in seconds; the
-/// maker states no figure that is known here.
+/// Published practice leaves out between so much, in seconds; the maker states no figure.
 const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 
 /// What is fixed before anything is planned.
@@ -48,15 +46,13 @@ pub struct Plan {
     pub line_length: u32,
     /// Output rate.
     pub rate: AsyncRate,
-    /// Values averaged for one that is sent, as many as are taken from one to the next: white noise
-    /// then keeps its density.
+    /// Values averaged for one that is sent, all that are taken: white noise keeps its density.
     pub window: u32,
     /// Baud rate.
     pub baud: BaudRate,
     /// To be excluded at the beginning, in seconds.
     pub warm_up_s: f64,
-    /// Length behind the warm-up for all that is wanted, in seconds, rounded up; `None` where
-    /// something is out of reach.
+    /// Length behind the warm-up in seconds, rounded up; `None` where something is out of reach.
     pub record_s: Option<f64>,
 }
 
@@ -177,8 +173,7 @@ impl PlannedWant {
     }
 }
 
-/// The sensor's own settings where they fit: neither N, which takes seconds, nor long averaging
-/// times need more lines.
+/// The sensor's own settings where they fit: long averaging times do not need more lines.
 fn rate_and_baud(line_length: u32, given: Given) -> Result<(AsyncRate, BaudRate), PlanningError> {
     let load = |rate| LinkLoad::of_lines(line_length, rate);
     let baud_for = |rate: AsyncRate| match given.baud {

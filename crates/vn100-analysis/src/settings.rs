@@ -23,8 +23,7 @@ pub struct Settings {
     pub deviation: Deviation,
     /// Data time excluded at the beginning.
     pub skip: Duration,
-    /// Data time, counted from the first sample, behind which the measurement ends; `None` for all
-    /// there is.
+    /// Data time from the first sample, behind which the measurement ends; `None` for all there is.
     pub duration: Option<Duration>,
     /// Remove a line from each channel before its deviation is taken.
     pub detrend: bool,
@@ -36,14 +35,12 @@ pub struct Settings {
     pub confidence: f64,
     /// Keep the last minutes of every channel, for a screen; no result depends on it.
     pub recent: bool,
-    /// How often watchers get a new snapshot at most, down to a millisecond; no result depends on
-    /// it.
+    /// How often watchers get a new snapshot at most, down to a millisecond.
     pub watch_every: Duration,
 }
 
 impl Default for Settings {
-    /// Allan deviation with sixteen windows per tau, everything included, rate unknown, intervals
-    /// at 95 %, ten snapshots a second.
+    /// Everything included, rate unknown, intervals at 95 %, ten snapshots a second.
     fn default() -> Self {
         Self {
             rate_hz: None,

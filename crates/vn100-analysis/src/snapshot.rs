@@ -20,8 +20,7 @@ pub struct Snapshot {
     pub layout: Option<Arc<Layout>>,
     /// The time base.
     pub timing: Timing,
-    /// What the arrival stamps say; `None` for a stream without stamps. Behind a change of rate,
-    /// what they said until then.
+    /// What the arrival stamps say, until a change of rate; `None` for a stream without stamps.
     pub arrivals: Option<TimebaseSummary>,
     /// Why the stamps of an earlier connection were no time base.
     pub refused_before: Option<Refusal>,
@@ -31,8 +30,7 @@ pub struct Snapshot {
     pub false_rate: Option<FalseRate>,
     /// Samples excluded because they came at another rate for a while, as delayed bytes do.
     pub other_rate_samples: u64,
-    /// The sensor's registers by number, as it last printed them; those only that were asked for
-    /// within the stream.
+    /// The sensor's registers by number, as it last printed them within the stream.
     pub registers: BTreeMap<u8, String>,
     /// What the stream carried, samples or not.
     pub link: StreamCounts,
@@ -52,8 +50,7 @@ pub struct Snapshot {
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.
     pub magnitudes: Vec<Magnitude>,
-    /// What was read from register 54 between the lines: temperature, pressure, and the
-    /// measurements without the sensor's own compensation; empty where it was not read.
+    /// What was read from register 54 between the lines.
     pub register_channels: Vec<RegisterChannel>,
     /// Limits of the result, the gravest first.
     pub warnings: Vec<Warning>,
@@ -73,8 +70,7 @@ impl Snapshot {
         self.layout_channels().iter().zip(&self.channels)
     }
 
-    /// The mean of the first three channels that measure `quantity`, in their unit; `None` where
-    /// there are not so many, or no samples.
+    /// Of the first three channels that measure `quantity`, in their unit.
     #[must_use]
     pub fn mean_vector(&self, quantity: Quantity) -> Option<[f64; 3]> {
         let means: Vec<f64> = (self.measured().filter(|(channel, _)| channel.quantity == quantity).take(3))
@@ -108,16 +104,15 @@ impl Snapshot {
 pub struct Outages {
     /// How often the link was lost.
     pub times: u64,
-    /// Total time it was down, in seconds, from the last row before each loss to the reconnect;
-    /// `None` where the times of the events contradict each other.
+    /// In seconds, from the last row before each loss to the reconnect; `None` where the times of
+    /// the events contradict each other.
     pub down_s: Option<f64>,
     /// Since when it is down, in nanoseconds as the events have it; `None` while it is up.
     pub since_ns: Option<i64>,
 }
 
 impl Outages {
-    /// Takes a link event. A silence is reported some seconds late: the link is down since the
-    /// last row of the stream.
+    /// A silence is reported some seconds late: the link is down since the last row of the stream.
     pub(crate) fn take(&mut self, event: &LinkEvent, last_row_ns: Option<i64>) {
         match event.kind {
             LinkEventKind::Down { .. } if self.since_ns.is_none() => {
@@ -169,8 +164,7 @@ pub struct Timing {
     pub excluded: u64,
     /// Samples known to be missing among those in the statistics.
     pub missing: u64,
-    /// Which evidence most of them were counted by; where none is missing, or as many by each, the
-    /// evidence at the end.
+    /// Which evidence most of them were counted by; where as many by each, the evidence at the end.
     pub missing_from: MissingFrom,
     /// Places where samples are missing.
     pub gaps: u64,
@@ -193,8 +187,7 @@ pub enum MissingFrom {
     Counter,
     /// Arrival times: entirely missing lines are counted too.
     Arrival,
-    /// A rejected row between valid ones counts as one missing sample; entirely missing lines are
-    /// not detected.
+    /// A rejected row between valid ones: dropped lines are not detected.
     #[default]
     RejectedRows,
 }
@@ -245,14 +238,12 @@ pub struct ChannelSnapshot {
     pub octaves: Vec<OctaveSum>,
     /// What kind of noise each of the octaves shows.
     pub noise_types: Vec<Option<PowerLaw>>,
-    /// Slope of the regression line over the record, in counts per sample; `None` for short records
-    /// and behind gaps of unknown length.
+    /// In counts per sample; `None` for short records and behind gaps of unknown length.
     pub slope_counts: Option<f64>,
-    /// Spectrum, blocks and what disturbed the channel; `None` for what was asked for between the
-    /// lines.
+    /// `None` for what was asked for between the lines.
     pub signal: Option<ChannelSignal>,
     /// To be subtracted from mean, minimum and maximum: whole turns, for an angle whose continuous
-    /// series has left the branch from -180 (not included) to 180 degrees; 0 for any other channel.
+    /// series has left the branch from -180 (not included) to 180 degrees; else 0.
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,

@@ -1,5 +1,4 @@
-//! What is known of a source beside its samples, as plain data: a session fills it, reports and
-//! faces read it together with the snapshot and its assessment.
+//! What is known of a source beside its samples: a session fills it, reports and faces read it.
 
 use std::collections::BTreeMap;
 

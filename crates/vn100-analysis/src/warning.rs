@@ -22,8 +22,7 @@ pub enum WarningKind {
     DeviceErrors,
     /// The message carries values corrected by the sensor's own filter.
     CompensatedStream,
-    /// The sensor averages and sends fewer values than it takes: its white noise reads higher, or
-    /// at short tau lower, than it is.
+    /// The sensor averages and decimates: its white noise reads higher, or at short tau lower.
     DecimatedStream,
     /// Another sensor answered in mid-stream.
     AnotherSensor,

@@ -1,15 +1,12 @@
-//! The one place where snapshots of a session are assessed: one assessment per source, shared by
-//! all who look at it; and the goals that end a measurement.
+//! The one place where snapshots of a session are assessed, and the goals that end a measurement.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
 
-/// The assessment of one source, made when it is first looked at and again when the record has
-/// grown by a twentieth: making one costs as much as many seconds of measuring. Clones share it.
-///
-/// Who looks makes it, on its own thread: the measurement never waits for it, and costs nothing
-/// more without a viewer.
+/// The assessment of one source, made by whoever looks first, on its own thread, and again when the
+/// record has grown by a twentieth: making one costs as much as many seconds of measuring, and the
+/// measurement never waits for it. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Assessor {
     confidence: f64,
@@ -23,8 +20,7 @@ impl Assessor {
         Self { confidence, shared: Arc::new(Mutex::new(Assessments::new(confidence))) }
     }
 
-    /// The assessment of this snapshot, or of an earlier one with more than nineteen twentieths of
-    /// its samples.
+    /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
     #[must_use]
     pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
         // one that was left half-made by a panic elsewhere was not kept
@@ -38,17 +34,15 @@ impl Assessor {
     }
 }
 
-/// Looks whether the goals of a measurement are met, or one of them is out of reach: at every
-/// second of data time at first, later whenever the record has grown by a twentieth. Each time the
-/// very snapshot is assessed, so that where the measurement ends depends on the samples alone, and
-/// not on who looked at the shared assessment when.
+/// Looks whether goals are met or out of reach: at every second of data time at first, later
+/// whenever the record has grown by a twentieth. The very snapshot is assessed each time, so that
+/// where the measurement ends depends on the samples alone.
 #[derive(Debug, Default)]
 pub(crate) struct GoalCheck {
     next_second: u64,
 }
 
 impl GoalCheck {
-    /// Whether the measurement is over by its goals.
     pub(crate) fn is_decided(&mut self, analysis: &Analysis, assessor: &Assessor) -> bool {
         let goals = &analysis.settings().until;
         let second = analysis.seconds();

@@ -1,4 +1,3 @@
-//! What a session can be asked to do while it measures.
 
 /// A command to a session. Those for a playback have no effect on a live source.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,8 +16,7 @@ pub enum Command {
     Faster,
     /// The next lower speed of the playback.
     Slower,
-    /// Continue the playback at this part of the capture, 0 to 1. Numbers outside count as the
-    /// nearer end.
+    /// Continue the playback at this part of the capture, 0 to 1; else at the nearer end.
     GoTo(f64),
 }
 
@@ -27,8 +25,7 @@ pub enum Command {
 pub enum CommandRefusal {
     /// The samples of the capture are not counted yet, or cannot be.
     NotCounted,
-    /// The capture was replayed to its end: nothing more comes, only an earlier place can be
-    /// replayed.
+    /// The capture was replayed to its end: only an earlier place can be replayed.
     AtEnd,
     /// The measurement is over.
     Over,

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-/// Data time excluded by command.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Excluded {
     /// Until the measurement was last started over.
@@ -14,13 +13,12 @@ pub(crate) struct Excluded {
 }
 
 impl Excluded {
-    /// Everything since the measurement began or was started over is warm-up.
     pub(crate) fn end_warm_up(&mut self, so_far: Duration) {
         self.warm_up = so_far;
     }
 
-    /// Everything is excluded, and data time begins anew. Whether the warm-up must be ended again:
-    /// a skip that was carried would count once more from here.
+    /// Everything is excluded. Whether the warm-up must be ended again: a skip that was carried
+    /// would count once more from here.
     #[must_use]
     pub(crate) fn start_over(&mut self, so_far: Duration) -> bool {
         self.before = self.before.saturating_add(so_far);
@@ -28,8 +26,8 @@ impl Excluded {
         self.is_carried
     }
 
-    /// The same for another measurement from the beginning of the record, which is to come as far
-    /// as `place` of data time. What reaches behind that place is dropped.
+    /// For another measurement from the beginning of the record, as far as `place` of data time;
+    /// what reaches behind that place is dropped.
     pub(crate) fn carried_to(self, place: Duration) -> Self {
         let total = self.total();
         if total.is_zero() || total > place {

@@ -1,5 +1,5 @@
-//! The session of a live sensor, in order: the recording is begun, the sensor set as asked and
-//! measured, the recording ended, the sensor set back.
+//! The session of a live sensor: the recording is begun, the sensor set and measured, the recording
+//! ended, the sensor set back.
 
 use std::{collections::BTreeMap, error::Error};
 
@@ -26,8 +26,7 @@ use crate::{
 pub struct LiveSpec {
     /// Its name in results.
     pub name: String,
-    /// Its form, as documents name it: `serial`, `tcp`, `sim` or `stdin`; `None` while it is not
-    /// known.
+    /// `serial`, `tcp`, `sim` or `stdin`; `None` while it is not known.
     pub kind: Option<&'static str>,
     /// The source; an error ends the session at once.
     pub source: Result<LiveSource, Box<dyn Error + Send + Sync>>,
@@ -139,8 +138,8 @@ async fn measure_and_record(
     SessionResult { recording: Some(state), unrecorded_bytes, ..result }
 }
 
-/// Waits until a link whose events are not taken any more has closed its port: whether an output
-/// that was found paused is so again.
+/// Waits until a link whose events are not taken has closed its port: whether an output that was
+/// found paused is so again.
 async fn closed(link: &LinkHandle) -> Option<bool> {
     // a link that is gone has no state any more
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {

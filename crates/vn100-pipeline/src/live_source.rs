@@ -1,4 +1,3 @@
-//! A live source: opened to be measured, or for a few commands.
 
 use std::{
     future::Future,
@@ -73,7 +72,6 @@ pub enum LiveError {
     LinkTask(#[from] task::JoinError),
 }
 
-/// How a source is opened to be measured.
 pub(crate) struct MeasureLink {
     pub(crate) read: ReadOptions,
     pub(crate) temperature: bool,
@@ -154,8 +152,7 @@ impl LiveSource {
         }
     }
 
-    /// Begins to open it for measuring; what comes of that, the events say. The link is `None` for
-    /// a stream.
+    /// What comes of that, the events say. The link is `None` for a stream.
     pub(crate) fn open(
         &self,
         measured: MeasureLink,

@@ -55,8 +55,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Reports an event. Where the last 64 of them are not taken it is dropped: events change no
-    /// result.
+    /// Dropped where the last 64 are not taken: events change no result.
     pub(crate) fn report(&self, event: SessionEvent) {
         let _ = self.events.try_send(event);
     }
@@ -72,7 +71,6 @@ impl Channels {
     }
 }
 
-/// What is measured, and how.
 pub(crate) struct Measurement {
     pub(crate) events: mpsc::Receiver<Event>,
     pub(crate) settings: Settings,
@@ -81,7 +79,6 @@ pub(crate) struct Measurement {
     pub(crate) origin: Origin,
 }
 
-/// What differs by the kind of source.
 pub(crate) enum Origin {
     /// Its stream is watched; its end follows the stop.
     Live { link: Option<LinkHandle>, recording: Option<watch::Receiver<RecordingState>> },
@@ -93,7 +90,6 @@ pub(crate) enum Origin {
     Events,
 }
 
-/// What a measurement came to.
 pub(crate) enum MeasurementEnd {
     Ended(Ending),
     /// The capture is to be replayed again from its start.
@@ -110,7 +106,6 @@ pub(crate) struct Ending {
     pub(crate) excluded: Excluded,
 }
 
-/// Measures until the source or the session ends.
 pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
     let Measurement { mut events, settings, excluded, origin } = measurement;
     let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
@@ -171,8 +166,7 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     }
 }
 
-/// The next event when it is due. Dropping the future loses nothing: what was received waits in
-/// `held`.
+/// Dropping the future loses nothing: what was received waits in `held`.
 async fn next_due(events: &mut mpsc::Receiver<Event>, held: &mut Option<Event>, pace: Option<&Pace>) -> Option<Event> {
     let Some(pace) = pace else { return events.recv().await };
     if held.is_none() {
@@ -208,7 +202,6 @@ fn show_recording(recording: &mut Option<watch::Receiver<RecordingState>>, chann
     }
 }
 
-/// The measurement of one source.
 struct Measuring {
     analysis: Analysis,
     assessor: Assessor,
@@ -362,7 +355,6 @@ impl Measuring {
         self.pace.is_some() || channels.state.receiver_count() > 0
     }
 
-    /// Publishes the results so far.
     fn publish(&mut self, channels: &Channels) {
         self.has_changed = false;
         let snapshot = Arc::new(self.analysis.snapshot());
@@ -398,7 +390,6 @@ impl Measuring {
         }
     }
 
-    /// Looks whether the stream is still the one that is measured.
     fn watch(&mut self, channels: &Channels) {
         let Some(watchdog) = &mut self.watchdog else { return };
         let state = channels.state.borrow().clone();

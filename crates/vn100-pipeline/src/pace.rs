@@ -1,5 +1,4 @@
-//! When the next sample of a paced replay is due: at the pace of the sensor or another, at once, or
-//! not while it is paused. Pure: the time is an argument.
+//! When the next sample of a paced replay is due. Pure: the time is an argument.
 
 use std::time::Duration;
 
@@ -7,8 +6,7 @@ use tokio::time::Instant;
 
 use crate::command::Command;
 
-/// Speeds of replay that commands step through, in seconds of data a second; behind the last one it
-/// is as fast as the machine can.
+/// In seconds of data a second; behind the last one it is as fast as the machine can.
 const STEPS: [f64; 10] = [0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// How fast a capture is replayed.
@@ -57,12 +55,10 @@ pub struct Playback {
     pub speed: Speed,
     /// Whether it is paused.
     pub paused: bool,
-    /// Whether nothing more comes: the capture was replayed to its end, or as much of it as was to
-    /// be measured.
+    /// The capture, or as much of it as was to be measured, was replayed to its end.
     pub at_end: bool,
 }
 
-/// How a paced replay begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PaceStart {
     pub(crate) speed: Speed,
@@ -71,7 +67,6 @@ pub(crate) struct PaceStart {
     pub(crate) run_to: u64,
 }
 
-/// The pace of a replay.
 #[derive(Debug)]
 pub(crate) struct Pace {
     rate_hz: f64,
@@ -118,7 +113,6 @@ impl Pace {
         }
     }
 
-    /// So many samples have passed.
     pub(crate) fn advance(&mut self, samples: u64, now: Instant) {
         self.samples += samples;
         if self.samples <= self.run_to {
@@ -147,18 +141,16 @@ impl Pace {
         self.since = (now, self.samples);
     }
 
-    /// A replay from the beginning to an earlier place, `samples` from the start. Who looks back
-    /// from the end wants to see that place, and not the end again.
+    /// To an earlier place, `samples` from the start: who looks back from the end wants to see that
+    /// place, and not the end again.
     pub(crate) fn back_to(&self, samples: u64) -> PaceStart {
         PaceStart { speed: self.speed, paused: self.paused || self.at_end, run_to: samples }
     }
 
-    /// Nothing more comes.
     pub(crate) fn end(&mut self) {
         self.at_end = true;
     }
 
-    /// The samples come at another rate than was assumed.
     pub(crate) fn set_rate(&mut self, rate_hz: f64, now: Instant) {
         if rate_hz != self.rate_hz {
             self.rate_hz = rate_hz;

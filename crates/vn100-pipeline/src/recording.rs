@@ -1,5 +1,3 @@
-//! The recording of a session: begun before anything is changed on the sensor, ended with the
-//! reason.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
@@ -14,7 +12,7 @@ pub struct RecordingSpec {
     /// Whether to append to an existing recording, after a break; else the file must be new.
     pub resume: bool,
     /// What to write behind the reason of the end where this data time was excluded by command: the
-    /// recording has all samples, and its replay is to exclude the same.
+    /// replay is to exclude the same.
     pub excluded_note: fn(Duration) -> String,
 }
 
@@ -27,8 +25,8 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
-    /// Ends it. A new recording in which nothing came is removed: it would only stand in the way of
-    /// the next attempt.
+    /// A new recording in which nothing came is removed: it would stand in the way of the next
+    /// attempt.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
         let state = match excluded {
             Duration::ZERO => recorder.finish(reason).await,

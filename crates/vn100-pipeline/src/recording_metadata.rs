@@ -1,6 +1,5 @@
-//! What a recording keeps beside the bytes: the conditions of the measurement, as the user wrote
-//! them down, and when it was to end. A replay ends there too, and so equals the measurement: a
-//! line more may have come by the time that was over.
+//! What a recording keeps beside the bytes: the conditions of the measurement, and when it was to
+//! end. A replay ends there too: a line more may have come by the time that was over.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +12,12 @@ const DURATION: &str = "measured.duration";
 /// The goals that were to end it, with semicolons between them.
 const UNTIL: &str = "measured.until";
 
-/// Whether a name in the metadata of a recording is the program's own, and not one of the user's
-/// conditions.
+/// Whether a name is the program's own, and not one of the user's conditions.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
     [DURATION, UNTIL].contains(&name)
 }
 
-/// The metadata of a recording: the conditions, and when the measurement is to end.
 pub(crate) fn metadata(conditions: &BTreeMap<String, String>, settings: &Settings) -> BTreeMap<String, String> {
     let mut all = conditions.clone();
     let duration = settings.duration.map(|duration| humantime::format_duration(duration).to_string());
@@ -32,7 +29,6 @@ pub(crate) fn metadata(conditions: &BTreeMap<String, String>, settings: &Setting
     all
 }
 
-/// The user's conditions in a recording; `None` where there are none.
 pub(crate) fn conditions(recorded: &Recorded) -> Option<BTreeMap<String, String>> {
     let users = recorded.metadata.iter().filter(|(name, _)| !is_reserved(name));
     let users: BTreeMap<_, _> = users.map(|(name, value)| (name.clone(), value.clone())).collect();

@@ -1,5 +1,4 @@
-//! The session of a capture: opened, measured, and for a paced replay opened again whenever it goes
-//! back.
+//! The session of a capture, opened again whenever a paced replay goes back.
 
 use std::{
     io,
@@ -61,7 +60,6 @@ fn open_capture(path: &Path, columns: Option<&ColumnMap>) -> Result<Capture, Ope
     if path == Path::new("-") { Capture::from_reader(io::stdin(), columns) } else { Capture::open(path, columns) }
 }
 
-/// The form of a capture, as documents name it.
 fn kind(capture: &Capture, name: &str) -> &'static str {
     match capture.format {
         _ if name == "-" => "stdin",
@@ -156,8 +154,7 @@ async fn measure_capture(
     }
 }
 
-/// Counts the samples of a capture, for the place of its replay. What cannot be read twice is not
-/// counted.
+/// For the place of its replay. What cannot be read twice is not counted.
 async fn count_samples(spec: ReplaySpec, state: watch::Sender<SourceState>, stop: CancellationToken) {
     if spec.path == Path::new("-") {
         return;

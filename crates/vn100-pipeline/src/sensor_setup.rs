@@ -1,4 +1,3 @@
-//! What is changed on a sensor before it is measured, and set back behind it.
 
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
@@ -32,11 +31,9 @@ pub enum SetupError {
     },
 }
 
-/// A sensor as it was set for its measurement.
 #[derive(Default)]
 pub(crate) struct SensorSetup {
     changes: Vec<Change>,
-    /// Of the sensor that was changed, where it has one.
     serial: Option<String>,
     /// Whether its output was found paused.
     was_paused: bool,
@@ -45,8 +42,7 @@ pub(crate) struct SensorSetup {
 }
 
 impl SensorSetup {
-    /// Sets the sensor as asked. A stop is the end of the data and no error: nothing is changed
-    /// then, or left to be undone.
+    /// A stop is the end of the data and no error: nothing is changed then, or left to be undone.
     pub(crate) async fn new(
         source: &LiveSource,
         settings: Option<OutputSettings>,
@@ -79,12 +75,11 @@ impl SensorSetup {
         }
     }
 
-    /// What is to be reapplied after a reconnect.
     pub(crate) fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// Sets the sensor as it was before: whether it is.
+    /// Whether the sensor is as it was before.
     pub(crate) async fn undo(self, source: &LiveSource, known_serial: Option<&str>, channels: &Channels) -> bool {
         let Self { changes, serial, was_paused, may_be_paused } = self;
         if changes.is_empty() && !was_paused && !may_be_paused {
@@ -121,7 +116,7 @@ async fn serial(link: &LinkHandle) -> Option<String> {
     contents.ok().flatten().map(|contents| contents.fields.to_string())
 }
 
-/// Sets back what was changed on the sensor of that serial number; another one is left as it is.
+/// Another sensor is left as it is.
 async fn restore_same(link: &LinkHandle, changes: &[Change], known: Option<&str>) -> Result<(), SetupError> {
     if let (Some(known), Some(now)) = (known, serial(link).await)
         && now != known

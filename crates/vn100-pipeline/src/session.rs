@@ -41,8 +41,8 @@ pub struct Session {
     pub commands: mpsc::Sender<Command>,
     /// What happens beside the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
-    /// The state at every second of data time; closed from the start where these were not asked
-    /// for. Taken too late they hold back the measurement.
+    /// The state at every second of data time, where asked for. Taken too late they hold back the
+    /// measurement.
     pub seconds: mpsc::Receiver<SourceState>,
     /// The result. It fails only by a fault of the program.
     pub result: JoinHandle<SessionResult>,
@@ -133,14 +133,12 @@ pub(crate) fn open(
 }
 
 impl Channels {
-    /// The session is over with this result.
     pub(crate) fn end(&self, result: SessionResult) -> SessionResult {
         self.stage(Stage::Ended(Arc::clone(&result.end)));
         result
     }
 }
 
-/// The result of a measurement that ended.
 pub(crate) fn result(ending: Ending, goals: &[Goal], channels: &Channels) -> SessionResult {
     let Ending { snapshot, reason, csv, excluded } = ending;
     let state = channels.state.borrow();
@@ -165,8 +163,7 @@ pub(crate) fn not_started(error: impl Into<StartError>, channels: &Channels) -> 
     result(Ending { snapshot, reason, csv: None, excluded }, &[], channels)
 }
 
-/// How the bytes are read so that a result that ends between two reads is the same however they
-/// were cut.
+/// So that a result that ends between two reads is the same however they were cut.
 pub(crate) fn read_options(read: ReadOptions, settings: &Settings) -> ReadOptions {
     let ends_between = settings.duration.is_some() || !settings.until.is_empty();
     ReadOptions { line_by_line: read.line_by_line || ends_between, ..read }

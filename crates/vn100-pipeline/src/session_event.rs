@@ -6,8 +6,7 @@ use vn100_driver::{Change, Configured};
 
 use crate::{command::CommandRefusal, sensor_setup::SetupError, watchdog::RateEvent};
 
-/// Something that happened in a session. What it changes in the result, the
-/// [state](crate::SourceState) says.
+/// Something that happened in a session; the result of it is in the [state](crate::SourceState).
 #[derive(Debug)]
 pub enum SessionEvent {
     /// The sensor was set as asked before it is measured.
@@ -49,8 +48,8 @@ pub enum SessionEvent {
         /// Data time at the beginning.
         first: Duration,
     },
-    /// Nothing is excluded by command any more: the capture is replayed again to a place before the
-    /// end of what was.
+    /// Nothing is excluded by command: the capture is replayed to a place before the end of what
+    /// was.
     NoLongerExcluded {
         /// Data time until where it was.
         until: Duration,

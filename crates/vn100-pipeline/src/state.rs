@@ -1,4 +1,3 @@
-//! The one published state of a session: what a view, a page or a heartbeat shows of a source.
 
 use std::sync::Arc;
 
@@ -71,8 +70,8 @@ impl SourceState {
         &self.source.name
     }
 
-    /// The assessment of the source, as all who look share it: see [`Assessor::latest`]. Takes
-    /// milliseconds where it is due to be made anew.
+    /// The assessment of the source, shared: see [`Assessor::latest`]. Making it anew takes
+    /// milliseconds.
     #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)
@@ -84,16 +83,14 @@ impl SourceState {
         self.assessor.clone()
     }
 
-    /// All that is known of the source beside its samples. The error is `None`: it is for the face
-    /// to put into words.
+    /// The error is `None`: it is for the face to put into words.
     #[must_use]
     pub fn facts(&self) -> SourceFacts {
         let ended = matches!(self.stage, Stage::Ended(_));
         self.facts_at(ended)
     }
 
-    /// The same, where how a replayed recording ended counts only once that was reached: it is read
-    /// ahead.
+    /// How a replayed recording ended is read ahead, and counts only once that was reached.
     pub(crate) fn facts_at(&self, ended: bool) -> SourceFacts {
         SourceFacts {
             recording: self.recorded.as_ref().map(|recorded| recording_facts(recorded, ended)),

@@ -1,5 +1,5 @@
-//! Detects a live sensor that is connected and sends no measurement any more, or not the message
-//! that is measured, or that at another rate. Pure: the time is an argument.
+//! Detects a live sensor that sends no measurement any more, or not the message that is measured,
+//! or that at another rate. Pure: the time is an argument.
 
 use std::time::Duration;
 
@@ -8,11 +8,10 @@ use vn100_analysis::{RateChange, Snapshot};
 
 use crate::end_reason::EndReason;
 
-/// A sensor that is connected and sends no measurement in this time, or none at its rate, will send
-/// none: it was set to something else. A burst of bytes that were held back on the way is shorter.
+/// A sensor that sends no measurement in this time, or none at its rate, was set to something else.
+/// A burst of bytes that were held back on the way is shorter.
 pub const NO_MEASUREMENT_AFTER: Duration = Duration::from_secs(4);
 
-/// What came of one source, and since when only other things have come.
 #[derive(Debug, Default)]
 pub(crate) struct StreamWatchdog {
     samples: u64,
@@ -62,10 +61,9 @@ impl StreamEnd {
 }
 
 impl StreamWatchdog {
-    /// How often the stream is worth a look.
     pub(crate) const PERIOD: Duration = Duration::from_millis(500);
 
-    /// That the rate has changed, or is again what it was; each change once.
+    /// Each change once.
     pub(crate) fn rate_event(&mut self, snapshot: &Snapshot) -> Option<RateEvent> {
         let reported = self.other_rate.as_ref().map(|other| other.change);
         self.other_rate = match (snapshot.rate_change, self.other_rate.take()) {
@@ -80,7 +78,7 @@ impl StreamWatchdog {
     }
 
     /// Whether no measurement has come for [`NO_MEASUREMENT_AFTER`] although the sensor sends, or
-    /// none at the rate of the record. The time in which the link is not up does not count.
+    /// none at the rate of the record. Time in which the link is not up does not count.
     pub(crate) fn stream_end(&mut self, snapshot: &Snapshot, is_up: bool, now: Instant) -> Option<StreamEnd> {
         let (other_messages, other_rate) =
             (self.is_all_other_messages(snapshot, is_up, now), self.is_at_other_rate(snapshot, is_up, now));

@@ -10,11 +10,9 @@ use super::{
 };
 use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::StreamFindings};
 
-/// Rows of at least so many channels never repeat while a sensor works; a few coarse channels do by
-/// chance.
+/// Rows of so many channels never repeat while a sensor works; a few coarse ones do by chance.
 const MIN_CHANNELS_OF_REPEATS: usize = 9;
 
-/// Accumulates rows into channels.
 #[derive(Debug)]
 pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
@@ -33,7 +31,6 @@ pub(crate) struct Accumulators {
 }
 
 impl Accumulators {
-    /// No channels yet.
     pub(crate) fn new() -> Self {
         Self {
             layout: None,
@@ -49,7 +46,7 @@ impl Accumulators {
         }
     }
 
-    /// Begins the channels of this message, or begins them anew.
+    /// Begins the channels of this message anew.
     pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
         let plan = SpectrumPlan::new();
         self.channels = layout.channels.iter().map(|channel| ChannelState::new(channel, settings, &plan)).collect();
@@ -64,8 +61,7 @@ impl Accumulators {
         self.channels.len()
     }
 
-    /// Adds frame-major rows, the first of them with this absolute index, without a gap between
-    /// them.
+    /// Frame-major rows without a gap between them, the first with this absolute index.
     pub(crate) fn push(&mut self, counts: &[i32], first_index: u64, rate_hz: f64, keep_recent: bool) {
         let width = self.width();
         let counts = match &mut self.quaternion {
@@ -96,8 +92,7 @@ impl Accumulators {
         self.channels.iter_mut().for_each(|channel| channel.gap(missing));
     }
 
-    /// Takes how the sensor prints from here on; whether that changed. Values of another resolution
-    /// are not comparable at the level of the last digit.
+    /// Whether that is a change: values of another resolution are not comparable in the last digit.
     pub(crate) fn set_print_format(&mut self, format: PrintFormat) -> bool {
         if format != PrintFormat::Current {
             self.coarsest = format;
@@ -107,12 +102,11 @@ impl Accumulators {
         has_changed
     }
 
-    /// The channels, with octaves of this shape.
     pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
         self.states().map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), shape)).collect()
     }
 
-    /// The last minutes, if they are at this rate.
+    /// `None` if they are at another rate.
     pub(crate) fn recent(&self, rate_hz: f64) -> Option<Recent> {
         self.recent.as_ref().filter(|recent| recent.rate_hz() == rate_hz).cloned()
     }

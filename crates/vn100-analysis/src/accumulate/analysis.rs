@@ -15,8 +15,7 @@ use crate::{
 /// Pending rows of less time do not show their rate where they come bunched.
 const MIN_PENDING: Duration = Duration::from_secs(1);
 
-/// One stream's statistics, growing batch by batch. How the stream was cut into batches changes
-/// nothing.
+/// One stream's statistics, the same however it was cut into batches.
 #[derive(Debug)]
 pub struct Analysis {
     record: DataRecord,
@@ -24,7 +23,6 @@ pub struct Analysis {
     pending: Option<PendingRows>,
     link: StreamCounts,
     outages: Outages,
-    /// When the last row came.
     last_row_ns: Option<i64>,
 }
 
@@ -70,8 +68,8 @@ impl Analysis {
         }
     }
 
-    /// Takes an event of the link. How many samples are dropped while it is down is unknown: no
-    /// window spans that, and arrival times start anew.
+    /// How many samples are dropped while the link is down is unknown: no window spans that, and
+    /// arrival times start anew.
     pub fn take_link_event(&mut self, event: &LinkEvent) {
         // each row is before one outage
         self.outages.take(event, self.last_row_ns.take());
@@ -101,7 +99,7 @@ impl Analysis {
     }
 
     /// Whether all the data time asked for has passed: by the samples, and by the stamps of rows
-    /// that are pending because their rate is not known. For these [`finish`](Self::finish)
+    /// that are pending because their rate is not known; for these [`finish`](Self::finish)
     /// decides.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -115,17 +113,15 @@ impl Analysis {
         self.record.span.seconds(self.record.rate.hz())
     }
 
-    /// Excludes all data so far as warm-up and gives its data time: the results are those of a
-    /// measurement with that [`skip`](Settings::skip).
+    /// Excludes all data so far as warm-up, as [`skip`](Settings::skip) does; gives its data time.
     pub fn end_warm_up(&mut self) -> Duration {
         let so_far = self.record.span.data_time(self.record.rate.hz());
         self.record.end_warm_up();
         so_far
     }
 
-    /// Begins anew: data time, and what was asked for in it, counts from here. What the link
-    /// carried still counts, and the samples so far are excluded. Gives the data time that has
-    /// passed.
+    /// Begins anew: data time, and what was asked for in it, counts from here; the samples so far
+    /// are excluded. What the link carried still counts. Gives the data time that has passed.
     pub fn start_over(&mut self) -> Duration {
         let so_far = self.record.span.data_time(self.record.rate.hz());
         self.record.start_over();

@@ -5,7 +5,6 @@ use vn100_protocol::{Channel, Quantity};
 
 use crate::{settings::Settings, snapshot::ChannelSnapshot};
 
-/// What is kept of one channel.
 #[derive(Debug)]
 pub(crate) struct ChannelState {
     accumulator: ChannelAccumulator,
@@ -79,8 +78,7 @@ impl ChannelState {
     }
 }
 
-/// The counts of a full turn, for an angle; `None` too where they are more than a count can hold,
-/// and no angle can wrap.
+/// Of an angle; `None` too where they are more than a count can hold, and no angle can wrap.
 fn turn_counts(channel: &Channel) -> Option<i32> {
     let counts = (360.0 / channel.scale * 10_f64.powi(channel.decimals.into())).round();
     (channel.quantity == Quantity::Angle && counts < f64::from(i32::MAX)).then_some(counts as i32)

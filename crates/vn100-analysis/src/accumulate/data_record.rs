@@ -1,4 +1,4 @@
-//! One record: rows, gaps and replies of a stream, in their order, to sums.
+//! One record: rows, gaps and replies of a stream to sums.
 
 use std::{sync::Arc, time::Duration};
 
@@ -105,8 +105,8 @@ impl DataRecord {
         }
     }
 
-    /// Takes a reply of the sensor; `now` summarises the arrival times of the present connection.
-    /// What the rate that it reports means is for [`apply`](Self::apply), too.
+    /// `now` summarises the arrival times of the present connection. What a reported rate means is
+    /// for [`apply`](Self::apply), too.
     pub(crate) fn push_reply(
         &mut self,
         reply: &RegisterReply,
@@ -120,7 +120,6 @@ impl DataRecord {
         }
     }
 
-    /// Carries out what a decision on the rate means for the samples so far.
     pub(crate) fn apply(&mut self, effect: RateEffect) {
         match effect {
             RateEffect::None | RateEffect::Known(_) => {}
@@ -138,7 +137,7 @@ impl DataRecord {
         }
     }
 
-    /// The link is lost; `ended` summarises its arrival times.
+    /// `ended` summarises the arrival times.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.rate.is_excluding() {
             self.replies.mark_break(self.span.samples);
@@ -150,7 +149,6 @@ impl DataRecord {
         }
     }
 
-    /// Leaves out all samples so far as warm-up.
     pub(crate) fn end_warm_up(&mut self) {
         self.span.end_warm_up(self.rate.hz());
         self.discard();

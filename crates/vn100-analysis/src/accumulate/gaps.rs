@@ -4,11 +4,10 @@ use std::cmp::Ordering;
 
 use crate::snapshot::MissingFrom;
 
-/// Counts gaps. A rejected row between good ones is one missing sample, unless a gap detector sees
-/// dropped rows too: it would count that one twice.
+/// A rejected row between good ones is one missing sample, unless a gap detector sees dropped rows
+/// too: it would count that one twice.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gaps {
-    /// Samples missing, and the places where they are.
     pub(super) missing: u64,
     pub(super) gaps: u64,
     /// Of the missing, those counted by rejected rows.
@@ -26,7 +25,6 @@ impl Gaps {
         self.pending_rejected += u64::from(!self.detector_decides);
     }
 
-    /// The rejected rows before the next good one.
     pub(crate) fn take_rejected(&mut self) -> u64 {
         std::mem::take(&mut self.pending_rejected)
     }
@@ -36,19 +34,17 @@ impl Gaps {
         self.pending_rejected = 0;
     }
 
-    /// Counts a gap of so many samples; none for 0.
     pub(crate) fn count(&mut self, missing: u64, by_rejected: bool) {
         self.missing += missing;
         self.gaps += u64::from(missing > 0);
         self.by_rejected += if by_rejected { missing } else { 0 };
     }
 
-    /// A counter decides from here on.
     pub(crate) fn use_counter(&mut self) {
         (self.from, self.detector_decides) = (MissingFrom::Counter, true);
     }
 
-    /// Arrival times decide from here on, unless a counter has.
+    /// Unless a counter has decided.
     pub(crate) fn use_arrivals(&mut self) {
         if self.from != MissingFrom::Counter {
             self.from = MissingFrom::Arrival;
@@ -56,7 +52,7 @@ impl Gaps {
         self.detector_decides = true;
     }
 
-    /// Arrival times are refused; the evidence is not that of the record where rows are `excluded`.
+    /// The evidence is not that of the record where rows are `excluded`.
     pub(crate) fn refuse_arrivals(&mut self, excluded: bool) {
         self.detector_decides = self.from == MissingFrom::Counter;
         if !self.detector_decides && !excluded {
@@ -64,18 +60,15 @@ impl Gaps {
         }
     }
 
-    /// The detector's stream is over.
     pub(crate) fn end_detection(&mut self) {
         self.detector_decides = false;
     }
 
-    /// Excludes the gaps so far.
     pub(crate) fn discard(&mut self) {
         (self.missing, self.gaps, self.by_rejected) = (0, 0, 0);
     }
 
-    /// What most of the missing were counted by; where none was, or as many by each, what counts
-    /// now.
+    /// Where as many were counted by each, what counts now.
     pub(crate) fn missing_from(&self) -> MissingFrom {
         let by_detector = self.missing - self.by_rejected;
         match (self.from, by_detector.cmp(&self.by_rejected)) {

@@ -1,5 +1,4 @@
-//! Polled measurements: uncompensated acceleration, rates and field, temperature and pressure, by
-//! reads of register 54 between the samples.
+//! Polled measurements: register 54, read between the samples.
 
 use imu_noise::{Histogram, Moments};
 use vn100_protocol::stream::RegisterReply as Reply;
@@ -7,8 +6,7 @@ use vn100_protocol::{Channel, Quantity, Register, RegisterContents, RegisterFiel
 
 use crate::snapshot::{ChannelSnapshot, RegisterChannel};
 
-/// Statistics of the replies to reads of register 54. They are too few, and too unevenly spaced,
-/// for a deviation.
+/// Too few replies, and too unevenly spaced, for a deviation.
 #[derive(Debug, Clone)]
 pub(crate) struct ImuRegister {
     channels: Vec<(Moments, Histogram)>,
@@ -21,7 +19,6 @@ impl Default for ImuRegister {
 }
 
 impl ImuRegister {
-    /// Takes a reply, if it is of that register and well formed.
     pub(crate) fn push(&mut self, reply: &Reply) {
         let Some(sample) = measurement(reply) else {
             return;
@@ -32,7 +29,6 @@ impl ImuRegister {
         }
     }
 
-    /// The channels; none without a reply.
     pub(crate) fn snapshot(&self) -> Vec<RegisterChannel> {
         (VNIMU.channels.iter().zip(&self.channels))
             .filter(|(_, (moments, _))| moments.count() > 0)

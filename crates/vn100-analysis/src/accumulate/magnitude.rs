@@ -26,7 +26,7 @@ pub struct Magnitude {
 }
 
 impl Magnitude {
-    /// One for every three neighbouring channels of one sensor with the same decimals and scale.
+    /// For every three neighbouring channels of one sensor with the same decimals and scale.
     pub(crate) fn all(layout: &Layout) -> Vec<Self> {
         let vectors = layout.channels.windows(3).enumerate().filter_map(|(first, axes)| {
             let [x, y, z] = axes else { return None };

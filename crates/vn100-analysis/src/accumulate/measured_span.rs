@@ -6,7 +6,6 @@ use std::{ops::Range, time::Duration};
 /// count: behind the warm-up, and before the end that the user asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredSpan {
-    /// Data time excluded at the start.
     pub(super) skip: Duration,
     duration: Option<Duration>,
     /// Absolute index of the next sample, dropped ones counted.
@@ -25,8 +24,8 @@ impl MeasuredSpan {
         Self { skip, duration, index: 0, samples: 0, excluded: 0, segments: 0, in_segment: false }
     }
 
-    /// Adds rows without a gap between them. Gives those that count and the index of the first of
-    /// them; `None` if none does, as when `exclude` is set.
+    /// Gives the rows that count and the index of the first; `None` if none does, as with
+    /// `exclude`.
     pub(crate) fn push(&mut self, rows: usize, rate_hz: f64, exclude: bool) -> Option<(Range<usize>, u64)> {
         let rows_until = |index: u64| rows.min(usize::try_from(index.saturating_sub(self.index)).unwrap_or(usize::MAX));
         let end = if exclude { 0 } else { rows_until(self.end(rate_hz)) };
@@ -44,8 +43,8 @@ impl MeasuredSpan {
         Some((skipped..end, first))
     }
 
-    /// Samples are missing before the next row. Gives how many of them count: none before the first
-    /// sample that does, behind the end, or where `exclude` is set.
+    /// Gives how many missing samples count: none before the first sample that does, behind the
+    /// end, or where `exclude` is set.
     pub(crate) fn gap(&mut self, missing: u64, rate_hz: f64, exclude: bool) -> u64 {
         if self.index == 0 {
             return 0;
@@ -59,35 +58,30 @@ impl MeasuredSpan {
         counted
     }
 
-    /// The next sample begins another segment.
     pub(crate) fn break_segment(&mut self) {
         self.in_segment = false;
     }
 
-    /// Data time so far was counted at another rate.
     pub(crate) fn rescale(&mut self, from_hz: f64, to_hz: f64) {
         self.index = (self.index as f64 / from_hz * to_hz).round() as u64;
     }
 
-    /// Excludes the samples so far.
     pub(crate) fn discard(&mut self) {
         self.excluded += self.samples;
         (self.samples, self.segments, self.in_segment) = (0, 0, false);
     }
 
-    /// Everything so far was warm-up.
     pub(crate) fn end_warm_up(&mut self, rate_hz: f64) {
         self.skip = self.data_time(rate_hz);
         self.discard();
     }
 
-    /// Data time, and what was asked for in it, begins here.
     pub(crate) fn start_over(&mut self, skip: Duration) {
         self.discard();
         (self.skip, self.index) = (skip, 0);
     }
 
-    /// Whether the data time asked for has passed; `pending` comes on top of it.
+    /// `pending` data time comes on top.
     pub(crate) fn is_complete(&self, rate_hz: f64, pending: Duration) -> bool {
         let is_passed = self.index > 0 && self.index >= self.end(rate_hz);
         let is_asked_for = |duration| self.data_time(rate_hz).saturating_add(pending) >= duration;
@@ -98,18 +92,15 @@ impl MeasuredSpan {
         Duration::try_from_secs_f64(self.index as f64 / rate_hz).unwrap_or(Duration::MAX)
     }
 
-    /// Whole seconds of data time.
     pub(crate) fn seconds(&self, rate_hz: f64) -> u64 {
         (self.index as f64 / rate_hz) as u64
     }
 
-    /// Index behind the last sample asked for.
     fn end(&self, rate_hz: f64) -> u64 {
         self.duration.map_or(u64::MAX, |duration| samples_in(duration, rate_hz))
     }
 }
 
-/// The index of the first sample at or behind this data time.
 fn samples_in(time: Duration, rate_hz: f64) -> u64 {
     // what a product of doubles adds to a whole number is no sample
     const ROUNDING: f64 = 1e-6;

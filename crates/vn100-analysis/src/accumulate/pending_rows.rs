@@ -1,5 +1,4 @@
-//! Rows with arrival stamps or counters, held until it is certain whether any are missing before
-//! them.
+//! Rows with stamps or counters, held until it is certain whether any are missing before them.
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -9,11 +8,9 @@ use vn100_protocol::stream::{Batch, MarkKind};
 /// The first stamp: long after zero, as later ones may lie before it.
 const FIRST: Duration = Duration::from_nanos(u64::MAX / 2);
 
-/// The rows that are not resolved yet, and the marks between them.
 #[derive(Debug)]
 pub(crate) struct PendingRows {
     pub(super) detector: GapDetector,
-    /// Counts per row.
     width: usize,
     /// Rows, frame-major; the first `resolved` of them came out.
     counts: Vec<i32>,
@@ -29,7 +26,6 @@ pub(crate) struct PendingRows {
     before_last: Duration,
 }
 
-/// What comes next of the stream.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Resolved<'a> {
     /// Rows without a gap before or between them, frame-major.
@@ -41,7 +37,6 @@ pub(crate) enum Resolved<'a> {
 }
 
 impl PendingRows {
-    /// For rows of `width` counts, judged by this detector.
     pub(crate) fn new(width: usize, detector: GapDetector) -> Self {
         Self {
             detector,
@@ -57,8 +52,7 @@ impl PendingRows {
         }
     }
 
-    /// Adds the rows and marks of a batch. Rows without a stamp of their own came with the row
-    /// before them.
+    /// Rows without a stamp of their own came with the row before them.
     pub(crate) fn push(&mut self, batch: &Batch) {
         self.counts.drain(..self.resolved * self.width);
         self.resolved = 0;
@@ -77,7 +71,6 @@ impl PendingRows {
         }
     }
 
-    /// The next rows, marks or events that are certain.
     pub(crate) fn next(&mut self) -> Option<Resolved<'_>> {
         if self.certain == 0 {
             match self.detector.poll()? {
@@ -102,19 +95,17 @@ impl PendingRows {
         Some(Resolved::Rows(&self.counts[from * self.width..self.resolved * self.width]))
     }
 
-    /// What the arrival times show; `None` without stamps.
     pub(crate) fn summary(&self) -> Option<TimebaseSummary> {
         self.detector.summary()
     }
 
-    /// How many rows came, if their rate is not known yet.
     pub(crate) fn rows_without_rate(&self) -> Option<u64> {
         let summary = self.summary()?;
         (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.samples)
     }
 
-    /// By their stamps, how long rows have come if all of them are pending; zero once one came out.
-    /// The last stamp counts for half of it at most: it alone may be wrong.
+    /// How long rows have come by their stamps if none came out, else zero. The last stamp counts
+    /// for half of it at most: it alone may be wrong.
     pub(crate) fn pending_duration(&self) -> Duration {
         if self.resolved_in_all > 0 {
             return Duration::ZERO;
@@ -123,8 +114,7 @@ impl PendingRows {
         last.min(before_last.saturating_mul(2))
     }
 
-    /// A stamp as a time since long before the first one: whether stamps may go back is for the
-    /// detector to judge.
+    /// Since long before the first stamp: whether stamps may go back is for the detector to judge.
     fn since_origin(&mut self, at_ns: i64) -> Duration {
         let first_ns = *self.first_ns.get_or_insert(at_ns);
         let since_first = i128::from(at_ns) - i128::from(first_ns);

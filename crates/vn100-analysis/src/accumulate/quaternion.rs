@@ -1,12 +1,9 @@
-//! The sign of a quaternion, made continuous: q and -q are the same attitude, and a sensor may send
-//! either.
+//! The sign of a quaternion, made continuous: q and -q are the same attitude.
 
 use vn100_protocol::{Layout, Quantity};
 
-/// The four channels of the quaternion in a row, and the last row that was continued.
 #[derive(Debug, Clone)]
 pub(crate) struct QuaternionSign {
-    /// Place of the first of the four.
     first: usize,
     /// As continued; zero before the first row, which keeps its sign.
     previous: [i32; 4],
@@ -22,8 +19,7 @@ impl QuaternionSign {
         Some(Self { first, previous: [0; 4], rows: Vec::new() })
     }
 
-    /// The same rows of `width` counts, each quaternion with the sign that lies nearer to the row
-    /// before, however long ago that came.
+    /// Each with the sign that lies nearer to the row before, however long ago that came.
     pub(crate) fn continued(&mut self, rows: &[i32], width: usize) -> &[i32] {
         self.rows.clear();
         self.rows.extend_from_slice(rows);

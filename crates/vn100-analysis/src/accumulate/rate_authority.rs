@@ -12,8 +12,7 @@ use crate::{
 /// Relative error of a measured rate that is still one of the sensor's: no clock is that far off.
 const SAME_RATE: f64 = 0.01;
 
-/// Clock offset above which a measured rate does not confirm the nominal one: no quartz is off by
-/// so much.
+/// Above, a measured rate does not confirm the nominal one: no quartz is off by so much.
 const CLOCK_PPM: f64 = 1000.0;
 
 /// The sensor's output rates in hertz.
@@ -27,15 +26,14 @@ static OUTPUT_RATES: [f64; OUTPUT_RATES_HZ.len()] = {
     rates
 };
 
-/// The rates in hertz of the sensor that sends this message; none for columns that may come from
-/// any sensor.
+/// Of the sensor that sends this message, in hertz; none for columns that may be of any sensor.
 pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
     let is_output = layout.is_some_and(|layout| MESSAGES.iter().any(|output| output.message == layout.message));
     if is_output { &OUTPUT_RATES } else { &[] }
 }
 
-/// Owns the sample rate. The user outranks the sensor, the sensor arrival times, and these the
-/// default. A deviation has one sample interval: samples at another rate are excluded.
+/// The user outranks the sensor, the sensor arrival times, and these the default. A deviation has
+/// one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],
@@ -50,7 +48,6 @@ pub(crate) struct RateAuthority {
     pub(super) other_rate_samples: u64,
 }
 
-/// A rate and its origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rate {
     pub(crate) hz: f64,
@@ -59,13 +56,11 @@ pub(crate) struct Rate {
     pub(crate) by_few: Option<u64>,
 }
 
-/// Samples come at another rate than that of the record.
 #[derive(Debug, Clone, Copy)]
 struct Change {
     change: RateChange,
     /// Summary of the samples before.
     until: Option<TimebaseSummary>,
-    /// Samples excluded before.
     excluded: u64,
 }
 
@@ -77,15 +72,13 @@ pub(crate) enum RateEffect {
     None,
     /// The sensor's rate is taken; arrival times must confirm it.
     Known(f64),
-    /// No sample counts yet, and the new rate is that of the record: data time so far was by the
-    /// old one.
+    /// No sample counts yet: the record takes the new rate; data time so far was by the old one.
     Rescale { from_hz: f64, to_hz: f64 },
     /// Samples are excluded from here on.
     Exclude,
     /// Samples count again, after a gap of unknown length.
     Resume,
-    /// The samples so far were placed by a rate that the sensor does not have: the record begins
-    /// anew at this rate, see [`RateAuthority::replace`].
+    /// The samples so far were placed by a false rate: the record begins anew at this one.
     Replace(f64),
 }
 
@@ -107,7 +100,6 @@ impl RateAuthority {
         }
     }
 
-    /// The samples are of this message.
     pub(crate) fn set_layout(&mut self, layout: &Layout) {
         self.rates_hz = rates_hz(Some(layout));
     }
@@ -116,7 +108,6 @@ impl RateAuthority {
         self.rate.hz
     }
 
-    /// Whether arrival times may still decide.
     pub(crate) const fn is_open(&self) -> bool {
         match self.rate.from {
             RateFrom::Assumed => true,
@@ -125,7 +116,6 @@ impl RateAuthority {
         }
     }
 
-    /// Whether samples are excluded, as they come at another rate.
     pub(crate) const fn is_excluding(&self) -> bool {
         self.change.is_some()
     }
@@ -147,8 +137,7 @@ impl RateAuthority {
     }
 
     /// A connection is over after so few `samples` that their rate is not sure: it holds until a
-    /// later one decides, and more samples are better evidence than fewer. `before` held until
-    /// then.
+    /// later one decides, and more samples are better evidence than fewer.
     pub(crate) fn prefer_longer_evidence(&mut self, samples: u64, before: Rate) {
         if before.by_few.is_some_and(|more| more > samples) {
             self.rate = before;
@@ -157,8 +146,8 @@ impl RateAuthority {
         }
     }
 
-    /// The samples have changed their rate; `until` summarises those before. Before the first
-    /// sample that counts the new rate is that of the record, unless the user gave one.
+    /// `until` summarises the samples before. Before the first sample that counts the new rate is
+    /// that of the record, unless the user gave one.
     pub(crate) fn take_change(
         &mut self,
         from_hz: f64,
@@ -186,8 +175,8 @@ impl RateAuthority {
         }
     }
 
-    /// The stamps are refused. If they show another rate after a reconnect, though those before
-    /// confirmed the known one, it has changed; a rate that the user gave is kept.
+    /// If refused stamps show another rate after a reconnect, though those before confirmed the
+    /// known one, it has changed; a rate that the user gave is kept.
     pub(crate) fn take_refusal(&mut self, refusal: Refusal, span: &MeasuredSpan) -> RateEffect {
         match (refusal, self.confirmed.filter(|before| self.is_at_the_rate(before))) {
             (Refusal::OtherRate { known_hz, measured_hz }, Some(before)) if self.rate.from != RateFrom::Option => {
@@ -228,15 +217,14 @@ impl RateAuthority {
         }
     }
 
-    /// The record begins anew at the sensor's rate; `samples` were judged by a false one.
+    /// `samples` were judged by a false rate.
     pub(crate) fn replace(&mut self, device_hz: f64, samples: u64) {
         self.refused_before = None;
         self.false_rate = (samples > 0).then_some(FalseRate { samples, arrival_hz: self.rate.hz, device_hz });
         self.set(device_hz, RateFrom::Device);
     }
 
-    /// A connection is over; what its arrival times showed. Excluded samples say nothing of the
-    /// record.
+    /// Excluded samples say nothing of the record.
     pub(crate) fn end_connection(&mut self, ended: Option<TimebaseSummary>) {
         if !self.is_excluding() {
             self.refused_before = self.refused_before.or_else(|| ended?.refusal);
@@ -244,7 +232,6 @@ impl RateAuthority {
         }
     }
 
-    /// Samples count again, whatever their rate; the record begins anew.
     pub(crate) fn start_over(&mut self) {
         (self.change, self.false_rate) = (None, None);
     }
@@ -270,7 +257,6 @@ impl RateAuthority {
         }
     }
 
-    /// The latest summary of samples that came at the rate of the record.
     fn at_the_rate(&self, now: Option<TimebaseSummary>) -> Option<TimebaseSummary> {
         [now, self.confirmed].into_iter().flatten().find(|summary| self.is_at_the_rate(summary))
     }
@@ -280,8 +266,7 @@ impl RateAuthority {
     }
 }
 
-/// Whether the samples have kept to one of the sensor's rates: then a sensor that reports another
-/// one was set anew.
+/// Then a sensor that reports another rate was set anew.
 fn is_confirmed_by(now: &TimebaseSummary) -> bool {
     matches!(now.nominal, Some(NominalRate::Snapped(_))) && now.offset_ppm.is_some_and(|ppm| ppm.abs() < CLOCK_PPM)
 }

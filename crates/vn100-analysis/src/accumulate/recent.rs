@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 /// What is kept at most: four minutes.
 const MOST_SLOTS: usize = 480;
 
-/// Data time of one slot, to the nearest whole sample.
 const SLOT_S: f64 = 0.5;
 
 /// The values of one channel in one slot, in counts.
@@ -22,14 +21,11 @@ pub struct Slot {
 }
 
 /// A bounded record of the latest samples. Slots begin at whole multiples of their length, counted
-/// in samples from the first, those missing included: how the stream was cut into reads changes
-/// nothing.
-///
-/// A slot without samples is `None` in every channel: that is how a gap of known length looks.
+/// in samples from the first, those missing included. A slot without samples, as in a gap of known
+/// length, is `None` in every channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
     rate_hz: f64,
-    /// Samples that a slot spans.
     samples: u64,
     /// Number of the slot behind the last one.
     end: u64,
@@ -38,13 +34,11 @@ pub struct Recent {
 }
 
 impl Recent {
-    /// Nothing yet, of so many channels at this rate.
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
         let samples = (SLOT_S * rate_hz).round().max(1.0) as u64;
         Self { rate_hz, samples, end: 0, channels: vec![VecDeque::new(); channels] }
     }
 
-    /// The sample rate in hertz that the slots are for.
     pub(crate) const fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
@@ -61,14 +55,12 @@ impl Recent {
         self.end
     }
 
-    /// The slots of a channel, by its place, the oldest first; at most 480. The last may still
-    /// grow.
+    /// The slots of a channel, the oldest first; at most 480. The last may still grow.
     pub fn slots(&self, channel: usize) -> impl ExactSizeIterator<Item = Option<Slot>> {
         self.channels.get(channel).map_or(const { &VecDeque::new() }, |slots| slots).iter().copied()
     }
 
-    /// Takes one channel's samples, without a gap between them, the first of which is number
-    /// `index`.
+    /// One channel's samples, without a gap between them, the first number `index`.
     pub(crate) fn push(&mut self, channel: usize, index: u64, counts: &[i32]) {
         let mut index = index;
         let mut rest = counts;
@@ -89,7 +81,6 @@ impl Recent {
         }
     }
 
-    /// Makes room for the slot of that number.
     fn advance(&mut self, slot: u64) {
         let new = (slot + 1).saturating_sub(self.end);
         if new == 0 {

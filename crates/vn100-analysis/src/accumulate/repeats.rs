@@ -1,5 +1,4 @@
-//! Counts repeated rows: a recording that is played in a loop, or rows stored twice. A live sensor
-//! never repeats a whole row.
+//! Repeated rows: a recording played in a loop, or rows stored twice. A live sensor has none.
 
 use std::{
     collections::HashSet,
@@ -13,12 +12,10 @@ const REMEMBERED: usize = 1024;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     first: HashSet<Box<[i32]>, BuildHasherDefault<RowHasher>>,
-    /// Rows that came again.
     pub(super) repeated: u64,
 }
 
 impl Repeats {
-    /// Takes one row.
     pub(crate) fn push(&mut self, counts: &[i32]) {
         if self.first.contains(counts) {
             self.repeated += 1;

@@ -10,8 +10,6 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// The last value of each register, the measurements of register 54, and whether two sensors
-/// replied.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SensorReplies {
     pub(super) registers: BTreeMap<u8, String>,
@@ -23,8 +21,7 @@ pub(crate) struct SensorReplies {
 }
 
 impl SensorReplies {
-    /// Takes a reply after so many samples. Replies among excluded samples, perhaps of another
-    /// sensor, are not kept.
+    /// Replies among excluded samples, perhaps of another sensor, are not kept.
     pub(crate) fn push(&mut self, reply: &RegisterReply, samples: u64, is_excluded: bool) {
         self.imu.push(reply);
         if let Some(before) = self.registers.get(&reply.register)
@@ -43,8 +40,7 @@ impl SensorReplies {
         self.before_break = Some((self.registers.clone(), samples));
     }
 
-    /// The samples that follow are excluded: so are the replies since a break behind as many
-    /// samples.
+    /// Excludes the replies since a break behind as many samples too.
     pub(crate) fn exclude(&mut self, samples: u64) {
         if let Some((registers, _)) = self.before_break.as_ref().filter(|(_, before)| *before == samples) {
             self.registers.clone_from(registers);
@@ -59,7 +55,7 @@ impl SensorReplies {
         (rate_hz > 0).then_some(rate_hz.into())
     }
 
-    /// The warning that two sensors replied; `change` is the one after which samples are excluded.
+    /// `change` is the one after which samples are excluded.
     pub(crate) fn two_sensors(&self, change: Option<RateChange>) -> Option<Warning> {
         let (before, then, samples) = self.two_serials.as_ref()?;
         let text = if change.is_some_and(|change| change.after_samples == *samples) {

@@ -1,5 +1,4 @@
-//! Models of the noise for those who design filters, instead of bias instability and rate random
-//! walk.
+//! Models of the noise for those who design filters.
 
 use imu_noise::{GaussMarkovFit, NoiseModel, OverBound, Terms, over_bound};
 use vn100_protocol::Channel;
@@ -14,17 +13,16 @@ const LEAST_EDF: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
     /// White noise and a first-order Gauss-Markov process; `None` where long averaging times do not
-    /// show the sensor, for short records, and where the model cannot be fitted.
+    /// show the sensor, and where the model cannot be fitted.
     pub gauss_markov: Option<GaussMarkovFit>,
     /// The smallest white noise and random walk that together lie above the upper bounds of all
-    /// octaves with two degrees of freedom or more; `None` where there is none.
+    /// octaves with two degrees of freedom or more.
     pub over_bound: Option<OverBound>,
 }
 
 impl FilterModels {
-    /// Models for each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is
-    /// what [`Assessment::new`](super::Assessment::new) made of the same snapshot at the level
-    /// `confidence`. Takes some tenths of a second per axis.
+    /// For each channel of `snapshot`, `None` for what is no axis of a sensor; `assessed` is of the
+    /// same snapshot at the level `confidence`. Takes some tenths of a second per axis.
     #[must_use]
     pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
         (snapshot.measured().zip(assessed))

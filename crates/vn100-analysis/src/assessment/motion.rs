@@ -1,5 +1,4 @@
-//! Whether the sensor was moved: then nothing in the record is its noise, and nothing is judged by
-//! it.
+//! Whether the sensor was moved: then nothing in the record is its noise.
 
 use std::fmt;
 
@@ -13,17 +12,15 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// Standard deviations in rad/s and m/s² that no sensor at rest reaches.
+/// Standard deviations that no sensor at rest reaches.
 ///
-/// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s² a sample, quiet or
-/// on a shaking table. Of six records of cars, walks and hands the slowest has 0.10 rad/s and 0.68
-/// m/s². A bumped table lasts too short to come near.
+/// Resting VN-100s at 40 Hz read 0.0006 to 0.0011 rad/s and 0.012 to 0.026 m/s², quiet or on a
+/// shaking table. Of six records of cars, walks and hands the slowest has 0.10 rad/s and 0.68 m/s².
+/// A bumped table lasts too short to come near.
 const GYRO_LIMIT_RAD_S: f64 = 0.05;
 const ACCEL_LIMIT_M_S2: f64 = 0.5;
 
-/// A sensor that was moved, by the axis that shows it most.
-///
-/// Its text says so, in the words that every output uses.
+/// A sensor that was moved, by the axis that shows it most; its text says so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// The axis.
@@ -42,8 +39,7 @@ impl Motion {
     /// What the figures of a record in motion are worth, as a sentence.
     pub const MEANING: &str = "The sensor was moved: these figures describe the motion, not its noise.";
 
-    /// Looks at gyroscope and accelerometer; `None` for a sensor at rest, and for less than four
-    /// samples.
+    /// By gyroscope and accelerometer; `None` at rest, and for less than four samples.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         let beyond: Vec<(&Channel, f64, f64)> = (snapshot.measured())
             .filter_map(|(channel, results)| {
@@ -89,9 +85,8 @@ fn std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     Some(channel.in_unit(results.moments.std_counts()?).abs())
 }
 
-/// The standard deviation without the least and the greatest values, one in two hundred of each:
-/// damaged lines that the checksum lets in are rarer, and a single value may be as far out as the
-/// axis goes.
+/// Without the least and the greatest values, one in two hundred of each: damaged lines that pass
+/// the checksum are rarer, and a single value may be as far out as the axis goes.
 fn inner_std(channel: &Channel, results: &ChannelSnapshot) -> Option<f64> {
     let (histogram, total) = (&results.histogram, results.moments.count());
     let excluded = total.div_ceil(200);

@@ -9,11 +9,10 @@ use vn100_protocol::Channel;
 use super::{Curve, Onboard};
 use crate::{sensor::sensor_of, snapshot::Snapshot};
 
-/// Noise without a ramp.
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
-/// Where an attitude filter takes the bias of a gyroscope out, with a time constant of tens of
-/// seconds, deviations up to here still show the sensor.
+/// Where a filter takes the bias of a gyroscope out, with a time constant of tens of seconds,
+/// deviations up to here still show the sensor.
 pub(crate) const BEFORE_FILTER_S: f64 = 10.0;
 
 /// The noise parameters of one axis.
@@ -27,11 +26,9 @@ pub struct ChannelNoise {
     pub(super) window: Option<BoxcarWindow>,
     /// What white noise cannot be above where no model fits, see [`parameter`](Self::parameter).
     white_bound: Option<f64>,
-    /// The letters as they are read off the curve by rule, for comparison with published figures
-    /// only.
+    /// By the graphical method, for comparison with published figures only.
     pub classical: ClassicalReading,
-    /// What a longer record would show, where this one is too short for the random walk, and where
-    /// that is less than it already excludes.
+    /// What a longer record would show, where this one is too short for the random walk.
     pub detectable_rrw: Option<DetectableRrw>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTauValidity,
@@ -44,8 +41,8 @@ pub enum LongTauValidity {
     Sensor,
     /// No: the message is that of the attitude filter, which removes the bias.
     Compensated,
-    /// No: something removes the bias, because the curve falls below any noise that is white at
-    /// short averaging times.
+    /// No: a filter removes the bias, as the curve falls below the white noise of short averaging
+    /// times.
     LooksCompensated,
     /// No: the ambient magnetic field dominates.
     Surroundings,
@@ -58,8 +55,8 @@ pub enum LongTauValidity {
 pub struct DetectableRrw {
     /// Length of that record in seconds.
     pub duration_s: f64,
-    /// Smallest K that about nine of ten such records estimate with the N and B of this one, in
-    /// unit/√s; a B that is only bounded is taken at its bound. See [`NoiseModel::least_found`].
+    /// Smallest K in unit/√s that about nine of ten such records estimate with the N and B of this
+    /// one, see [`NoiseModel::least_found`]; a B that is only bounded is taken at its bound.
     pub at_least: f64,
 }
 
@@ -129,8 +126,7 @@ impl ChannelNoise {
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
     /// do not show the sensor, white and quantisation noise alone are its own. Where no model fits,
-    /// white noise is bounded by the lowest that the curve shows: whatever else is in it adds to
-    /// it.
+    /// white noise is bounded by the lowest that the curve shows.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
@@ -146,8 +142,7 @@ impl ChannelNoise {
         }
     }
 
-    /// Where the sensor was moved long averaging times show that; a message that lacks the bias
-    /// lacks it all the same.
+    /// A message that lacks the bias lacks it all the same.
     pub(super) fn was_moved(&mut self) {
         if let LongTauValidity::Sensor | LongTauValidity::LooksCompensated = self.long_taus {
             (self.long_taus, self.detectable_rrw) = (LongTauValidity::Motion, None);
@@ -160,8 +155,7 @@ impl ChannelNoise {
     }
 }
 
-/// The shortest octaves, to which vibration adds more than a quarter of a standard deviation of
-/// what noise alone would read.
+/// Octaves to which vibration adds more than a quarter of a standard deviation of the noise.
 fn disturbed_octaves(curve: &Curve, lines: &[SpectralLine]) -> usize {
     let shows = |(octave, variance): (&Octave, &f64)| {
         let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
@@ -171,10 +165,9 @@ fn disturbed_octaves(curve: &Curve, lines: &[SpectralLine]) -> usize {
     curve.octaves.iter().zip(&curve.variances).rposition(shows).map_or(0, |last| last + 1)
 }
 
-/// The least N that the upper ends of the deviation leave, at averaging times that no filter of the
-/// bias reaches: a variance is N²/τ and whatever other noise and vibration add. All of those upper
-/// ends hold together at the level `confidence` (Bonferroni), with the degrees of freedom of the
-/// noise that has fewest.
+/// The least N that the upper ends of the deviation leave, where no filter of the bias reaches: a
+/// variance is N²/τ and whatever else adds. All upper ends hold together at the level `confidence`
+/// (Bonferroni), with the degrees of freedom of the noise that has fewest.
 fn white_bound(curve: &Curve, confidence: f64) -> Option<f64> {
     let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
     let each = 1.0 - (1.0 - confidence) / before_filter as f64;
@@ -217,8 +210,8 @@ impl Models {
         &self.made[place].1
     }
 
-    /// Beside the white noise that this record shows, and as much bias instability as it leaves;
-    /// `None` where the record excludes such a walk already.
+    /// With the N of this record, and as much B as it leaves; `None` where it excludes that walk
+    /// already.
     fn detectable_rrw(&mut self, fit: &NoiseFit) -> Option<DetectableRrw> {
         let [white, bias_instability, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
@@ -231,7 +224,6 @@ impl Models {
     }
 }
 
-/// A record without gaps, longer by [`DetectableRrw::MORE_S`].
 struct Longer {
     duration_s: f64,
     model: NoiseModel,

@@ -1,5 +1,4 @@
-//! What the sensor does before it sends a sample: it averages some of its refreshes, and sends
-//! every so manyth average.
+//! Averaging and decimation inside the sensor.
 
 use imu_noise::BoxcarWindow;
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
@@ -24,22 +23,19 @@ impl Onboard {
     /// Refreshes of the magnetometer per second.
     pub const MAG_REFRESH_HZ: f64 = 250.0;
 
-    /// How far the factor may be off, relative: the sensor's own roll-off is not known. Measured
-    /// factors at 40 Hz with a window of four refreshes were 2.17 to 2.47 where the formula gives
-    /// 2.236.
+    /// How far the factor may be off, relative, as the sensor's own roll-off is not known: measured
+    /// at 40 Hz with a window of four refreshes were 2.17 to 2.47 where the formula gives 2.236.
     pub const UNCERTAINTY: f64 = 0.10;
 
-    /// How far the factor of a window may be off, relative: [`UNCERTAINTY`](Self::UNCERTAINTY)
-    /// where white noise folds. Where it does not, because the windows cover all refreshes evenly,
-    /// the density at low frequencies stays as it is, whatever the roll-off.
+    /// [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise folds. Where the windows cover all
+    /// refreshes evenly, the density at low frequencies stays as it is, whatever the roll-off.
     #[must_use]
     pub fn uncertainty_of(window: BoxcarWindow) -> f64 {
         const EXACT: f64 = 1e-9;
         if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
     }
 
-    /// How much higher than the sensor's own the density of white noise reads in the stream, to
-    /// within [`UNCERTAINTY`](Self::UNCERTAINTY).
+    /// Density of white noise in the stream over the sensor's own.
     #[must_use]
     pub fn white_factor(&self) -> f64 {
         self.window.white_factor()

@@ -1,5 +1,5 @@
-//! What a sensor at rest on Earth should show: gravity, a magnetic field, and a heading that is no
-//! worse than the levelling.
+//! What a sensor at rest should show: gravity, a magnetic field, a heading as good as the
+//! levelling.
 
 use imu_noise::STANDARD_GRAVITY_M_S2;
 use vn100_protocol::{Channel, Quantity};
@@ -10,8 +10,7 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// On Earth gravity is 9.764 to 9.834 m/s²; resting sensors of this kind were seen to read 9.58 to
-/// 10.29.
+/// On Earth gravity is 9.764 to 9.834 m/s²; resting sensors were seen to read 9.58 to 10.29.
 const GRAVITY_TOLERANCE_M_S2: f64 = 0.6;
 
 /// The Earth's field at its surface, in gauss (0.22 to 0.67).

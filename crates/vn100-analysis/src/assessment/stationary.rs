@@ -1,5 +1,4 @@
-//! Whether the record is stationary: spectral peaks, disturbances, steps, a warm-up, each with its
-//! place.
+//! Whether the record is stationary: spectral peaks, disturbances, steps, a warm-up.
 
 use imu_noise::{Disturbance, LevelChange, LevelShape, SpectralLine};
 use vn100_protocol::{Channel, Quantity};
@@ -22,8 +21,7 @@ const HIGHEST_HZ: f64 = 400.0;
 pub struct Disturbed {
     /// Lines in its spectrum, in rising frequency.
     pub lines: Vec<SpectralLine>,
-    /// Short intervals that the rest does not explain, in time order, times in seconds of data
-    /// behind those skipped.
+    /// In time order, in seconds of data behind those skipped.
     pub disturbances: Vec<Disturbance>,
     /// A warm-up or a step of the level.
     pub level_change: Option<LevelChange>,
@@ -71,7 +69,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
 
 type Of<'a> = (&'a Channel, &'a Disturbed);
 
-/// `rejected` are the names of the axes that no noise model fits.
+/// `rejected`: axes that no noise model fits.
 fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> Option<Warning> {
     let shakes = Shake::all(channels);
     let strongest = shakes.first()?;
@@ -124,7 +122,6 @@ fn alias(strongest: &Shake<'_>, rate_hz: f64) -> String {
     }
 }
 
-/// Lines of several channels at nearly the same frequency.
 struct Shake<'a> {
     frequency_hz: f64,
     /// The strongest of them.

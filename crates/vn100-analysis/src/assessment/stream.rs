@@ -1,5 +1,4 @@
-//! What stands between the sensor and its stream: averaging and decimation on board, a filter that
-//! takes the bias out, rounding.
+//! What stands between the sensor and its stream: decimation, a bias filter, rounding.
 
 use imu_noise::counts_to_unit;
 use vn100_protocol::Channel;

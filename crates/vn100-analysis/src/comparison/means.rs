@@ -1,5 +1,4 @@
-//! The mean of each channel in each record, and how far these lie apart: the turn-on to turn-on
-//! bias, if each record is a power cycle.
+//! The means of each channel and their spread: the turn-on to turn-on bias of power cycles.
 
 use imu_noise::{Spread, VarianceEstimate};
 use vn100_protocol::{Channel, Quantity, Register};
@@ -7,8 +6,7 @@ use vn100_protocol::{Channel, Quantity, Register};
 use super::{Chance, ComparedRecord, chances};
 use crate::sensor::sensor_of;
 
-/// The longest averaging time that says how well a mean is known has so many degrees of freedom at
-/// least.
+/// Of the longest averaging time that says how well a mean is known.
 const LEAST_EDF: f64 = 3.0;
 
 /// One channel of a sensor over all records.
@@ -22,14 +20,12 @@ pub struct ChannelMeans {
     pub unit: String,
     /// One per record that has it and samples, and where the sensor was not moved.
     pub means: Vec<RecordMean>,
-    /// How far they lie apart; `None` where fewer than two have a standard error, and where the
-    /// records are known to be of several sensors.
+    /// `None` with fewer than two standard errors, and where the records are of several sensors.
     pub spread: Option<Spread>,
-    /// That they lie so far apart by the noise within the records alone; corrected for all channels
-    /// with a spread.
+    /// That the noise within the records alone spreads them so; corrected for all channels.
     pub chance: Option<Chance>,
-    /// A filter in the sensor takes the bias out of one of the records at least: the spread is not
-    /// that of the bias.
+    /// A filter takes the bias out of one of the records at least: the spread is not that of the
+    /// bias.
     pub bias_removed: bool,
 }
 
@@ -40,18 +36,16 @@ pub struct RecordMean {
     pub record: usize,
     /// In the unit of the channel.
     pub mean: f64,
-    /// How far the mean of another record of this length would lie off by noise alone; `None` for a
-    /// record that is too short.
+    /// Error by noise alone; `None` for a record that is too short.
     pub error: Option<MeanError>,
 }
 
-/// What is known of the error of a mean.
+/// What is known of the error of a mean: the deviation at the longest averaging time that is known.
 ///
-/// It is the deviation at the longest averaging time that is known: σ(τ)/√2 of neighbouring means
-/// of length τ is what they differ by, so that σ(τ) is the standard error of each. The record is
-/// longer than τ, so that white noise is overrated, by √(T/τ), and flicker noise is not; σ/√n would
-/// underrate the latter without limit. What changes more slowly than a record lasts counts as a
-/// difference between records.
+/// σ(τ)/√2 of neighbouring means of length τ is what they differ by, so that σ(τ) is the standard
+/// error of each. As the record is longer than τ, white noise is overrated, by √(T/τ), and flicker
+/// noise is not; σ/√n would underrate the latter without limit. What changes more slowly than a
+/// record lasts counts as a difference between records.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanError {
     /// Standard error, in the unit of the channel.

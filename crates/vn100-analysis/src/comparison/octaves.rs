@@ -29,12 +29,11 @@ pub struct OctaveTest {
     pub deviations: [f64; 2],
     /// Their equivalent degrees of freedom.
     pub edf: [f64; 2],
-    /// That they differ by chance: F-test, corrected for all octaves of all channels of all pairs.
-    /// Octaves share samples, which makes the correction err on the side of no difference.
+    /// F-test, corrected for all octaves of all channels of all pairs. Octaves share samples, which
+    /// makes the correction err on the side of no difference.
     pub chance: Chance,
 }
 
-/// One octave of one record.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     tau_s: f64,
@@ -86,8 +85,7 @@ fn is_noise(channel: &Channel) -> bool {
     !matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure)
 }
 
-/// The octaves that are known well enough; none where the last printed digit hides the noise, whose
-/// distribution is then not normal.
+/// Those known well enough; none where the last printed digit hides the noise.
 fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<Point> {
     let ComparedRecord { snapshot, assessment, .. } = record;
     let channel = snapshot.layout.as_ref().and_then(|layout| layout.channels.get(index));

@@ -36,14 +36,12 @@ pub struct RankedRecord {
     pub upper: f64,
     /// By axis: name and N.
     pub axes: Vec<(String, f64)>,
-    /// What averaging and decimation on board make of the sensor's own white noise, see
-    /// [`Onboard::white_factor`]; `None` where unknown.
+    /// See [`Onboard::white_factor`]; `None` where unknown.
     pub white_factor: Option<f64>,
 }
 
 impl RankedRecord {
-    /// N without the folding, to within [`Onboard::UNCERTAINTY`]; N itself where the folding is not
-    /// known.
+    /// N without the folding, to within [`Onboard::UNCERTAINTY`]; N itself where that is not known.
     #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)
@@ -60,8 +58,8 @@ pub struct WhiteTest {
 }
 
 impl Ranking {
-    /// The chance that the quietest is not quieter than the next one; `None` for one record alone,
-    /// and where white noise does not fold alike: the factors are not known as well as N is.
+    /// That the quietest is quieter than the next one by chance; `None` for one record alone, and
+    /// where white noise does not fold alike: the factors are not known as well as N is.
     #[must_use]
     pub fn lead(&self) -> Option<Chance> {
         if !self.folds_alike {

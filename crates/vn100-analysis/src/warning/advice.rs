@@ -16,9 +16,8 @@ use crate::{
     warning::{Warning, WarningKind},
 };
 
-/// Three terms need four octaves, m = 1, 2, 4 and 8. In white noise the last has ten degrees of
-/// freedom, from which on intervals hold as they say, with so many samples; with fewer,
-/// [`imu_noise::edf`] says less.
+/// Three terms need four octaves. In white noise the last has ten degrees of freedom, from which on
+/// intervals hold as they say, with so many samples.
 const LEAST_SAMPLES: u64 = 66;
 
 /// What only the analysis knows, beyond the numbers of its snapshot.
@@ -337,8 +336,7 @@ fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot
         .collect()
 }
 
-/// No more than two values in at least a hundred samples, and in as long as the quantity may stand
-/// still.
+/// No more than two values for as long as the quantity may stand still.
 fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool {
     let least_s = match channel.quantity {
         // no room changes in seconds, nor does the weather; their own noise may be finer than the digits printed
