@@ -1,9 +1,6 @@
 //! What a snapshot says of the sensor.
 
-mod filter_models;
-mod motion;
 mod noise;
-mod onboard;
 mod rest;
 mod stationary;
 mod stream;
@@ -13,12 +10,11 @@ use std::sync::Arc;
 use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
 use vn100_protocol::Channel;
 
-pub use filter_models::FilterModels;
-pub use motion::Motion;
 pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, DetectableRrw, LongTauValidity};
-pub use onboard::Onboard;
+pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity};
+pub use rest::Motion;
 pub use stationary::Disturbed;
+pub use stream::Onboard;
 pub(crate) use stream::is_rounded_away;
 
 use crate::{
@@ -150,7 +146,7 @@ impl Assessor<'_> {
             .map(|(i, octave)| {
                 let law = results.noise_types.get(i).copied().flatten();
                 last_law = law.or(last_law);
-                let fitted = noise.as_ref().and_then(|noise| noise.edf(octave.m));
+                let fitted = noise.as_ref().and_then(|noise| noise.fit.edf(octave.m));
                 let edf = fitted.or_else(|| edf(octave, &curve.shape, last_law?));
                 OctaveAssessment {
                     m: octave.m,

@@ -82,9 +82,7 @@ impl Snapshot {
     /// Rows that are pending until their arrival times show or confirm the rate; `None` for none.
     #[must_use]
     pub fn lines_held(&self) -> Option<u64> {
-        let arrivals = self.arrivals.as_ref()?;
-        let is_open = arrivals.nominal.is_none() && arrivals.refusal.is_none();
-        (is_open && arrivals.samples > 0).then_some(arrivals.samples)
+        self.arrivals.as_ref()?.samples_held()
     }
 
     /// How the octaves of every channel came about.

@@ -167,7 +167,7 @@ fn a_rate_by_few_lines_before_the_link_was_lost_is_given_up() {
         let case = format!("{:?}", stretches.iter().map(|lines| lines.len()).collect::<Vec<_>>());
         assert_eq!((snapshot.timing.rate_hz, snapshot.timing.rate_from), (expected_hz, RateFrom::Arrival), "{case}");
         assert_eq!(snapshot.timing.missing, missing, "{case}");
-        let slot = snapshot.recent.map(|recent| recent.samples_per_slot());
+        let slot = snapshot.recent.map(|recent| recent.samples_per_slot);
         assert!(slot.is_none_or(|samples| samples as f64 == expected_hz / 2.0), "{case}: {slot:?}");
     }
 }

@@ -1,4 +1,3 @@
-
 /// A command to a session. Those for a playback have no effect on a live source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {

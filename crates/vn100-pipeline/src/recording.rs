@@ -1,4 +1,3 @@
-
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
 use tokio::task;

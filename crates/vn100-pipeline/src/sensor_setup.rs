@@ -1,4 +1,3 @@
-
 use tokio_util::sync::CancellationToken;
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
 use vn100_protocol::{Register, SensorCommand};

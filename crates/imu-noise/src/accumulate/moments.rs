@@ -37,12 +37,6 @@ struct PowerSums {
     fourth: I256,
 }
 
-struct CentralMoments {
-    second: f64,
-    third: f64,
-    fourth: f64,
-}
-
 impl Moments {
     /// Moments of no sample.
     #[must_use]
@@ -107,15 +101,15 @@ impl Moments {
     /// Skewness g1 = m3 / m2^1.5; `None` below two samples and for a constant.
     #[must_use]
     pub fn skewness(&self) -> Option<f64> {
-        let moments = self.central_moments()?;
-        Some(moments.third / (moments.second * moments.second.sqrt()))
+        let [second, third, _] = self.central_moments()?;
+        Some(third / (second * second.sqrt()))
     }
 
     /// Excess kurtosis g2 = m4 / m2² - 3; `None` below two samples and for a constant.
     #[must_use]
     pub fn excess_kurtosis(&self) -> Option<f64> {
-        let moments = self.central_moments()?;
-        Some(moments.fourth / (moments.second * moments.second) - 3.0)
+        let [second, _, fourth] = self.central_moments()?;
+        Some(fourth / (second * second) - 3.0)
     }
 
     /// The integer nearest the mean, and the sums about it: exact, and small enough for floats.
@@ -129,7 +123,8 @@ impl Moments {
         Some((centre, self.sums.about(centre)))
     }
 
-    fn central_moments(&self) -> Option<CentralMoments> {
+    /// Second to fourth population moment about the mean; `None` for a constant.
+    fn central_moments(&self) -> Option<[f64; 3]> {
         let (_, centred) = self.centred()?;
         let n = centred.count as f64;
         let mean = centred.first as f64 / n;
@@ -140,11 +135,9 @@ impl Moments {
         let raw_second = centred.second as f64 / n;
         let raw_third = centred.third.as_f64() / n;
         let raw_fourth = centred.fourth.as_f64() / n;
-        Some(CentralMoments {
-            second,
-            third: raw_third - mean * (3.0 * raw_second - 2.0 * mean * mean),
-            fourth: raw_fourth - mean * (4.0 * raw_third - mean * (6.0 * raw_second - 3.0 * mean * mean)),
-        })
+        let third = raw_third - mean * (3.0 * raw_second - 2.0 * mean * mean);
+        let fourth = raw_fourth - mean * (4.0 * raw_third - mean * (6.0 * raw_second - 3.0 * mean * mean));
+        Some([second, third, fourth])
     }
 }
 

@@ -10,14 +10,6 @@ use super::confidence::Interval;
 ///
 /// Each is a variance with its equivalent degrees of freedom. `None` where one of the four is not
 /// positive and finite.
-///
-/// ```
-/// use imu_noise::f_test;
-///
-/// // twice the variance, with 20 degrees of freedom each
-/// let p = f_test((2.0, 20.0), (1.0, 20.0)).unwrap();
-/// assert_eq!((p * 1e4).round(), 1295.0);
-/// ```
 #[must_use]
 pub fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let (below, above) = tails(a, b)?;
@@ -52,12 +44,6 @@ fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
 ///
 /// In the order given; none is below the one it comes from, none above 1. It holds however the
 /// tests depend on each other, and errs on the side of no alarm where they do.
-///
-/// ```
-/// use imu_noise::holm;
-///
-/// assert_eq!(holm(&[0.01, 0.04, 0.03]), [0.03, 0.06, 0.06]);
-/// ```
 #[must_use]
 pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
@@ -131,15 +117,6 @@ impl Spread {
     /// The interval is that of a normally distributed value seen n times, χ² with n - 1 degrees of
     /// freedom: from two records it spans a factor of seventy at 95 %. `None` for fewer than two,
     /// and where one is no number.
-    ///
-    /// ```
-    /// use imu_noise::{Spread, VarianceEstimate};
-    ///
-    /// let error = VarianceEstimate { variance: 0.01, edf: 40.0 };
-    /// let spread = Spread::of(&[(1.0, error), (2.0, error), (3.0, error)], 0.95).unwrap();
-    /// assert_eq!((spread.deviation, spread.interval.edf), (1.0, 2.0));
-    /// assert!(spread.p < 1e-10);
-    /// ```
     #[must_use]
     pub fn of(means: &[(f64, VarianceEstimate)], confidence: f64) -> Option<Self> {
         if means.len() < 2 {

@@ -62,23 +62,19 @@ pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
 pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f64) -> Vec<f64> {
     let at = |lag| difference_autocovariance(shape.deviation, m as f64, lag, &phase);
     let variance = at(0.0);
-    lags(shape, m).map(|lag| at(lag.samples as f64) / variance).collect()
+    lags(shape, m).map(|(lag, _)| at(lag as f64) / variance).collect()
 }
 
 /// Σ (1 - |j|/M) ρ_j ρ'_j over all lags: windows over degrees of freedom, where ρ = ρ'.
 pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other: &[f64]) -> f64 {
     let span = (shape.windows(m) * shape.stride(m)) as f64;
     let products = lags(shape, m).zip(rho).zip(other);
-    products.map(|((lag, rho), other)| lag.weight * (1.0 - lag.samples as f64 / span) * rho * other).sum()
+    products.map(|(((lag, weight), rho), other)| weight * (1.0 - lag as f64 / span) * rho * other).sum()
 }
 
-struct Lag {
-    samples: u64,
-    weight: f64,
-}
-
-/// Every distance where correlations have corners, few where they are smooth.
-fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = Lag> {
+/// Distances between windows in samples, and how many pairs of windows each is for: every one where
+/// correlations have corners, few where they are smooth.
+fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = (u64, f64)> {
     let stride = shape.stride(m);
     let fine = stride.max(m / ALL_OVERLAPS);
     let coarse = stride.max(m / 4);
@@ -92,10 +88,10 @@ fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = Lag> {
             lag if lag == corners => pairs + coarse as f64 / stride as f64,
             _ => 2.0 * pairs,
         };
-        Lag { samples: j * fine, weight }
+        (j * fine, weight)
     });
-    let coarse_lags = (corners / coarse + 1..=last / coarse)
-        .map(move |j| Lag { samples: j * coarse, weight: 2.0 * coarse as f64 / stride as f64 });
+    let coarse_lags =
+        (corners / coarse + 1..=last / coarse).map(move |j| (j * coarse, 2.0 * coarse as f64 / stride as f64));
     fine_lags.chain(coarse_lags)
 }
 

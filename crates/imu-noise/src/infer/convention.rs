@@ -42,15 +42,6 @@ impl Convention {
 }
 
 /// All conventions for a parameter; the SI unit comes first.
-///
-/// ```
-/// use imu_noise::{Sensor, Term, conventions};
-///
-/// let all = conventions(Sensor::Gyroscope, Term::White);
-/// assert_eq!((all[0].unit, all[0].factor), ("rad/s/sqrt(Hz)", 1.0));
-/// let walk = all.iter().find(|convention| convention.unit == "deg/sqrt(h)").unwrap();
-/// assert_eq!((0.001 * walk.factor * 1e4).round() / 1e4, 3.4377);
-/// ```
 #[must_use]
 pub const fn conventions(sensor: Sensor, parameter: Term) -> &'static [Convention] {
     use Sensor::{Accelerometer, Gyroscope, Magnetometer};

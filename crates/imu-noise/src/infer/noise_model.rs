@@ -32,36 +32,6 @@ const LEAST_EDF: f64 = 2.0;
 
 /// A noise model for all channels that were sampled together: it holds how the octaves of their
 /// record vary, and together.
-///
-/// ```
-/// use imu_noise::{Deviation, Estimator, NoiseModel, Octaves, RecordShape, Status, Term, Terms};
-///
-/// // 16 384 samples of white noise with a standard deviation near 289 counts, at 40 Hz.
-/// let mut state = 1_u32;
-/// let counts: Vec<i32> = (0..16_384)
-///     .map(|_| {
-///         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-///         (state >> 16) as i32 % 1000
-///     })
-///     .collect();
-/// let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
-/// sums.push(&counts);
-/// let shape = RecordShape {
-///     samples: 16_384,
-///     interval_s: 0.025,
-///     estimator: Estimator::Strided,
-///     deviation: Deviation::Allan,
-/// };
-/// let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
-/// let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap()).collect();
-///
-/// let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
-/// let fit = model.fit(&variances, None, 0.95);
-/// let white = fit.parameter(Term::White).unwrap();
-/// assert_eq!(white.status, Status::Estimated);
-/// assert!((white.value.unwrap() / (288.7 * 0.025_f64.sqrt()) - 1.0).abs() < 0.05);
-/// assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
-/// ```
 #[derive(Clone, Debug)]
 pub struct NoiseModel {
     shape: RecordShape,

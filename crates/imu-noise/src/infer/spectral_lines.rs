@@ -66,22 +66,18 @@ impl Spectrum {
             return Vec::new();
         }
         let step_hz = 1.0 / (spectrum.segment_samples as f64 * interval_s);
-        peaks(&spectrum).into_iter().map(|peak| spectrum.line(&peak, step_hz, decimals)).collect()
+        peaks(&spectrum).into_iter().map(|(k, floor)| spectrum.line(k, floor, step_hz, decimals)).collect()
     }
 }
 
-struct Peak {
-    k: usize,
-    floor: f64,
-}
-
-fn peaks(spectrum: &Powers) -> Vec<Peak> {
+/// Points of the peaks, and the noise around each.
+fn peaks(spectrum: &Powers) -> Vec<(usize, f64)> {
     let last = spectrum.segment_samples / 2;
     let candidates = (last - LOWEST + 1) as f64 * chi_squared::CHANNELS;
     let freedom = 2.0 * spectrum.averages;
     let Some(quantile) = chi_squared::quantile(1.0 - FALSE_ALARM / candidates, freedom) else { return Vec::new() };
     let threshold = quantile / freedom;
-    let mut peaks: Vec<Peak> = Vec::new();
+    let mut peaks = Vec::new();
     for k in LOWEST..=last {
         let power = spectrum.power(k);
         if (1..=REACH).any(|off| power < spectrum.power(k + off) || power <= spectrum.power(k - off)) {
@@ -91,7 +87,7 @@ fn peaks(spectrum: &Powers) -> Vec<Peak> {
         // The median of few points is itself uncertain: three standard errors of it, from 1.25 σ/√n of a Gaussian.
         let uncertain = 1.0 + 3.0 * 1.25 / (spectrum.averages * points as f64).sqrt();
         if floor > 0.0 && power > floor * threshold * uncertain {
-            peaks.push(Peak { k, floor });
+            peaks.push((k, floor));
         }
     }
     peaks
@@ -112,17 +108,17 @@ impl Powers {
         (around[side], around.len())
     }
 
-    fn line(&self, peak: &Peak, step_hz: f64, decimals: u8) -> SpectralLine {
-        let above = |k: usize| (self.power(k) - peak.floor).max(0.0);
+    fn line(&self, peak: usize, floor: f64, step_hz: f64, decimals: u8) -> SpectralLine {
+        let above = |k: usize| (self.power(k) - floor).max(0.0);
         // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
         // (1 + δ)/(2 - δ).
-        let (below, here, beyond) = (above(peak.k - 1), above(peak.k), above(peak.k + 1));
+        let (below, here, beyond) = (above(peak - 1), above(peak), above(peak + 1));
         let ratio = (below.max(beyond) / here).sqrt();
         let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
-        let place = peak.k as f64 + if beyond >= below { off } else { -off };
+        let place = peak as f64 + if beyond >= below { off } else { -off };
         let half = self.segment_samples as f64 / 2.0;
         // Points beyond half the sampling rate are the mirror image of those below it, and count once.
-        let reach = (peak.k - REACH)..=(peak.k + REACH).min(self.segment_samples / 2);
+        let reach = (peak - REACH)..=(peak + REACH).min(self.segment_samples / 2);
         let sides = |k: usize| if 2 * k == self.segment_samples { 1.0 } else { 2.0 };
         let power: f64 = reach.map(|k| sides(k) * above(k)).sum::<f64>() / self.segment_samples as f64;
         let total: f64 = (1..self.powers.len()).map(|k| sides(k) * self.powers[k]).sum::<f64>() / (2.0 * half);
@@ -130,7 +126,7 @@ impl Powers {
             frequency_hz: place.min(half) * step_hz,
             amplitude: counts_to_unit((2.0 * power).sqrt(), decimals),
             share_of_variance: power / total,
-            peak_to_floor: self.power(peak.k) / peak.floor,
+            peak_to_floor: self.power(peak) / floor,
         }
     }
 }

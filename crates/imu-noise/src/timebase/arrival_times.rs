@@ -219,7 +219,7 @@ impl ArrivalTimes {
         match decision {
             None => {}
             Some(Err(refusal)) => self.refuse(refusal),
-            Some(Ok(InitialRate { nominal, tracked })) => {
+            Some(Ok((nominal, tracked))) => {
                 let (unstamped, held_s) = search.take_held();
                 self.emit(GapEvent::Rate(nominal));
                 self.emit_samples(unstamped);

@@ -130,3 +130,11 @@ pub struct TimebaseSummary {
     /// Times between samples; `None` below two samples and without a nominal rate.
     pub arrivals: Option<Arrivals>,
 }
+
+impl TimebaseSummary {
+    /// Samples that are held until their arrival times show or confirm the rate; `None` for none.
+    #[must_use]
+    pub fn samples_held(&self) -> Option<u64> {
+        (self.nominal.is_none() && self.refusal.is_none() && self.samples > 0).then_some(self.samples)
+    }
+}

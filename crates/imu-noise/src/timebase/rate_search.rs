@@ -31,11 +31,8 @@ const PERIODIC_TOLERANCE: f64 = 0.1;
 /// of one of the sensor's rates looks like that up to 1.6 times (25 Hz read at 40 Hz).
 const READER_PACE: f64 = 1.75;
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct InitialRate {
-    pub(super) nominal: NominalRate,
-    pub(super) tracked: TrackedRate,
-}
+/// The rate found, and how samples are tracked with it.
+pub(super) type InitialRate = (NominalRate, TrackedRate);
 
 /// The rate, in Hz, by which samples are due.
 #[derive(Clone, Copy, Debug)]
@@ -88,8 +85,7 @@ impl RateSearch {
     pub(super) fn push(&mut self, at_s: f64) -> Option<Result<InitialRate, Refusal>> {
         self.held_s.push(at_s);
         if let Some(known_hz) = self.known_hz.filter(|&known_hz| self.is_periodic_at(known_hz)) {
-            let tracked = TrackedRate::Listed(known_hz);
-            return Some(Ok(InitialRate { nominal: NominalRate::Known(known_hz), tracked }));
+            return Some(Ok((NominalRate::Known(known_hz), TrackedRate::Listed(known_hz))));
         }
         let stretch = self.cutter.push(at_s);
         self.stretches.extend(stretch);
@@ -124,10 +120,9 @@ impl RateSearch {
     fn decide(&self, must_decide: bool, is_final: bool) -> Option<Result<InitialRate, Refusal>> {
         let sure = self.sure_rate(must_decide);
         if let Some(known_hz) = self.known_hz {
-            let nominal = NominalRate::Known(known_hz);
             let agreed = sure.filter(|tracked| is_near(tracked.hz(), known_hz));
             if let Some(tracked) = agreed.or_else(|| self.fallback_at(known_hz, sure, must_decide)) {
-                return Some(Ok(InitialRate { nominal, tracked }));
+                return Some(Ok((NominalRate::Known(known_hz), tracked)));
             }
             if !is_final && !matches!(sure, Some(TrackedRate::Listed(_))) {
                 return None;
@@ -143,8 +138,8 @@ impl RateSearch {
                 Err(Refusal::TooFast { measured_hz, fastest_hz: self.fastest_hz })
             }
             (_, Some(known_hz)) => Err(Refusal::OtherRate { known_hz, measured_hz }),
-            (TrackedRate::Listed(hz), None) => Ok(InitialRate { nominal: NominalRate::Snapped(hz), tracked }),
-            (TrackedRate::Measured(hz), None) => Ok(InitialRate { nominal: NominalRate::Measured(hz), tracked }),
+            (TrackedRate::Listed(hz), None) => Ok((NominalRate::Snapped(hz), tracked)),
+            (TrackedRate::Measured(hz), None) => Ok((NominalRate::Measured(hz), tracked)),
         })
     }
 

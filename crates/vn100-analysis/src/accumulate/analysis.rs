@@ -75,7 +75,7 @@ impl Analysis {
         self.outages.take(event, self.last_row_ns.take());
         if matches!(event.kind, LinkEventKind::Down { .. }) {
             self.finish();
-            let ended = self.pending.take().and_then(|pending| pending.summary());
+            let ended = self.pending.take().and_then(|pending| pending.detector.summary());
             self.record.end_connection(ended);
         }
     }
@@ -83,7 +83,11 @@ impl Analysis {
     /// The stream is over: decides on the rows that are pending.
     pub fn finish(&mut self) {
         let Some(pending) = &mut self.pending else { return };
-        let few = pending.rows_without_rate().filter(|_| self.record.rate.is_open());
+        let few = pending
+            .detector
+            .summary()
+            .and_then(|summary| summary.samples_held())
+            .filter(|_| self.record.rate.is_open());
         let before = self.record.rate.rate;
         pending.detector.finish();
         self.push_resolved();
@@ -135,7 +139,7 @@ impl Analysis {
         let mut snapshot = Snapshot {
             layout: accumulators.layout.clone(),
             timing: self.record.timing(),
-            arrivals: rate.arrivals(|| self.pending.as_ref().and_then(PendingRows::summary)),
+            arrivals: rate.arrivals(|| self.pending.as_ref().and_then(|pending| pending.detector.summary())),
             refused_before: rate.refused_before,
             rate_change: rate.change(),
             false_rate: rate.false_rate,
@@ -161,7 +165,7 @@ impl Analysis {
     }
 
     fn push_reply(&mut self, reply: &RegisterReply) {
-        let now = || self.pending.as_ref().and_then(PendingRows::summary);
+        let now = || self.pending.as_ref().and_then(|pending| pending.detector.summary());
         let effect = self.record.push_reply(reply, now);
         match (effect, &mut self.pending) {
             (RateEffect::Known(rate_hz), Some(pending)) => pending.detector.set_known_rate(rate_hz),

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use imu_noise::{GapDetector, GapEvent, TimebaseSummary};
+use imu_noise::{GapDetector, GapEvent};
 use vn100_protocol::stream::{Batch, MarkKind};
 
 /// The first stamp: long after zero, as later ones may lie before it.
@@ -95,15 +95,6 @@ impl PendingRows {
         Some(Resolved::Rows(&self.counts[from * self.width..self.resolved * self.width]))
     }
 
-    pub(crate) fn summary(&self) -> Option<TimebaseSummary> {
-        self.detector.summary()
-    }
-
-    pub(crate) fn rows_without_rate(&self) -> Option<u64> {
-        let summary = self.summary()?;
-        (summary.nominal.is_none() && summary.refusal.is_none()).then_some(summary.samples)
-    }
-
     /// How long rows have come by their stamps if none came out, else zero. The last stamp counts
     /// for half of it at most: it alone may be wrong.
     pub(crate) fn pending_duration(&self) -> Duration {
@@ -151,6 +142,10 @@ mod tests {
         PendingRows::new(WIDTH, GapDetector::new(&[40.0], known_hz))
     }
 
+    fn held(pending: &PendingRows) -> Option<u64> {
+        pending.detector.summary()?.samples_held()
+    }
+
     /// What comes out: rows as numbers, marks as -1, gaps as -10 less their samples; other events
     /// are not shown.
     fn resolved(pending: &mut PendingRows) -> Vec<i32> {
@@ -170,10 +165,10 @@ mod tests {
     fn rows_are_held_until_their_rate_is_known() {
         let mut pending = pending(None);
         pending.push(&batch(0, &(0..30).map(|row| 25 * row).collect::<Vec<_>>()));
-        assert_eq!((resolved(&mut pending), pending.rows_without_rate()), (vec![], Some(30)));
+        assert_eq!((resolved(&mut pending), held(&pending)), (vec![], Some(30)));
         pending.push(&batch(30, &[750, 775, 800, 900, 925]));
         assert_eq!(resolved(&mut pending), (0..33).collect::<Vec<_>>(), "those behind the gap are in doubt");
-        assert_eq!(pending.rows_without_rate(), None);
+        assert_eq!(held(&pending), None);
         pending.detector.finish();
         assert_eq!(resolved(&mut pending), [-13, 33, 34]);
     }
@@ -201,7 +196,7 @@ mod tests {
         bunched.push(&pairs);
         bunched.detector.finish();
         assert_eq!(resolved(&mut bunched), (0..400).collect::<Vec<_>>());
-        assert_eq!(bunched.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
+        assert_eq!(bunched.detector.summary().and_then(|summary| summary.arrivals).map(|all| all.max_us), Some(50_000));
     }
 
     #[test]
@@ -213,7 +208,7 @@ mod tests {
         assert_eq!(resolved(&mut pending), [0]);
         pending.detector.finish();
         assert_eq!(resolved(&mut pending), [1, -12, 2, 3]);
-        assert_eq!((pending.summary(), pending.rows_without_rate()), (None, None));
+        assert_eq!((pending.detector.summary(), held(&pending)), (None, None));
     }
 
     #[test]

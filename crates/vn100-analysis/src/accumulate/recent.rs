@@ -25,34 +25,19 @@ pub struct Slot {
 /// length, is `None` in every channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recent {
-    rate_hz: f64,
-    samples: u64,
-    /// Number of the slot behind the last one.
-    end: u64,
+    pub(crate) rate_hz: f64,
+    /// Samples that a slot spans; its data time is this over the rate.
+    pub samples_per_slot: u64,
+    /// Number of the slot behind the last one: the slots of a channel are the latest before it.
+    pub end: u64,
     /// Channel by channel, the oldest slot first.
     channels: Vec<VecDeque<Option<Slot>>>,
 }
 
 impl Recent {
     pub(crate) fn new(channels: usize, rate_hz: f64) -> Self {
-        let samples = (SLOT_S * rate_hz).round().max(1.0) as u64;
-        Self { rate_hz, samples, end: 0, channels: vec![VecDeque::new(); channels] }
-    }
-
-    pub(crate) const fn rate_hz(&self) -> f64 {
-        self.rate_hz
-    }
-
-    /// Samples that a slot spans; its data time is this over the rate.
-    #[must_use]
-    pub const fn samples_per_slot(&self) -> u64 {
-        self.samples
-    }
-
-    /// Number of the slot behind the last one: the slots of a channel are the latest before it.
-    #[must_use]
-    pub const fn end(&self) -> u64 {
-        self.end
+        let samples_per_slot = (SLOT_S * rate_hz).round().max(1.0) as u64;
+        Self { rate_hz, samples_per_slot, end: 0, channels: vec![VecDeque::new(); channels] }
     }
 
     /// The slots of a channel, the oldest first; at most 480. The last may still grow.
@@ -65,9 +50,10 @@ impl Recent {
         let mut index = index;
         let mut rest = counts;
         while !rest.is_empty() {
-            let slot = index / self.samples;
+            let slot = index / self.samples_per_slot;
             self.advance(slot);
-            let here = usize::try_from((slot + 1) * self.samples - index).map_or(rest.len(), |n| n.min(rest.len()));
+            let here =
+                usize::try_from((slot + 1) * self.samples_per_slot - index).map_or(rest.len(), |n| n.min(rest.len()));
             let (now, later) = rest.split_at(here);
             // the oldest of a long batch have fallen out already
             let place = (self.end - slot) as usize;
@@ -118,7 +104,7 @@ mod tests {
     #[test]
     fn a_slot_spans_half_a_second_and_a_gap_is_empty() {
         let mut recent = Recent::new(2, 4.0);
-        assert_eq!((recent.samples_per_slot(), recent.slots(0).len(), recent.slots(9).len()), (2, 0, 0));
+        assert_eq!((recent.samples_per_slot, recent.slots(0).len(), recent.slots(9).len()), (2, 0, 0));
         recent.push(0, 0, &[5, -7, 1]);
         recent.push(1, 0, &[i32::MIN, i32::MIN, 3]);
         assert_eq!(slots(&recent, 0), [Some((-7, 5, -2, 2)), Some((1, 1, 1, 1))]);

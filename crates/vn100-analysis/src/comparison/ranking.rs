@@ -1,10 +1,10 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use imu_noise::{Status, Term, VarianceEstimate, conventions, f_test};
-use vn100_protocol::Quantity;
+use imu_noise::{Term, VarianceEstimate, conventions, f_test};
+use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, ComparedRecord, chances, fold_alike, pairs};
-use crate::{Onboard, SENSORS};
+use crate::{ChannelAssessment, SENSORS};
 
 /// The records in the order of the white noise of one sensor.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,12 +36,12 @@ pub struct RankedRecord {
     pub upper: f64,
     /// By axis: name and N.
     pub axes: Vec<(String, f64)>,
-    /// See [`Onboard::white_factor`]; `None` where unknown.
+    /// See [`Onboard::white_factor`](crate::Onboard::white_factor); `None` where unknown.
     pub white_factor: Option<f64>,
 }
 
 impl RankedRecord {
-    /// N without the folding, to within [`Onboard::UNCERTAINTY`]; N itself where that is not known.
+    /// N without the folding, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); N itself where that is not known.
     #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)
@@ -80,23 +80,15 @@ pub(super) fn rankings(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<R
         let mut ranked: Vec<(RankedRecord, VarianceEstimate)> = Vec::new();
         let mut not_ranked = Vec::new();
         for (number, record) in records.iter().enumerate() {
-            match white(record, quantity, confidence) {
-                White::NoSensor => {}
-                White::Unknown => not_ranked.push(number),
-                White::Known { axes, mean_square, onboard } => match mean_square.interval(confidence) {
-                    Some(interval) => ranked.push((
-                        RankedRecord {
-                            record: number,
-                            white: mean_square.variance.sqrt(),
-                            lower: interval.lower,
-                            upper: interval.upper,
-                            axes,
-                            white_factor: onboard.map(|onboard| onboard.white_factor()),
-                        },
-                        mean_square,
-                    )),
-                    None => not_ranked.push(number),
-                },
+            let axes: Vec<_> = (record.snapshot.layout_channels().iter().zip(&record.assessment.channels))
+                .filter(|(channel, _)| channel.quantity == quantity)
+                .collect();
+            if axes.is_empty() {
+                continue;
+            }
+            match ranked_record(number, &axes, confidence) {
+                Some(known) => ranked.push(known),
+                None => not_ranked.push(number),
             }
         }
         ranked.sort_by(|(a, _), (b, _)| a.own().total_cmp(&b.own()));
@@ -123,35 +115,29 @@ pub(super) fn rankings(records: &[ComparedRecord<'_>], confidence: f64) -> Vec<R
     rankings
 }
 
-enum White {
-    NoSensor,
-    Unknown,
-    Known { axes: Vec<(String, f64)>, mean_square: VarianceEstimate, onboard: Option<Onboard> },
-}
-
-fn white(record: &ComparedRecord<'_>, quantity: Quantity, confidence: f64) -> White {
-    let of_sensor: Vec<_> = (record.snapshot.layout_channels().iter().zip(&record.assessment.channels))
-        .filter(|(channel, _)| channel.quantity == quantity)
-        .collect();
-    if of_sensor.is_empty() {
-        return White::NoSensor;
+/// `None` where N is not estimated on every one of the `axes`.
+fn ranked_record(
+    record: usize,
+    axes: &[(&Channel, &ChannelAssessment)],
+    confidence: f64,
+) -> Option<(RankedRecord, VarianceEstimate)> {
+    let mut known = Vec::new();
+    for (channel, assessed) in axes {
+        let white = assessed.noise.as_ref()?.parameter(Term::White)?;
+        let (value, lower, upper) = (white.value?, white.lower?, white.upper?);
+        let estimate = VarianceEstimate::of_interval(value, lower, upper, confidence)?;
+        known.push((channel.name.to_string(), value, estimate));
     }
-    let known: Option<Vec<(String, f64, VarianceEstimate)>> = (of_sensor.iter())
-        .map(|(channel, assessed)| {
-            let white = assessed.noise.as_ref()?.parameter(Term::White)?;
-            let (value, lower, upper) = (white.value?, white.lower?, white.upper?);
-            let estimate = VarianceEstimate::of_interval(value, lower, upper, confidence)?;
-            (white.status == Status::Estimated).then(|| (channel.name.to_string(), value, estimate))
-        })
-        .collect();
-    let Some(known) = known else { return White::Unknown };
-    let onboard = of_sensor.first().and_then(|(_, assessed)| assessed.onboard);
     let share = 1.0 / known.len() as f64;
-    match VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate))) {
-        Some(mean_square) => {
-            let axes = known.into_iter().map(|(name, value, _)| (name, value)).collect();
-            White::Known { axes, mean_square, onboard }
-        }
-        None => White::Unknown,
-    }
+    let mean_square = VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate)))?;
+    let interval = mean_square.interval(confidence)?;
+    let ranked = RankedRecord {
+        record,
+        white: mean_square.variance.sqrt(),
+        lower: interval.lower,
+        upper: interval.upper,
+        axes: known.into_iter().map(|(name, value, _)| (name, value)).collect(),
+        white_factor: axes.first()?.1.onboard.map(|onboard| onboard.white_factor()),
+    };
+    Some((ranked, mean_square))
 }

@@ -1,14 +1,12 @@
 //! The warnings a snapshot deserves: what was seen, why it matters, what to try.
 
-mod no_valid_lines;
-mod refused;
-mod unsolicited;
+mod link;
 
 use imu_noise::{NominalRate, TimebaseSummary};
 use vn100_protocol::stream::RejectedRowCounts;
 use vn100_protocol::{Channel, Quantity, Tally};
 
-use self::{no_valid_lines::no_valid_lines, refused::refused};
+use self::link::{no_valid_lines, refused, unsolicited};
 use crate::{
     accumulate::rate_authority::rates_hz,
     remedy::{Remedy, Text},
@@ -33,7 +31,7 @@ pub(crate) struct StreamFindings {
 pub(crate) fn warnings(snapshot: &Snapshot, findings: StreamFindings) -> Vec<Warning> {
     let mut advice = Advice::default();
     advice.on_lines(snapshot, &findings);
-    advice.warnings.extend(unsolicited::warnings(&snapshot.link.unsolicited_errors));
+    advice.warnings.extend(unsolicited(&snapshot.link.unsolicited_errors));
     advice.on_time(snapshot);
     advice.on_values(snapshot, findings);
     advice.on_message(snapshot);
@@ -60,25 +58,21 @@ impl Advice {
             self.warn(WarningKind::NoValidLines, text);
         }
         if let (1.., Some(name), Some(layout)) = (link.samples(), link.other_message, &snapshot.layout) {
-            self.warn(
-                WarningKind::OtherMessages,
-                format!(
-                    "{} of another message, first of {name}, are left out: the stream began with {}",
-                    lines(link.other_messages()),
-                    layout.message
-                ),
+            let text = format!(
+                "{} of another message, first of {name}, are left out: the stream began with {}",
+                lines(link.other_messages()),
+                layout.message
             );
+            self.warn(WarningKind::OtherMessages, text);
         }
         if findings.repeated_lines > 0 {
-            self.warn(
-                WarningKind::RepeatedLines,
-                format!(
-                    "{} of {} repeat an earlier one digit for digit, which no living sensor does: a recording played in a loop, or lines \
+            let text = format!(
+                "{} of {} repeat an earlier one digit for digit, which no living sensor does: a recording played in a loop, or lines \
                      stored twice. The deviations of such a record say little about a sensor",
-                    findings.repeated_lines,
-                    lines(snapshot.timing.samples)
-                ),
+                findings.repeated_lines,
+                lines(snapshot.timing.samples)
             );
+            self.warn(WarningKind::RepeatedLines, text);
         }
         let evidence = match snapshot.timing.missing_from {
             MissingFrom::Arrival => "arrival times tell what is missing for it",
@@ -87,14 +81,12 @@ impl Advice {
         };
         let rejected = link.rejected_rows.unwrap_or_default();
         if rejected.total() > 0 {
-            self.warn(
-                WarningKind::RejectedLines,
-                format!(
-                    "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
-                    of_all_lines(rejected.total(), tally),
-                    reasons(&rejected)
-                ),
+            let text = format!(
+                "{} no row like the others and left out ({}); {evidence}. The list of odd rows shows the first of each reason",
+                of_all_lines(rejected.total(), tally),
+                reasons(&rejected)
             );
+            self.warn(WarningKind::RejectedLines, text);
         }
         let damaged = tally.rejected.total() - tally.rejected.unchecked - rejected.total();
         if damaged > 0 {
@@ -102,65 +94,53 @@ impl Advice {
                 Some(_) => "The file stores them so: they were damaged before, on the wire or by the script",
                 None => "Look at the cable, the connector and the baud rate",
             };
-            self.warn(
-                WarningKind::RejectedLines,
-                format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally)),
-            );
+            let text = format!("{} damaged and left out; {evidence}. {advice}", of_all_lines(damaged, tally));
+            self.warn(WarningKind::RejectedLines, text);
         }
         if tally.rejected.unchecked > 0 {
-            self.warn(
-                WarningKind::UncheckedLines,
-                Text::from(format!(
-                    "{} without a checksum and left out; ",
-                    of_all_lines(tally.rejected.unchecked, tally)
-                ))
-                .remedy(Remedy::AcceptUnchecked)
-                .then(" takes such lines, and then nothing but the form of a number protects it"),
-            );
+            let text = Text::from(format!(
+                "{} without a checksum and left out; ",
+                of_all_lines(tally.rejected.unchecked, tally)
+            ))
+            .remedy(Remedy::AcceptUnchecked)
+            .then(" takes such lines, and then nothing but the form of a number protects it");
+            self.warn(WarningKind::UncheckedLines, text);
         }
         if tally.unchecked_sentences > 0 {
-            self.warn(
-                WarningKind::UncheckedLines,
-                format!(
-                    "{} taken without a checksum: a damaged digit in them cannot be told from a good one",
-                    of_all_lines(tally.unchecked_sentences, tally)
-                ),
+            let text = format!(
+                "{} taken without a checksum: a damaged digit in them cannot be told from a good one",
+                of_all_lines(tally.unchecked_sentences, tally)
             );
+            self.warn(WarningKind::UncheckedLines, text);
         }
     }
 
     fn on_time(&mut self, snapshot: &Snapshot) {
         let timing = &snapshot.timing;
         if let Some(RateChange { after_samples, from_hz, to_hz }) = snapshot.rate_change {
-            self.warn(
-                WarningKind::RateChanged,
-                Text::from(format!(
-                    "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; ",
-                    samples(after_samples),
-                    samples(timing.excluded)
-                ))
-                .remedy(Remedy::Skip(None))
-                .then(" leaves the first part out instead"),
-            );
+            let text = Text::from(format!(
+                "after {} the rate changed from {from_hz} to {to_hz} Hz, and what came then is left out, {} in all; ",
+                samples(after_samples),
+                samples(timing.excluded)
+            ))
+            .remedy(Remedy::Skip(None))
+            .then(" leaves the first part out instead");
+            self.warn(WarningKind::RateChanged, text);
         }
         if let Some(FalseRate { samples: excluded, arrival_hz, device_hz }) = snapshot.false_rate {
-            self.warn(
-                WarningKind::RateChanged,
-                format!(
-                    "the first {} came at {arrival_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
+            let text = format!(
+                "the first {} came at {arrival_hz} Hz by their arrival, until the sensor said that its rate is {device_hz} Hz: they were \
                      placed wrongly and are left out",
-                    samples(excluded)
-                ),
+                samples(excluded)
             );
+            self.warn(WarningKind::RateChanged, text);
         }
         if snapshot.other_rate_samples > 0 {
-            self.warn(
-                WarningKind::RateChanged,
-                format!(
-                    "{} came at another rate for a while, as bytes do that were held back, and are left out; no window spans that",
-                    samples(snapshot.other_rate_samples)
-                ),
+            let text = format!(
+                "{} came at another rate for a while, as bytes do that were held back, and are left out; no window spans that",
+                samples(snapshot.other_rate_samples)
             );
+            self.warn(WarningKind::RateChanged, text);
         }
         let refusal = snapshot.arrivals.and_then(|arrivals| arrivals.refusal);
         let over = refusal.is_none();
@@ -171,16 +151,14 @@ impl Advice {
             self.on_arrivals(arrivals, rates_hz(snapshot.layout.as_deref()));
         }
         if timing.missing > 0 {
-            self.warn(
-                WarningKind::Gaps,
-                format!(
-                    "{} missing in {} ({:.2} % of the record): only windows without a gap count, so that the longest taus rest on fewer of \
+            let text = format!(
+                "{} missing in {} ({:.2} % of the record): only windows without a gap count, so that the longest taus rest on fewer of \
                      them",
-                    samples(timing.missing),
-                    counted(timing.gaps, "place"),
-                    100.0 * timing.missing as f64 / (timing.missing + timing.samples) as f64
-                ),
+                samples(timing.missing),
+                counted(timing.gaps, "place"),
+                100.0 * timing.missing as f64 / (timing.missing + timing.samples) as f64
             );
+            self.warn(WarningKind::Gaps, text);
         }
         if snapshot.layout.is_some() {
             match timing.samples {
@@ -198,15 +176,13 @@ impl Advice {
             }
         }
         if timing.rate_from == RateFrom::Assumed && timing.samples > 0 {
-            self.warn(
-                WarningKind::RateAssumed,
-                Text::from(format!(
+            let text = Text::from(format!(
                     "nothing in the recording tells its sample rate; {} Hz is the sensor's default. If it was set otherwise give ",
                     timing.rate_hz
                 ))
                 .remedy(Remedy::GiveRate(None))
-                .then(": every tau scales with it"),
-            );
+                .then(": every tau scales with it");
+            self.warn(WarningKind::RateAssumed, text);
         }
     }
 
@@ -214,20 +190,16 @@ impl Advice {
         // a latency timer brings nearly every other line with the one before it
         const BUNCHED_SHARE: f64 = 0.2;
         if summary.refusal.is_none() && summary.backwards > 0 {
-            self.warn(
-                WarningKind::StampsBackwards,
-                format!(
-                    "the stamps go back {}: the clock was set, or lines stand out of order. They are followed from there on, and a loss just \
+            let text = format!(
+                "the stamps go back {}: the clock was set, or lines stand out of order. They are followed from there on, and a loss just \
                      there cannot be seen",
-                    counted(summary.backwards, "time")
-                ),
+                counted(summary.backwards, "time")
             );
+            self.warn(WarningKind::StampsBackwards, text);
         }
         self.on_rate(summary, rates_hz);
         if let Some(arrivals) = summary.arrivals.filter(|arrivals| arrivals.share_together > BUNCHED_SHARE) {
-            self.warn(
-                WarningKind::BunchedArrival,
-                Text::from(format!(
+            let text = Text::from(format!(
                     "{:.0} % of the lines arrive together with the one before, {:.1} at a time: the latency timer of a USB serial adapter, \
                      16 ms unless it is set to 1, holds them back; ",
                     100.0 * arrivals.share_together,
@@ -237,8 +209,8 @@ impl Advice {
                 .then(
                     " sets it where it may, and else says how. It spoils no deviation, for arrival times never enter one; losses are \
                      placed less finely",
-                ),
-            );
+                );
+            self.warn(WarningKind::BunchedArrival, text);
         }
     }
 
@@ -249,64 +221,49 @@ impl Advice {
         const BUNCHING_S: f64 = 0.1;
         let Some(nominal) = summary.nominal else { return };
         if let (NominalRate::Measured(hz), false) = (nominal, rates_hz.is_empty()) {
-            self.warn(
-                WarningKind::RateOffNominal,
-                Text::from(format!(
-                    "lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give "
-                ))
-                .remedy(Remedy::GiveRate(None))
-                .then(" if it is wrong"),
-            );
+            let text = Text::from(format!(
+                "lines arrive at {hz} Hz, which is none of the sensor's rates: every tau is by this rate; give "
+            ))
+            .remedy(Remedy::GiveRate(None))
+            .then(" if it is wrong");
+            self.warn(WarningKind::RateOffNominal, text);
         } else if let (Some(hz), Some(ppm)) = (summary.measured_hz, summary.offset_ppm) {
             let drift_s = ppm.abs() * 1e-6 * summary.samples as f64 / nominal.hz();
             if ppm.abs() > CLOCK_PPM && drift_s > BUNCHING_S {
-                self.warn(
-                    WarningKind::RateOffNominal,
-                    Text::from(format!(
-                        "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give ",
-                        nominal.hz()
-                    ))
-                    .remedy(Remedy::GiveRate(Some(hz)))
-                    .then(" if the stamps are right"),
-                );
+                let text = Text::from(format!(
+                    "lines arrive at {hz:.4} Hz, {ppm:+.0} ppm off the {} Hz by which every tau is given; give ",
+                    nominal.hz()
+                ))
+                .remedy(Remedy::GiveRate(Some(hz)))
+                .then(" if the stamps are right");
+                self.warn(WarningKind::RateOffNominal, text);
             }
         }
     }
 
     fn on_values(&mut self, snapshot: &Snapshot, findings: StreamFindings) {
         if findings.print_changes > 0 {
-            self.warn(
-                WarningKind::PrintFormat,
-                format!(
-                    "the number of printed decimals changed {}: no window spans a change, and the resolution given is the coarser one",
-                    counted(findings.print_changes, "time")
-                ),
+            let text = format!(
+                "the number of printed decimals changed {}: no window spans a change, and the resolution given is the coarser one",
+                counted(findings.print_changes, "time")
             );
+            self.warn(WarningKind::PrintFormat, text);
         }
         if !findings.restarted.is_empty() {
-            self.warn_of(
-                WarningKind::AngleRestarted,
-                findings.restarted,
-                "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches",
-            );
+            let text = "the angle turned several thousand times one way and its count started anew: mean, minimum and maximum mix the branches";
+            self.warn_of(WarningKind::AngleRestarted, findings.restarted, text);
         }
         let stuck = channels_where(snapshot, |channel, results| is_stuck(channel, results, snapshot.timing.rate_hz));
         if !stuck.is_empty() {
-            self.warn_of(
-                WarningKind::StuckDigits,
-                stuck,
-                "the channel shows no more than two values: its noise lies below the last printed digit, or it is not alive; its deviations \
-                 are those of the rounding",
-            );
+            let text = "the channel shows no more than two values: its noise lies below the last printed digit, or it is not alive; its deviations \
+                 are those of the rounding";
+            self.warn_of(WarningKind::StuckDigits, stuck, text);
         }
         let at_limit = channels_where(snapshot, reaches_limit);
         if !at_limit.is_empty() {
-            self.warn_of(
-                WarningKind::FullRange,
-                at_limit,
-                "the channel reaches the end of the sensor's range (2.5 gauss, 16 g, 2000 deg/s as quoted): beyond it values are cut, and \
-                 statistics of cut values are wrong",
-            );
+            let text = "the channel reaches the end of the sensor's range (2.5 gauss, 16 g, 2000 deg/s as quoted): beyond it values are cut, and \
+                 statistics of cut values are wrong";
+            self.warn_of(WarningKind::FullRange, at_limit, text);
         }
     }
 
@@ -315,15 +272,12 @@ impl Advice {
         let rates = layout.channels.iter().filter(|channel| channel.quantity == Quantity::AngularRate);
         let rates: Vec<_> = rates.map(|channel| channel.name.to_string()).collect();
         if !rates.is_empty() {
-            self.warn_of(
-                WarningKind::CompensatedStream,
-                rates,
-                format!(
-                    "the angular rates of {} have the attitude filter's bias estimate removed: at long tau their deviation shows that \
+            let text = format!(
+                "the angular rates of {} have the attitude filter's bias estimate removed: at long tau their deviation shows that \
                      filter, not the sensor. Bias instability and rate random walk of the sensor need the uncompensated message VNIMU",
-                    layout.message
-                ),
+                layout.message
             );
+            self.warn_of(WarningKind::CompensatedStream, rates, text);
         }
     }
 }

@@ -273,7 +273,7 @@ impl SourceView {
         let kept = slots.len().min(most_slots);
         // one column may be cut short at either end
         let together = kept.div_ceil(columns.checked_sub(1)?.max(1)).max(1) as u64;
-        let first = recent.end() - kept as u64;
+        let first = recent.end - kept as u64;
         let mut history = Vec::new();
         let mut number = None;
         let mut merged: Vec<Option<Slot>> = Vec::new();
@@ -295,7 +295,7 @@ impl SourceView {
                 mean: value(slot.sum as f64 / f64::from(slot.count)),
             })
         }));
-        let column_s = (recent.samples_per_slot() * together) as f64 / self.snapshot.timing.rate_hz;
+        let column_s = (recent.samples_per_slot * together) as f64 / self.snapshot.timing.rate_hz;
         Some(History { columns: history, column_s })
     }
 

@@ -105,15 +105,6 @@ pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
 /// at their own: both ends are right together as often as an interval, even if one knew nothing of
 /// the other (Bonferroni). The upper end counts every term at its own. So the interval holds at the
 /// level of those three or above. An end is `None` where nothing gives it.
-///
-/// ```
-/// use imu_noise::{Parameter, Status, curve_minimum};
-///
-/// let (status, end) = (Status::Estimated, Some);
-/// let exactly = |x| Parameter { status, value: end(x), lower: end(x), upper: end(x) };
-/// let flicker_alone = curve_minimum(&exactly(0.0), &exactly(1.0), &exactly(0.0));
-/// assert_eq!(flicker_alone.upper.map(|minimum| (minimum * 1e4).round()), Some(6643.0));
-/// ```
 #[must_use]
 pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();

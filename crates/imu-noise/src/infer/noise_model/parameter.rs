@@ -40,16 +40,6 @@ impl Term {
     /// Exact at every m, as [`PowerLaw::variance`]; the formulas of the terms are its limit
     /// for long averaging times. A ramp has no Hadamard variance. What averaging on board does to
     /// white noise at short averaging times is not in it.
-    ///
-    /// ```
-    /// use imu_noise::{Deviation, Estimator, RecordShape, Term};
-    ///
-    /// let (estimator, deviation) = (Estimator::Strided, Deviation::Allan);
-    /// let shape = RecordShape { samples: 0, interval_s: 0.025, estimator, deviation };
-    /// // 0.003 deg/s/sqrt(Hz), read at 1 s
-    /// let variance = Term::White.variance(0.003, 40, &shape);
-    /// assert!((variance.sqrt() - 0.003).abs() < 1e-12);
-    /// ```
     #[must_use]
     pub fn variance(self, amplitude: f64, m: u64, shape: &RecordShape) -> f64 {
         let amplitude = amplitude / self.per_second(shape.interval_s);
