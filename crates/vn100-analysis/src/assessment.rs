@@ -1,5 +1,3 @@
-//! What a snapshot says of the sensor.
-
 mod noise;
 mod rest;
 mod stationary;

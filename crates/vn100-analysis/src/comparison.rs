@@ -1,5 +1,3 @@
-//! Several records compared: octaves, the order of white noise, and the spread of means.
-
 mod caveat;
 mod means;
 mod octaves;

@@ -1,5 +1,3 @@
-//! A data sheet's noise figures, and what a measurement says of them.
-
 use std::f64::consts::{LN_2, PI};
 
 use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, StreamFactor, Term, Verdict, curve_minimum};

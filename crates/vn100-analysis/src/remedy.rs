@@ -1,5 +1,3 @@
-//! What a user can do about what was found, as data: each face calls it by its own names.
-
 use std::fmt;
 
 /// What a user can do.

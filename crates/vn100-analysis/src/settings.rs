@@ -1,5 +1,3 @@
-//! What the user asks of a measurement.
-
 use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};

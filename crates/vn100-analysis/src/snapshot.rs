@@ -1,5 +1,3 @@
-//! The state of a measurement at one moment, as plain data for screens and reports.
-
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{

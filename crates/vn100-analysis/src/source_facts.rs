@@ -1,10 +1,8 @@
-//! What is known of a source beside its samples: a session fills it, reports and faces read it.
-
 use std::collections::BTreeMap;
 
 use vn100_protocol::stream::CsvReport;
 
-/// The source of a record.
+/// What is known of a source beside its samples: a session fills it, reports and faces read it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SourceFacts {
     /// File name without its folder, `-` for standard input, or the port.

@@ -1,5 +1,3 @@
-//! Warnings: what limits a result, why it matters and what to try.
-
 pub(crate) mod advice;
 
 use std::fmt;

@@ -1,5 +1,3 @@
-//! The one place where snapshots of a session are assessed, and the goals that end a measurement.
-
 use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};

@@ -1,5 +1,3 @@
-//! How a session ended, and with which result.
-
 use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
 use vn100_analysis::{Assessment, RateChange, Snapshot, SourceFacts, UnmetGoal};

@@ -129,8 +129,8 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     let stop_ends_it = source.pace.is_some() || (source.watchdog.is_none() && source.stored_bytes_read.is_none());
     channels.state.send_modify(|state| {
         state.stage = Stage::Measuring;
-        state.link = link.as_mut().map(|link| link.borrow_and_update().clone());
-        state.recording = recording.as_mut().map(|recording| recording.borrow_and_update().clone());
+        state.link = latest(&mut link);
+        state.recording = latest(&mut recording);
     });
     source.publish(channels);
     let mut held = None;
@@ -147,8 +147,8 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
                 source.end.get_or_insert((EndReason::Stopped, None));
                 return source.finish(channels);
             }
-            () = changed(&mut link) => source.show_link(&mut link, channels),
-            () = changed(&mut recording) => show_recording(&mut recording, channels),
+            () = changed(&mut link) => channels.state.send_modify(|state| state.link = latest(&mut link)),
+            () = changed(&mut recording) => channels.state.send_modify(|state| state.recording = latest(&mut recording)),
             _ = ticks.tick(), if source.has_changed && source.is_watched(channels) => source.publish(channels),
             _ = looks.tick(), if source.watchdog.is_some() => source.watch(channels),
             event = next_due(&mut events, &mut held, source.pace.as_ref()), if source.end.is_none() => {
@@ -195,11 +195,8 @@ async fn changed<T>(watched: &mut Option<watch::Receiver<T>>) {
     }
 }
 
-fn show_recording(recording: &mut Option<watch::Receiver<RecordingState>>, channels: &Channels) {
-    if let Some(recording) = recording {
-        let now = recording.borrow_and_update().clone();
-        channels.state.send_modify(|state| state.recording = Some(now));
-    }
+fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
+    watched.as_mut().map(|watched| watched.borrow_and_update().clone())
 }
 
 struct Measuring {
@@ -380,13 +377,6 @@ impl Measuring {
                 let total = state.playback.and_then(|playback| playback.total);
                 state.playback = Some(pace.playback(total));
             });
-        }
-    }
-
-    fn show_link(&self, link: &mut Option<watch::Receiver<LinkState>>, channels: &Channels) {
-        if let Some(link) = link {
-            let now = link.borrow_and_update().clone();
-            channels.state.send_modify(|state| state.link = Some(now));
         }
     }
 

@@ -16,7 +16,7 @@ use crate::{
     excluded::Excluded,
     measure::{Channels, Ending, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     pace::{PaceStart, Playback, Speed},
-    recording_metadata::{conditions, with_recorded_end},
+    recording::{conditions, with_recorded_end},
     session::{not_started, read_options, result},
     state::SourceState,
 };

@@ -1,5 +1,3 @@
-//! A measurement of one source from its opening to its result, as a handle.
-
 use std::sync::Arc;
 
 use tokio::{

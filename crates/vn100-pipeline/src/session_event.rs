@@ -1,5 +1,3 @@
-//! What happens in a session beside the measurement, as data.
-
 use std::time::Duration;
 
 use vn100_driver::{Change, Configured};

@@ -1,5 +1,3 @@
-//! Mean, deviation and extremes of consecutive blocks of a record, in bounded memory.
-
 use ethnum::I256;
 
 use super::counts;

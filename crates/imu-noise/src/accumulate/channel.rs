@@ -1,5 +1,3 @@
-//! Everything accumulated of one channel.
-
 use super::aligned_sums::{self, AlignedSums, LagOneSums, Trend};
 use super::histogram::Histogram;
 use super::moments::Moments;

@@ -1,5 +1,3 @@
-//! How often each value came, in a bounded number of bins.
-
 use std::collections::BTreeMap;
 
 /// Most bins a histogram has.

@@ -1,5 +1,3 @@
-//! Mean, spread, shape and extremes from exact power sums.
-
 use ethnum::I256;
 
 use super::counts;

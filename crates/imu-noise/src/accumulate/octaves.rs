@@ -1,5 +1,3 @@
-//! Allan and Hadamard deviation at averaging factors m = 1, 2, 4, ..., from exact integer sums.
-
 mod cascade;
 mod overlapping;
 mod squares;

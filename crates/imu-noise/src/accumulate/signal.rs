@@ -1,5 +1,3 @@
-//! Statistics of a channel besides its deviations: spectrum, blocks, windows for stationarity.
-
 use super::blocks::{Block, Blocks, Sums, WINDOW};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;

@@ -1,5 +1,3 @@
-//! Power spectral density of one channel by Welch's method, in bounded memory and time.
-
 use std::{fmt, sync::Arc};
 
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};

@@ -1,5 +1,3 @@
-//! Angles that wrap at half a turn, made continuous.
-
 /// Makes a continuous series of the counts of a wrapping angle, across any division into slices.
 ///
 /// Each step is taken the short way round: into (-half a turn, half a turn]. The first sample is

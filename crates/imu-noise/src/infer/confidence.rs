@@ -1,5 +1,3 @@
-//! Equivalent degrees of freedom of an octave, and the confidence interval of its deviation.
-
 use super::chi_squared;
 use super::power_law::{PowerLaw, difference_autocovariance};
 use crate::accumulate::record::{Octave, RecordShape};

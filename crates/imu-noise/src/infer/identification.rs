@@ -1,5 +1,3 @@
-//! The kind of noise at each averaging time, from block sums and from the slope of the curve.
-
 use super::power_law::PowerLaw;
 use crate::accumulate::aligned_sums::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::channel::ChannelAccumulator;

@@ -1,5 +1,3 @@
-//! A warm-up at the start of a record, or a step of its level.
-
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;

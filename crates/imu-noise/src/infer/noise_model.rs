@@ -1,5 +1,3 @@
-//! The noise parameters of IEEE Std 952 and 1293 from octave variances.
-
 mod boxcar;
 mod curve_reading;
 mod fit;

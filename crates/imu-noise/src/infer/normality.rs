@@ -1,5 +1,3 @@
-//! Whether the values of a channel are normally distributed, for correlated and rounded samples.
-
 use thiserror::Error;
 
 use crate::accumulate::moments::Moments;

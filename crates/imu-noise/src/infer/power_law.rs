@@ -1,5 +1,3 @@
-//! Noise whose spectrum follows a power of frequency, as covariances of sampled data.
-
 use crate::accumulate::record::Deviation;
 
 /// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so

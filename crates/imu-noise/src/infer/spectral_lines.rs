@@ -1,5 +1,3 @@
-//! Vibration lines: narrow peaks above the noise around them.
-
 use super::chi_squared;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::spectrum::{Powers, Spectrum};

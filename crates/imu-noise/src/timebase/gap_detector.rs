@@ -1,5 +1,3 @@
-//! The one detector of dropped samples: by a counter where samples carry one, else by arrival.
-
 use std::time::Duration;
 
 use super::arrival_times::ArrivalTimes;

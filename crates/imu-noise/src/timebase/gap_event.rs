@@ -1,5 +1,3 @@
-//! What a gap detector reports, in the order of the samples.
-
 use std::fmt;
 
 use super::interval_statistics::Arrivals;

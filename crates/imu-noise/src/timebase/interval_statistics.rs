@@ -1,5 +1,3 @@
-//! Statistics of the times between samples.
-
 use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;

@@ -1,5 +1,3 @@
-//! Gaps by a counter that each sample carries.
-
 use std::collections::VecDeque;
 
 use super::gap_event::GapEvent;

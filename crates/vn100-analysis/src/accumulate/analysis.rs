@@ -1,5 +1,3 @@
-//! From the batches of a stream to snapshots. Pure: no task, no clock.
-
 use std::time::Duration;
 
 use imu_noise::GapDetector;

@@ -1,5 +1,3 @@
-//! The sample rate of a record: who gave it, when it was wrong, and when it changed.
-
 use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, MESSAGES, OUTPUT_RATES_HZ};
 
@@ -32,7 +30,8 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
     if is_output { &OUTPUT_RATES } else { &[] }
 }
 
-/// The user outranks the sensor, the sensor arrival times, and these the default. A deviation has
+/// Who gave the sample rate of a record, when it was wrong, and when it changed. The user outranks the
+/// sensor, the sensor arrival times, and these the default. A deviation has
 /// one sample interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {

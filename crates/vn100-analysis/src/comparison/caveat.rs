@@ -1,5 +1,3 @@
-//! What stands between two records that are compared.
-
 use vn100_protocol::Quantity;
 
 use super::{ComparedRecord, fold_alike, means::are_of_several_sensors, onboard, pairs};

@@ -1,5 +1,3 @@
-//! White noise and one correlated process instead of flicker noise and random walk.
-
 use super::{
     NoiseModel, Parameter, Status, Term,
     boxcar::StreamedWhite,

@@ -1,5 +1,3 @@
-//! How the variances of all octaves of a record vary together, for each pair of noise components.
-
 use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
 use crate::infer::power_law::{difference_autocovariance, difference_covariance};
