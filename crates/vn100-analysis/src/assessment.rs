@@ -73,10 +73,11 @@ impl Assessment {
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
-        let models = Models::new(snapshot.shape());
-        let mut assessor = Assessor { snapshot, confidence, was_moved: motion.is_some(), models };
-        let channels: Vec<_> =
-            snapshot.measured().map(|(channel, results)| assessor.channel(channel, results)).collect();
+        let mut models = Models::new(snapshot.shape());
+        let channels = snapshot.measured().map(|(channel, results)| {
+            ChannelAssessment::new(channel, results, snapshot, motion.is_some(), confidence, &mut models)
+        });
+        let channels: Vec<_> = channels.collect();
         let mut warnings = stream::warnings(snapshot, &channels);
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
@@ -119,24 +120,23 @@ impl Assessments {
     }
 }
 
-struct Assessor<'a> {
-    snapshot: &'a Snapshot,
-    confidence: f64,
-    was_moved: bool,
-    models: Models,
-}
-
-impl Assessor<'_> {
-    fn channel(&mut self, channel: &Channel, results: &ChannelSnapshot) -> ChannelAssessment {
-        let curve = Curve::new(channel, results, self.snapshot.shape());
-        let onboard = Onboard::of(channel, self.snapshot);
-        let disturbed = match self.was_moved {
+impl ChannelAssessment {
+    fn new(
+        channel: &Channel,
+        results: &ChannelSnapshot,
+        snapshot: &Snapshot,
+        was_moved: bool,
+        confidence: f64,
+        models: &mut Models,
+    ) -> Self {
+        let curve = Curve::new(channel, results, snapshot.shape());
+        let onboard = Onboard::of(channel, snapshot);
+        let disturbed = match was_moved {
             true => Disturbed::default(),
             false => Disturbed::of(channel, results, curve.shape.interval_s),
         };
-        let (lines, models) = (&disturbed.lines, &mut self.models);
-        let mut noise = ChannelNoise::new(channel, &curve, self.snapshot, onboard, lines, self.confidence, models);
-        if let Some(noise) = noise.as_mut().filter(|_| self.was_moved) {
+        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &disturbed.lines, confidence, models);
+        if let Some(noise) = noise.as_mut().filter(|_| was_moved) {
             noise.was_moved();
         }
         let mut last_law = None;
@@ -149,12 +149,12 @@ impl Assessor<'_> {
                 OctaveAssessment {
                     m: octave.m,
                     alpha: law.map(PowerLaw::alpha),
-                    relative: edf.and_then(|edf| Interval::new(1.0, edf, self.confidence)),
+                    relative: edf.and_then(|edf| Interval::new(1.0, edf, confidence)),
                 }
             })
             .collect();
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        ChannelAssessment { octaves, noise, disturbed, normality, onboard }
+        Self { octaves, noise, disturbed, normality, onboard }
     }
 }
 

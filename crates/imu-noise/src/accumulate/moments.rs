@@ -4,20 +4,8 @@ use super::counts;
 
 const BLOCK: usize = 256;
 
-/// Exact moments of a channel, in counts.
-///
-/// Holds count, minimum, maximum and the sums of the first four powers as integers that cannot
-/// overflow, so results do not depend on how the samples were divided, and are good to 1e-12 for
-/// any offset and length.
-///
-/// ```
-/// use imu_noise::Moments;
-///
-/// let mut moments = Moments::new();
-/// moments.push(&[-9813, -9810, -9794]);
-/// assert_eq!(moments.mean_counts(), Some(-29417.0 / 3.0));
-/// assert_eq!((moments.min_counts(), moments.max_counts()), (Some(-9813), Some(-9794)));
-/// ```
+/// Exact moments of a channel, in counts: the sums of the first four powers are integers that cannot
+/// overflow, so results do not depend on how the samples were divided, and are good to 1e-12.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     sums: PowerSums,

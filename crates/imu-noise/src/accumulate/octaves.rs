@@ -6,26 +6,10 @@ use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use overlapping::Overlapping;
 
-/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in
-/// counts.
-///
-/// Any division of the same samples over calls of [`push`](Self::push) gives the same sums, bit by
-/// bit.
-///
-/// ```
-/// use imu_noise::{Deviation, Estimator, Octaves};
-///
-/// // The nine-point suite of NBS Monograph 140.
-/// let mut octaves = Octaves::new(Estimator::Full, Deviation::Allan);
-/// octaves.push(&[892, 809, 823, 798, 671, 644, 883, 903, 677]);
-/// let adev: Vec<_> = octaves.sums().map(|octave| octave.deviation_counts().unwrap()).collect();
-/// assert!((adev[0] - 91.22945).abs() < 1e-4);
-/// assert!((adev[1] - 85.95287).abs() < 1e-4);
-/// assert_eq!(adev.len(), 3);
-/// ```
+/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in counts:
+/// the same, bit by bit, for any division of the samples over calls of [`push`](Self::push).
 #[derive(Clone, Debug)]
 pub struct Octaves {
-    estimator: Estimator,
     deviation: Deviation,
     windows: Windows,
 }
@@ -62,7 +46,7 @@ impl Octaves {
             Estimator::Plain => Windows::Strided(Cascade::new(1, deviation)),
             Estimator::Full => Windows::Full(Overlapping::new(deviation)),
         };
-        Self { estimator, deviation, windows }
+        Self { deviation, windows }
     }
 
     /// The same, with what [`OctaveSum::without_slope`] needs; costs somewhat more.
@@ -75,18 +59,6 @@ impl Octaves {
         self
     }
 
-    /// Which windows are summed.
-    #[must_use]
-    pub const fn estimator(&self) -> Estimator {
-        self.estimator
-    }
-
-    /// What is summed.
-    #[must_use]
-    pub const fn deviation(&self) -> Deviation {
-        self.deviation
-    }
-
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         match &mut self.windows {
@@ -95,11 +67,9 @@ impl Octaves {
         }
     }
 
-    /// Samples are missing here: no window reaches across.
-    ///
-    /// `Some(missing)` keeps the grid of windows: the next sample has an absolute index that is
-    /// higher by `missing` (0: a break without loss). `None`, an unknown number: the grid starts
-    /// anew with the next sample.
+    /// Samples are missing here: no window reaches across. `Some(missing)`: the absolute index of
+    /// the next sample is higher by `missing` (0: a break without loss). `None`, an unknown number:
+    /// the grid of windows starts anew with the next sample.
     pub fn gap(&mut self, missing: Option<u64>) {
         match &mut self.windows {
             Windows::Strided(cascade) => cascade.gap(missing),

@@ -1,9 +1,6 @@
-//! What a record offers to the octave deviations: how many windows fit, and at which starts.
-
-/// Which windows of m samples enter the sums.
-///
-/// Windows start at absolute sample indices that are multiples of the stride s; n windows fit in N
-/// samples without gap (d = 2 for Allan, 3 for Hadamard).
+/// Which windows of m samples enter the sums: those that start at absolute indices that are
+/// multiples of the stride s; n windows fit in N samples without gap (d = 2 for Allan, 3 for
+/// Hadamard).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Estimator {
     /// 16 windows per averaging time, s = max(1, m/16), n = floor((N - d m)/s) + 1. Bounded memory.

@@ -16,16 +16,14 @@ const MIN_LONG_SEGMENTS: u64 = 8;
 const DENSE_SAMPLES: u64 = 32_768;
 
 /// Streaming power spectral density: Welch (1967), Hann window, segments of 512 samples without
-/// their mean, half overlapping.
+/// their mean, half overlapping; of 128 samples for a record shorter than 8 segments (2304 samples
+/// without gap). A gap restarts the segment.
 ///
-/// A record shorter than 8 such segments (2304 samples without gap) is read out from segments of
-/// 128. A gap restarts the segment. Beyond 32 768 samples, those missing not counted, the segments
-/// are spread evenly: every second up to twice that length, every fourth up to four times, and so
-/// on, each with a weight of as many as it stands for. So the cost grows with the logarithm of the
-/// length, and the [averages](Density::averages) stay above 120.
-///
-/// Sums are single precision: densities are good to 1e-5 of the largest. The same samples give the
-/// same bits in any division over calls.
+/// Beyond 32 768 samples, those missing not counted, the segments are spread evenly: every second
+/// up to twice that length, every fourth up to four times, and so on, each with a weight of as many
+/// as it stands for. So the cost grows with the logarithm of the length, and the
+/// [averages](Density::averages) stay above 120. Sums are single precision: densities are good to
+/// 1e-5 of the largest, and the same bits in any division over calls.
 #[derive(Clone, Debug)]
 pub struct Spectrum {
     plan: SpectrumPlan,

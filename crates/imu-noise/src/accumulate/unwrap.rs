@@ -15,14 +15,8 @@
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unwrap {
     turn_counts: i64,
-    last: Option<Last>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Last {
-    wrapped: i64,
-    /// Continuous minus wrapped count, a multiple of a turn.
-    offset: i64,
+    /// The last wrapped count, and the continuous one minus that, a multiple of a turn.
+    last: Option<(i64, i64)>,
 }
 
 impl Unwrap {
@@ -37,17 +31,16 @@ impl Unwrap {
         Self { turn_counts: turn_counts.into(), last: None }
     }
 
-    /// Replaces the counts by the continuous series and returns how many belong together.
-    ///
-    /// Fewer than all when the angle has left the range of `i32` (after 5965 turns of 360 000
-    /// counts): the rest is untouched, and unwrapping it restarts in the principal branch.
-    /// Accumulators need a break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
+    /// Replaces the counts by the continuous series and returns how many belong together: fewer
+    /// than all when the angle has left the range of `i32` (after 5965 turns of 360 000 counts).
+    /// The rest is untouched, and unwrapping it restarts in the principal branch; accumulators need
+    /// a break without loss there ([`gap(Some(0))`](crate::Octaves::gap)).
     #[must_use = "the counts behind the returned number still wrap"]
     pub fn unwrap(&mut self, counts: &mut [i32]) -> usize {
         for (i, count) in counts.iter_mut().enumerate() {
             let wrapped = i64::from(*count);
             let offset = match self.last {
-                Some(last) => last.offset - self.turns(wrapped - last.wrapped) * self.turn_counts,
+                Some((last, offset)) => offset - self.turns(wrapped - last) * self.turn_counts,
                 None => -self.turns(wrapped) * self.turn_counts,
             };
             let Ok(continuous) = i32::try_from(wrapped + offset) else {
@@ -55,7 +48,7 @@ impl Unwrap {
                 return i;
             };
             *count = continuous;
-            self.last = Some(Last { wrapped, offset });
+            self.last = Some((wrapped, offset));
         }
         counts.len()
     }

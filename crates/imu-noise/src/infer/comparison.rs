@@ -5,11 +5,9 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
 use super::chi_squared;
 use super::confidence::Interval;
 
-/// The probability that two estimates of the same variance lie at least as far apart as these,
-/// either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
-///
-/// Each is a variance with its equivalent degrees of freedom. `None` where one of the four is not
-/// positive and finite.
+/// The probability that two estimates of the same variance, each with its degrees of freedom, lie
+/// at least as far apart as these, either way: the two-sided F-test (Fisher, 1924; Snedecor, 1934).
+/// `None` where one of the four is not positive and finite.
 #[must_use]
 pub fn f_test(a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let (below, above) = tails(a, b)?;
@@ -40,10 +38,8 @@ fn nearly_normal(ratio: f64, edf_a: f64, edf_b: f64) -> Option<f64> {
 
 /// Probabilities of several tests made at once, corrected so that the chance of even one false
 /// alarm stays that of a single test (Holm, "A simple sequentially rejective multiple test
-/// procedure", Scandinavian Journal of Statistics 6, 1979).
-///
-/// In the order given; none is below the one it comes from, none above 1. It holds however the
-/// tests depend on each other, and errs on the side of no alarm where they do.
+/// procedure", Scandinavian Journal of Statistics 6, 1979). It holds however the tests depend on
+/// each other, and errs on the side of no alarm. None is below the one it comes from, none above 1.
 #[must_use]
 pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
@@ -90,12 +86,6 @@ impl VarianceEstimate {
         }
         (variance > 0.0 && error > 0.0).then_some(Self { variance, edf: variance * variance / error })
     }
-
-    /// The interval of the deviation.
-    #[must_use]
-    pub fn interval(self, confidence: f64) -> Option<Interval> {
-        Interval::new(self.variance, self.edf, confidence)
-    }
 }
 
 /// How far the means of several records lie apart.
@@ -112,11 +102,9 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of `means`, each with the square of its standard error.
-    ///
-    /// The interval is that of a normally distributed value seen n times, χ² with n - 1 degrees of
-    /// freedom: from two records it spans a factor of seventy at 95 %. `None` for fewer than two,
-    /// and where one is no number.
+    /// Of `means`, each with the square of its standard error. The interval is that of a normally
+    /// distributed value seen n times, χ² with n - 1 degrees of freedom: from two records it spans
+    /// a factor of seventy at 95 %. `None` for fewer than two, and where one is no number.
     #[must_use]
     pub fn of(means: &[(f64, VarianceEstimate)], confidence: f64) -> Option<Self> {
         if means.len() < 2 {

@@ -24,9 +24,7 @@ pub struct Interval {
 impl Interval {
     /// The interval with probability `confidence` around an estimate `variance` with `edf` degrees
     /// of freedom: edf · estimate / truth follows χ²(edf) (Howe, Allan and Barnes, 1981), equal
-    /// tails.
-    ///
-    /// `None` unless 0 < `confidence` < 1, `edf` > 0 and `variance` >= 0.
+    /// tails. `None` unless 0 < `confidence` < 1, `edf` > 0 and `variance` >= 0.
     #[must_use]
     pub fn new(variance: f64, edf: f64, confidence: f64) -> Option<Self> {
         if !(variance >= 0.0 && edf.is_finite() && confidence > 0.0 && confidence < 1.0) {

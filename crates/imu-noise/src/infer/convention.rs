@@ -1,7 +1,6 @@
-//! The units in which noise parameters are published, and their exact factors from SI units.
-//!
-//! N² is the two-sided power spectral density of the white noise, and N is what data sheets and
-//! Kalibr print. A spectrum over positive frequencies only shows √2·N; [`Sides::One`] marks that.
+//! The units in which noise parameters are published, and their factors from SI units. N² is the
+//! two-sided power spectral density of the white noise, and N is what data sheets and Kalibr print.
+//! A spectrum over positive frequencies only shows √2·N; [`Sides::One`] marks that.
 
 use std::f64::consts::{PI, SQRT_2};
 

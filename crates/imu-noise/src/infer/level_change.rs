@@ -13,10 +13,9 @@ const STEP_EVIDENCE: f64 = 28.0;
 const STEP_MARGIN: usize = 4;
 
 /// A change of level that the noise of the record, with flicker and random walk, does not explain.
-///
 /// Of simulated warm-ups that move N, B or K out of its interval at most 9 records in 100 go unseen
-/// in white noise or a random walk, but up to 25 in flicker noise: a slow settling there is
-/// what flicker noise and a small walk look like together (the benchmark `warm_up`).
+/// in white noise or a random walk, but up to 25 in flicker noise: a slow settling there is what
+/// flicker noise and a small walk look like together (the benchmark `warm_up`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelChange {
     /// Its shape.
@@ -53,44 +52,41 @@ impl ChannelSignal {
     /// A warm-up or a step of the level; `None` below 16 blocks.
     #[must_use]
     pub fn level_change(&self, interval_s: f64, decimals: u8) -> Option<LevelChange> {
-        change(&self.blocks(), interval_s, decimals)
-    }
-}
-
-/// The change with the most evidence beyond what is required of it.
-fn change(blocks: &[Block], interval_s: f64, decimals: u8) -> Option<LevelChange> {
-    let (first, last) = (blocks.first()?, blocks.last()?);
-    if blocks.len() < MIN_BLOCKS {
-        return None;
-    }
-    let length = first.length;
-    let means: Vec<_> = blocks.iter().map(|block| mean(block, first)).collect();
-    let span = (last.first_sample - first.first_sample) / length + 1;
-    let time_constants: Vec<_> = (0..).map(|k| f64::from(1 << k)).take_while(|&blocks| blocks <= span as f64).collect();
-    let beyond = |fit: &Fit| match fit.shape {
-        Regressor::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
-        Regressor::Step(place) if (STEP_MARGIN..=means.len() - STEP_MARGIN).contains(&place) => {
-            fit.evidence - STEP_EVIDENCE
+        let blocks = self.blocks();
+        let (first, last) = (blocks.first()?, blocks.last()?);
+        if blocks.len() < MIN_BLOCKS {
+            return None;
         }
-        Regressor::Step(_) => f64::NEG_INFINITY,
-    };
-    let fit = fits(&means, &time_constants).into_iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
-    if beyond(&fit) <= 0.0 {
-        return None;
+        let length = first.length;
+        let means: Vec<_> = blocks.iter().map(|block| mean(block, first)).collect();
+        let span = (last.first_sample - first.first_sample) / length + 1;
+        let time_constants: Vec<_> =
+            (0..).map(|k| f64::from(1 << k)).take_while(|&blocks| blocks <= span as f64).collect();
+        let beyond = |fit: &Fit| match fit.shape {
+            Regressor::Relaxation(_) => fit.evidence - WARM_UP_EVIDENCE,
+            Regressor::Step(place) if (STEP_MARGIN..=means.len() - STEP_MARGIN).contains(&place) => {
+                fit.evidence - STEP_EVIDENCE
+            }
+            Regressor::Step(_) => f64::NEG_INFINITY,
+        };
+        let fit = fits(&means, &time_constants).into_iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
+        if beyond(&fit) <= 0.0 {
+            return None;
+        }
+        let amplitude = counts_to_unit(fit.amplitude, decimals);
+        let shape = match fit.shape {
+            Regressor::Relaxation(time_constant) => {
+                let block_s = length as f64 * interval_s;
+                let skip = time_constant * (2.0 * fit.amplitude.abs() / fit.white_std).ln();
+                let skip_s = (skip <= span as f64 / 2.0).then_some(skip.max(0.0) * block_s);
+                LevelShape::WarmUp { amplitude, time_constant_s: time_constant * block_s, skip_s }
+            }
+            Regressor::Step(place) => {
+                LevelShape::Step { start_s: blocks[place].first_sample as f64 * interval_s, amplitude }
+            }
+        };
+        Some(LevelChange { shape, sigmas: fit.evidence.sqrt() })
     }
-    let amplitude = counts_to_unit(fit.amplitude, decimals);
-    let shape = match fit.shape {
-        Regressor::Relaxation(time_constant) => {
-            let block_s = length as f64 * interval_s;
-            let skip = time_constant * (2.0 * fit.amplitude.abs() / fit.white_std).ln();
-            let skip_s = (skip <= span as f64 / 2.0).then_some(skip.max(0.0) * block_s);
-            LevelShape::WarmUp { amplitude, time_constant_s: time_constant * block_s, skip_s }
-        }
-        Regressor::Step(place) => {
-            LevelShape::Step { start_s: blocks[place].first_sample as f64 * interval_s, amplitude }
-        }
-    };
-    Some(LevelChange { shape, sigmas: fit.evidence.sqrt() })
 }
 
 fn mean(block: &Block, first: &Block) -> Mean {

@@ -2,7 +2,6 @@ use thiserror::Error;
 
 use crate::accumulate::moments::Moments;
 use crate::accumulate::signal::ChannelSignal;
-use crate::accumulate::spectrum::Spectrum;
 
 /// Fewest effective samples: below, the standard errors, which hold for many, do not.
 const MIN_EFFECTIVE: f64 = 1000.0;
@@ -62,17 +61,8 @@ pub enum NotJudged {
 }
 
 impl ChannelSignal {
-    /// Whether the values are normally distributed: see [`Normality::judge`].
-    ///
-    /// # Errors
-    /// Why it cannot be judged.
-    pub fn normality(&self, moments: &Moments) -> Result<Normality, NotJudged> {
-        Normality::judge(moments, self.spectrum())
-    }
-}
-
-impl Normality {
-    /// From the moments of a record and the spectrum of the same samples.
+    /// Whether the values are normally distributed, by the `moments` and the spectrum of the same
+    /// samples.
     ///
     /// Standard errors: sqrt(6 Σρ³/n) and sqrt(24 Σρ⁴/n) over all lags of the autocorrelation ρ
     /// (Lomnicki, 1961). Rounding, which adds 1/12 to the variance and takes 1/120 from the fourth
@@ -80,7 +70,7 @@ impl Normality {
     ///
     /// # Errors
     /// Why it cannot be judged.
-    pub fn judge(moments: &Moments, spectrum: &Spectrum) -> Result<Self, NotJudged> {
+    pub fn normality(&self, moments: &Moments) -> Result<Normality, NotJudged> {
         let too_short = |effective_samples| NotJudged::TooShort { effective_samples, needed: MIN_EFFECTIVE };
         let n = moments.count() as f64;
         let shape = moments.variance_counts2().zip(moments.skewness()).zip(moments.excess_kurtosis());
@@ -93,7 +83,7 @@ impl Normality {
         if sample_variance < MIN_STD_COUNTS * MIN_STD_COUNTS {
             return Err(NotJudged::Quantised { std_counts: sample_variance.sqrt(), needed: MIN_STD_COUNTS });
         }
-        let Some(autocovariances) = spectrum.autocovariances_counts2() else { return Err(too_short(0.0)) };
+        let Some(autocovariances) = self.spectrum().autocovariances_counts2() else { return Err(too_short(0.0)) };
         let variance = sample_variance * (n - 1.0) / n;
         let within = autocovariances.first().copied().unwrap_or(0.0);
         let slow_share = 1.0 - within / variance;
@@ -112,7 +102,7 @@ impl Normality {
         // What undoes the rounding of an estimate magnifies its error too.
         let magnified = variance / before_rounding;
         let fourth_cumulant = excess_kurtosis * variance * variance + 1.0 / 120.0;
-        Ok(Self {
+        Ok(Normality {
             skewness: skewness * magnified.powf(1.5),
             skewness_error: (6.0 / effective_samples).sqrt() * magnified.powf(1.5),
             excess_kurtosis: fourth_cumulant / (before_rounding * before_rounding),
@@ -120,7 +110,9 @@ impl Normality {
             effective_samples,
         })
     }
+}
 
+impl Normality {
     /// Whether the values may be normal: true for 99 % of normal records.
     #[must_use]
     pub fn is_consistent(&self) -> bool {

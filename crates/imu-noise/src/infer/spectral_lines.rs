@@ -52,11 +52,9 @@ impl SpectralLine {
 
 impl Spectrum {
     /// The lines of a channel sampled every `interval_s` seconds with `decimals` digits, in rising
-    /// frequency.
-    ///
-    /// A line is a peak above the noise around it (a running median) that a clean record of twelve
-    /// channels shows with a probability below 1e-4, if its noise is Gaussian and its spectrum
-    /// smooth. Empty before four segments are full, and where `interval_s` is not positive.
+    /// frequency: peaks above the noise around them (a running median) that a clean record of
+    /// twelve channels shows with a probability below 1e-4, if its noise is Gaussian and its
+    /// spectrum smooth. None before four segments are full, and where `interval_s` is not positive.
     #[must_use]
     pub fn lines(&self, interval_s: f64, decimals: u8) -> Vec<SpectralLine> {
         let Some(spectrum) = self.powers().filter(|spectrum| spectrum.segments >= 4) else { return Vec::new() };

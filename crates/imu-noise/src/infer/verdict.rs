@@ -61,13 +61,11 @@ impl Claim {
         (from * stream.factor * (1.0 - stream.uncertainty), to * stream.factor * (1.0 + stream.uncertainty))
     }
 
-    /// Compares `parameter`, as measured in the stream.
-    ///
-    /// A limit is kept where the upper end of the interval lies below the lowest that a sensor at
-    /// the limit can read (the uncertainty counts against passing, as in ISO 14253-1), and broken
-    /// where the lower end lies above the highest. A typical value is kept up to the highest that
-    /// such a sensor can read, its rounding allowed for: beyond, a sensor is worse than what is
-    /// typical, which is no guarantee. A bound can keep a claim and never break it.
+    /// Compares `parameter`, as measured in the stream. A limit is kept where the upper end of the
+    /// interval lies below the lowest that a sensor at the limit can read (the uncertainty counts
+    /// against passing, as in ISO 14253-1), and broken where the lower end lies above the highest.
+    /// A typical value is kept up to the highest that such a sensor can read, its rounding allowed
+    /// for. A bound can keep a claim and never break it.
     #[must_use]
     pub fn judge(&self, parameter: &Parameter, stream: &StreamFactor) -> Verdict {
         if parameter.status == Status::NotMeasurable {

@@ -44,10 +44,8 @@ pub struct GapDetector {
 impl GapDetector {
     /// For a stream with arrival stamps, of a sensor with these rates in Hz, finite and positive.
     /// Without rates the measured rate is kept, no rate is too fast, and a change of rate is not
-    /// detected.
-    ///
-    /// The stamps must confirm `known_hz`, listed or not: bunching of 0.1 s or dropped samples may
-    /// explain a difference, but a measured rate more than 5 % off is
+    /// detected. The stamps must confirm `known_hz`, listed or not: bunching of 0.1 s or dropped
+    /// samples may explain a difference, but a measured rate more than 5 % off is
     /// [refused](crate::Refusal::OtherRate). A rate that is not finite and positive is ignored.
     #[must_use]
     pub fn new(rates_hz: &'static [f64], known_hz: Option<f64>) -> Self {

@@ -8,10 +8,7 @@ use imu_noise::{
 use vn100_protocol::Channel;
 
 use super::{ChannelAssessment, Curve, Onboard};
-use crate::{
-    sensor::sensor_of,
-    snapshot::{ChannelSnapshot, Snapshot},
-};
+use crate::{sensor::sensor_of, snapshot::Snapshot};
 
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
@@ -261,33 +258,26 @@ impl FilterModels {
     #[must_use]
     pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
         (snapshot.measured().zip(assessed))
-            .map(|((channel, results), assessed)| Self::of_channel(channel, results, assessed, snapshot, confidence))
-            .collect()
-    }
-
-    fn of_channel(
-        channel: &Channel,
-        results: &ChannelSnapshot,
-        assessed: &ChannelAssessment,
-        snapshot: &Snapshot,
-        confidence: f64,
-    ) -> Option<Self> {
-        let noise = assessed.noise.as_ref()?;
-        let curve = Curve::new(channel, results, snapshot.shape());
-        let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
-            // octaves that vibration disturbs are not part of the fit
-            let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
-            let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
-            let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);
-            model.fit_gauss_markov(&curve.variances[skip..], confidence)
-        });
-        let (tau_s, bounds): (Vec<f64>, Vec<f64>) = (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
-            .filter_map(|((octave, variance), assessed)| {
-                let relative = assessed.relative.filter(|relative| relative.edf >= LEAST_EDF_OF_BOUND)?;
-                Some((curve.tau_s(octave), variance.sqrt() * relative.upper))
+            .map(|((channel, results), assessed)| {
+                let noise = assessed.noise.as_ref()?;
+                let curve = Curve::new(channel, results, snapshot.shape());
+                let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
+                    // octaves that vibration disturbs are not part of the fit
+                    let first = noise.fit.quality.map_or(0.0, |quality| quality.tau_min_s);
+                    let skip = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) < first).count();
+                    let model = NoiseModel::new(&curve.octaves[skip..], &curve.shape, Terms::WHITE, noise.window);
+                    model.fit_gauss_markov(&curve.variances[skip..], confidence)
+                });
+                let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
+                    (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
+                        .filter_map(|((octave, variance), assessed)| {
+                            let relative = assessed.relative.filter(|relative| relative.edf >= LEAST_EDF_OF_BOUND)?;
+                            Some((curve.tau_s(octave), variance.sqrt() * relative.upper))
+                        })
+                        .unzip();
+                Some(Self { gauss_markov: gauss_markov.flatten(), over_bound: over_bound(&tau_s, &bounds) })
             })
-            .unzip();
-        Some(Self { gauss_markov: gauss_markov.flatten(), over_bound: over_bound(&tau_s, &bounds) })
+            .collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which record has the least white noise, sensor by sensor.
 
-use imu_noise::{Term, VarianceEstimate, conventions, f_test};
+use imu_noise::{Interval, Term, VarianceEstimate, conventions, f_test};
 use vn100_protocol::{Channel, Quantity};
 
 use super::{Chance, ComparedRecord, chances, fold_alike, pairs};
@@ -130,7 +130,7 @@ fn ranked_record(
     }
     let share = 1.0 / known.len() as f64;
     let mean_square = VarianceEstimate::sum(known.iter().map(|(.., estimate)| (share, *estimate)))?;
-    let interval = mean_square.interval(confidence)?;
+    let interval = Interval::new(mean_square.variance, mean_square.edf, confidence)?;
     let ranked = RankedRecord {
         record,
         white: mean_square.variance.sqrt(),

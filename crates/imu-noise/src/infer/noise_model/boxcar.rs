@@ -6,11 +6,9 @@ use crate::infer::chi_squared;
 use crate::infer::confidence::edf;
 use crate::infer::power_law::{PowerLaw, difference_autocovariance};
 
-/// A sensor that averages `length` internal samples and sends every `decimation`-th average.
-///
-/// Above `decimation`, neighbours share samples, and white noise is depressed at short averaging
-/// times. The effect on flicker noise and random walk is neglected: white noise is above them
-/// there.
+/// A sensor that averages `length` internal samples and sends every `decimation`-th average. Above
+/// `decimation`, neighbours share samples, and white noise is depressed at short averaging times.
+/// Flicker noise and random walk, below it there, are taken as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxcarWindow {
     /// Internal samples averaged; 0 counts as 1.
@@ -29,12 +27,10 @@ impl BoxcarWindow {
         shared.iter().map(|shared| shared / sum).collect()
     }
 
-    /// Factor from the sensor's own density of white noise to the one measured at long averaging
-    /// times.
-    ///
-    /// √(d Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation
-    /// r(l) = (w - |l|)/w² of a mean of w independent values, |l| < w: 1 where w = d, √(d/w) where
-    /// w <= d.
+    /// Factor from the sensor's own density of white noise to the one at long averaging times: √(d
+    /// Σ r(jd)) over all whole j, with the window w, the decimation d and the autocorrelation r(l)
+    /// = (w - |l|)/w² of a mean of w independent values, |l| < w: 1 where w = d, √(d/w) where w <=
+    /// d.
     #[must_use]
     pub fn white_factor(self) -> f64 {
         let length = f64::from(self.length.max(1));
@@ -89,16 +85,14 @@ const LEAST_EDF: f64 = 3.0;
 const CORRELATION: f64 = 0.5;
 
 /// By how many standard deviations the longest octaves lie below white noise with density `white`
-/// (N, in unit/√Hz), in the unit of the `variances`: the most of all runs of octaves that reach to
-/// the longest averaging time, 0 where none lies below.
+/// (N, in unit/√Hz): the most of all runs of octaves that reach to the longest averaging time, 0
+/// where none lies below. What lies below was filtered: a high-pass, or a bias that is taken out.
 ///
 /// The probability of each variance under χ² becomes a normal deviate; a run's deviate is their sum
 /// over its standard deviation (Stouffer, 1949) with correlated neighbours. One of 6000 seeded
-/// records of white noise came to 3.7, and none of as many with flicker noise or a walk. What lies
-/// below was filtered: a high-pass, or a bias that is tracked and taken out.
-///
-/// A `window` longer than the interval depresses the short octaves itself: the expected white noise
-/// follows it, and octaves too short for independent neighbours have no part.
+/// records of white noise came to 3.7, and none of as many with flicker noise or a walk. A `window`
+/// longer than the interval depresses the short octaves itself: the expected white noise follows
+/// it, and octaves too short for independent neighbours have no part.
 #[must_use]
 pub fn white_deficit(
     octaves: &[Octave],

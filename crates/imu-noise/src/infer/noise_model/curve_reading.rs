@@ -7,10 +7,9 @@ use super::{Parameter, Status};
 
 const PLATEAU: f64 = 2.0 * LN_2 / PI;
 
-/// N, B and K by the graphical slope method, without a model and without intervals.
-///
-/// For comparison with published figures only: white noise and random walk alone leave a minimum
-/// that reads as bias instability, and the last octaves wander.
+/// N, B and K by the graphical slope method, for comparison with published figures only: white
+/// noise and random walk alone leave a minimum that reads as bias instability, and the last octaves
+/// wander.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClassicalReading {
     /// N: the line of slope -1/2 at τ = 1 s, through the pair of octaves nearest to that slope.
@@ -96,15 +95,14 @@ pub fn visible_random_walk(white: f64, duration_s: f64) -> f64 {
 ///
 /// Flicker noise alone is flat at √(2 ln 2/π) B = 0.664 B. White noise and random walk lift the
 /// lowest point: N²/τ + K² τ/3 has its minimum 2 N K/√3 at τ = √3 N/K, so that the square of the
-/// result is (2 ln 2/π) B² + 2 N K/√3. Without flicker noise, too, the curve has a minimum; printed
-/// as B it would be 1.62 √(N K).
+/// result is (2 ln 2/π) B² + 2 N K/√3.
 ///
 /// The status is that of `bias_instability`, but for a bound, which needs one for every term:
-/// otherwise it is [`Status::NotObservable`]. The lower end counts the flicker noise alone. Where
-/// that is only bounded and the white noise and the random walk are estimated, it counts those two
-/// at their own: both ends are right together as often as an interval, even if one knew nothing of
-/// the other (Bonferroni). The upper end counts every term at its own. So the interval holds at the
-/// level of those three or above. An end is `None` where nothing gives it.
+/// otherwise it is [`Status::NotObservable`]. The lower end counts the flicker noise alone, or,
+/// where that is only bounded, white noise and random walk if they are estimated: both ends are
+/// right together as often as an interval, even if one knew nothing of the other (Bonferroni). The
+/// upper end counts every term at its own. So the interval holds at the level of those three or
+/// above. An end is `None` where nothing gives it.
 #[must_use]
 pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_walk: &Parameter) -> Parameter {
     let minimum = |white: f64, bias: f64, walk: f64| (PLATEAU * bias * bias + 2.0 * white * walk / 3_f64.sqrt()).sqrt();

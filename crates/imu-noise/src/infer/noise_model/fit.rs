@@ -77,6 +77,8 @@ impl NoiseFit {
 impl NoiseModel {
     /// Fits the model to the `variances` of one channel, in the order of the octaves, in the unit
     /// of the channel squared. Where one is missing, zero or no number, nothing is observable.
+    /// `slope_unit_s` is the slope of the regression line, in the unit of the channel per second;
+    /// without it, a ramp is not observable and is not in the model.
     ///
     /// Generalised least squares with the covariance of all octaves from the fitted model itself,
     /// on statistics made normal, with squared amplitudes that cannot be negative. The shortest
@@ -84,26 +86,21 @@ impl NoiseModel {
     /// shows there, and a fit through it invents bias instability. Where one had to go, so must the
     /// next unless χ² falls by less than 3.84 without it.
     ///
-    /// `slope_unit_s` is the slope of the regression line over the record, in the unit of the
-    /// channel per second. Without it, a ramp is not observable and is not in the model.
-    ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
     /// amplitudes that the data do not exclude at the level `confidence` (0 < p < 1), the other
-    /// terms fitted anew for each of them. The bound is the upper end of the same two-sided
-    /// interval, so that the level holds whichever of the two comes out.
+    /// terms fitted anew for each of them; the bound is the upper end of the two-sided interval, so
+    /// that the level holds whichever comes out.
     #[must_use]
     pub fn fit(&self, variances: &[f64], slope_unit_s: Option<f64>, confidence: f64) -> NoiseFit {
         let without_shortest = (0..=self.fitted / 2).map(|skip| skip..self.fitted);
         self.fit_first(without_shortest, variances, slope_unit_s, confidence)
     }
 
-    /// Fits the model to as many octaves as follow it, without the shortest or the longest: for
-    /// streams whose long averaging times show something else, such as a filter that takes slow
-    /// changes out. A ramp is not in the model.
-    ///
-    /// Of as many octaves, those at shorter averaging times are tried first. Half of all octaves at
-    /// least are in use. Otherwise as [`fit`](Self::fit).
+    /// As [`fit`](Self::fit), without a ramp, to as many octaves as follow the model, half of all
+    /// at least, without the shortest or the longest: for streams whose long averaging times show
+    /// something else, such as a filter that takes slow changes out. Of as many octaves, those at
+    /// shorter averaging times are tried first.
     #[must_use]
     pub fn fit_part(&self, variances: &[f64], confidence: f64) -> NoiseFit {
         let parts = (0..=self.fitted / 2)

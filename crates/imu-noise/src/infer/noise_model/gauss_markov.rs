@@ -42,11 +42,9 @@ pub struct GaussMarkovFit {
 
 impl NoiseModel {
     /// Fits white noise and a first-order Gauss-Markov process instead of the terms of the model,
-    /// at the level `confidence`, to all octaves of one channel.
-    ///
-    /// Tries 24 correlation times, each with its own covariance of the octaves: some tenths of a
-    /// second. `None` with fewer than five octaves, where no correlation time is resolved, for
-    /// variances that are not positive, and for a level outside 0 < p < 1.
+    /// at the level `confidence`, to all octaves of one channel, with 24 correlation times: some
+    /// tenths of a second. `None` with fewer than five octaves, where no correlation time is
+    /// resolved, for variances that are not positive, and for a level outside 0 < p < 1.
     #[must_use]
     pub fn fit_gauss_markov(&self, variances: &[f64], confidence: f64) -> Option<GaussMarkovFit> {
         let z = chi_squared::normal_two_sided(confidence)?;

@@ -33,13 +33,10 @@ impl Term {
     pub const ALL: [Self; 5] =
         [Self::Quantization, Self::White, Self::BiasInstability, Self::RateRandomWalk, Self::RateRamp];
 
-    /// The Allan or Hadamard variance that this component alone, at `amplitude` in its own unit,
-    /// has at averaging factor `m` >= 1 of a record of this shape, in the unit of the channel
-    /// squared.
-    ///
-    /// Exact at every m, as [`PowerLaw::variance`]; the formulas of the terms are its limit
-    /// for long averaging times. A ramp has no Hadamard variance. What averaging on board does to
-    /// white noise at short averaging times is not in it.
+    /// The Allan or Hadamard variance, in the unit of the channel squared, that this component
+    /// alone, at `amplitude` in its own unit, has at averaging factor `m` >= 1 of a record of this
+    /// shape. Exact at every m, as [`PowerLaw::variance`], but for averaging on board. A ramp has
+    /// no Hadamard variance.
     #[must_use]
     pub fn variance(self, amplitude: f64, m: u64, shape: &RecordShape) -> f64 {
         let amplitude = amplitude / self.per_second(shape.interval_s);
@@ -174,10 +171,8 @@ impl Parameter {
 }
 
 /// The ramp from the slope of the regression line and the standard deviation that noise gives it,
-/// with `dof` degrees of freedom.
-///
-/// It is there above twice that, which a random walk reaches at K √(1.2/T), or more where the noise
-/// is poorly known (Student, 1908).
+/// with `dof` degrees of freedom. It is there above twice that, which a random walk reaches at K
+/// √(1.2/T), or more where the noise is poorly known (Student, 1908).
 pub(super) fn ramp(slope: f64, deviation: f64, dof: f64, confidence: f64) -> Parameter {
     let quantiles = chi_squared::student_two_sided(confidence, dof).zip(chi_squared::student_two_sided(0.96, dof));
     let Some((t, present)) = quantiles else { return Parameter::without_value(Status::NotObservable) };

@@ -20,13 +20,11 @@ impl NoiseModel {
         self.fit_to_expected(&self.parameters(truth), 1.0, confidence)
     }
 
-    /// Whether about nine of ten records with these parameters estimate `term`.
-    ///
-    /// The squared amplitude is estimated with a standard deviation, and so with degrees of
-    /// freedom; an unlucky record shows the quantile of χ² at 2 % instead, and a slope that only
-    /// one in ten exceeds, taken for a ramp. Where that record finds the term, 83 to 91 % of
-    /// simulated ones do: the quantile is chosen for that, as octaves of slow noise are far from
-    /// independent.
+    /// Whether about nine of ten records with these parameters estimate `term`. The squared
+    /// amplitude is estimated with a standard deviation, and so with degrees of freedom; an unlucky
+    /// record shows the quantile of χ² at 2 % instead, and a slope that only one in ten exceeds,
+    /// taken for a ramp. Where that record finds the term, 83 to 91 % of simulated ones do: the
+    /// quantile is chosen for that, as octaves of slow noise are far from independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
         let mut parameters = self.parameters(truth);
