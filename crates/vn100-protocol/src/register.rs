@@ -1,6 +1,5 @@
 //! The registers of the sensor: their numbers, and what is common to their values.
 
-mod binary_output;
 pub(crate) mod fields;
 mod port;
 mod values;
@@ -11,10 +10,10 @@ use core::fmt;
 use thiserror::Error;
 
 pub use self::{
-    binary_output::BinaryOutput,
     port::{AsyncRate, AsyncType, BaudRate},
     values::{
-        Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation, StartupGyroBias, SyncControl, VpeControl,
+        BinaryOutput, Calibration, ImuFilter, ProtocolControl, ReferenceFrameRotation, StartupGyroBias, SyncControl,
+        VpeControl,
     },
 };
 use crate::register::fields::{FieldReader, RegisterFields};

@@ -5,14 +5,12 @@
 
 mod batch;
 mod counts;
-mod diagnostic;
 mod input;
 mod rejected_rows;
 mod sample_reader;
 
-pub use batch::{Arrival, Batch, Mark, MarkKind, RegisterReply, RowCounter};
+pub use batch::{Arrival, Batch, Diagnostic, Mark, MarkKind, RegisterReply, RowCounter};
 pub use counts::{MessageName, StreamCounts, UnsolicitedErrors};
-pub use diagnostic::Diagnostic;
 pub use input::{Chunk, LinkEvent, LinkEventKind, StreamInput};
 pub use rejected_rows::{CsvReport, RejectedRow, RejectedRowCounts, RejectedRows};
 pub use sample_reader::{ReadOptions, SampleReader};

@@ -105,18 +105,24 @@ pub struct Device {
     config: DeviceConfig,
     now_ns: u64,
     phase: Phase,
-    /// Since the last start.
-    ticks: u64,
+    run: Run,
     registers: Registers,
     flash: Registers,
     started_with: Registers,
     sensor: SensorModel,
     /// What `registers` make of raw values.
     processing: Processing,
-    /// What the integrals were when they were last taken, and after how many ticks.
+    /// What the integrals were when they were last taken.
     deltas: Deltas,
-    deltas_tick: Option<u64>,
     uart: Uart,
+}
+
+/// What ends with a restart.
+#[derive(Debug, Clone, Default)]
+struct Run {
+    ticks: u64,
+    /// After how many ticks the integrals were last taken.
+    deltas_tick: Option<u64>,
     buffer: CommandBuffer,
     restart_ns: Option<u64>,
     flash_until_ns: Option<u64>,
@@ -138,22 +144,14 @@ impl Device {
         Self {
             now_ns: 0,
             phase: Phase::Booting { until_ns: ns(BOOT) },
-            ticks: 0,
+            run: Run::default(),
             flash: registers.clone(),
             started_with: registers.clone(),
             sensor: SensorModel::new(&config.profile, config.seed),
             processing: registers.processing(&registers),
             deltas: Deltas::default(),
-            deltas_tick: None,
-            uart: Uart::new(registers.port(PORT).baud),
+            uart: Uart::new(registers.ports[PORT].baud),
             registers,
-            buffer: CommandBuffer::default(),
-            restart_ns: None,
-            flash_until_ns: None,
-            waiting: VecDeque::new(),
-            paused: false,
-            sync_out: SyncOut::default(),
-            known_disturbances: 0,
             config,
         }
     }
@@ -162,7 +160,7 @@ impl Device {
     /// [`SentByte::baud`].
     #[must_use]
     pub fn baud(&self) -> u32 {
-        self.uart.baud()
+        self.uart.baud
     }
 
     /// Takes bytes that reach the sensor at `now`, cut anyhow. A time before that of an earlier
@@ -171,11 +169,11 @@ impl Device {
         self.advance(ns(now));
         for byte in bytes {
             // a restart makes it deaf
-            if self.restart_ns.is_some() || matches!(self.phase, Phase::Booting { .. }) {
+            if self.run.restart_ns.is_some() || matches!(self.phase, Phase::Booting { .. }) {
                 return;
             }
-            match self.buffer.push(*byte) {
-                Some(Ok(line)) if self.flash_until_ns.is_some() => self.queue(line),
+            match self.run.buffer.push(*byte) {
+                Some(Ok(line)) if self.run.flash_until_ns.is_some() => self.queue(line),
                 Some(Ok(line)) => self.execute_line(&line),
                 Some(Err(code)) => self.report(code),
                 None => {}
@@ -202,8 +200,8 @@ impl Device {
     #[must_use]
     pub fn next_wakeup(&self) -> Duration {
         let tick_ns = match self.phase {
-            Phase::Running { since_ns } if self.restart_ns.is_none() => {
-                let idle_tick = self.ticks + TICK_HZ;
+            Phase::Running { since_ns } if self.run.restart_ns.is_none() => {
+                let idle_tick = self.run.ticks + TICK_HZ;
                 let tick = self.next_output_tick().map_or(idle_tick, |tick| tick.min(idle_tick));
                 Some(self.tick_ns(since_ns, tick))
             }
@@ -218,7 +216,7 @@ impl Device {
     /// from flash.
     pub fn crash(&mut self, now: Duration) {
         self.advance(ns(now));
-        if matches!(self.phase, Phase::Running { .. }) && self.restart_ns.is_none() {
+        if matches!(self.phase, Phase::Running { .. }) && self.run.restart_ns.is_none() {
             self.report(DeviceError::HardFault);
             self.restart();
         }
@@ -227,7 +225,7 @@ impl Device {
     /// Cuts the power for an instant: bytes not yet sent are lost, and it starts from flash.
     pub fn power_cycle(&mut self, now: Duration) {
         self.advance(ns(now));
-        self.uart = Uart::new(self.flash.port(PORT).baud);
+        self.uart = Uart::new(self.flash.ports[PORT].baud);
         self.start(self.now_ns);
     }
 
@@ -235,8 +233,8 @@ impl Device {
     /// zero.
     pub fn force_baud(&mut self, baud: std::num::NonZeroU32, now: Duration) {
         self.advance(ns(now));
-        self.registers.set_baud(PORT, baud.get());
-        self.uart.set_baud(baud.get());
+        self.registers.ports[PORT].baud = baud.get();
+        self.uart.baud = baud.get();
     }
 
     /// Lets all happen that is due by a time, in order.
@@ -245,9 +243,9 @@ impl Device {
         while let Some(event_ns) = self.next_event_ns().filter(|event_ns| *event_ns <= now_ns) {
             self.run_until(event_ns);
             self.now_ns = self.now_ns.max(event_ns);
-            if self.restart_ns == Some(event_ns) {
+            if self.run.restart_ns == Some(event_ns) {
                 self.start(event_ns);
-            } else if self.flash_until_ns == Some(event_ns) {
+            } else if self.run.flash_until_ns == Some(event_ns) {
                 self.end_flash_write();
             } else {
                 self.phase = Phase::Running { since_ns: event_ns };
@@ -263,12 +261,12 @@ impl Device {
             Phase::Booting { until_ns } => Some(until_ns),
             Phase::Running { .. } => None,
         };
-        [self.restart_ns, self.flash_until_ns, boot_ns].into_iter().flatten().min()
+        [self.run.restart_ns, self.run.flash_until_ns, boot_ns].into_iter().flatten().min()
     }
 
     /// Starts anew as soon as what is queued has been sent.
     fn restart(&mut self) {
-        self.restart_ns = Some(self.uart.idle_ns().max(self.now_ns));
+        self.run.restart_ns = Some(self.uart.idle_ns().max(self.now_ns));
     }
 
     /// From flash: the first output comes a boot later.
@@ -276,37 +274,29 @@ impl Device {
         self.registers = self.flash.clone();
         self.started_with = self.flash.clone();
         self.processing = self.registers.processing(&self.started_with);
-        self.uart.set_baud(self.registers.port(PORT).baud);
+        self.uart.baud = self.registers.ports[PORT].baud;
         self.phase = Phase::Booting { until_ns: now_ns + ns(BOOT) };
-        self.ticks = 0;
-        self.deltas_tick = None;
-        self.restart_ns = None;
-        self.flash_until_ns = None;
-        self.waiting.clear();
-        self.buffer = CommandBuffer::default();
-        self.paused = false;
-        self.sync_out = SyncOut::default();
-        self.known_disturbances = 0;
+        self.run = Run::default();
     }
 
     fn end_flash_write(&mut self) {
-        self.flash_until_ns = None;
+        self.run.flash_until_ns = None;
         self.flash = self.registers.clone();
         self.answer("VNWNV");
         // commands that came meanwhile
-        while self.flash_until_ns.is_none() && self.restart_ns.is_none() {
-            let Some(line) = self.waiting.pop_front() else { break };
+        while self.run.flash_until_ns.is_none() && self.run.restart_ns.is_none() {
+            let Some(line) = self.run.waiting.pop_front() else { break };
             self.execute_line(&line);
         }
     }
 
     /// A command waits its turn while the flash is written, in the buffer it came into.
     fn queue(&mut self, line: Vec<u8>) {
-        let waiting: usize = self.waiting.iter().map(Vec::len).sum();
+        let waiting: usize = self.run.waiting.iter().map(Vec::len).sum();
         if waiting + line.len() > RECEIVE_BUFFER {
             self.report(DeviceError::ReceiveBufferOverflow);
         } else {
-            self.waiting.push_back(line);
+            self.run.waiting.push_back(line);
         }
     }
 }

@@ -14,7 +14,7 @@ const KNOWN_AFTER: Duration = Duration::from_millis(2);
 /// A receiver of eight data bits, no parity, one stop bit; of any rate from 9600 baud up.
 #[derive(Debug, Clone)]
 pub(crate) struct Receiver {
-    baud: u32,
+    pub(crate) baud: u32,
     /// Bytes that still shape the line.
     line: VecDeque<SentByte>,
     /// From when on it looks for a start bit.
@@ -24,10 +24,6 @@ pub(crate) struct Receiver {
 impl Receiver {
     pub(crate) fn new(baud: u32) -> Self {
         Self { baud, line: VecDeque::new(), free_ns: 0 }
-    }
-
-    pub(crate) fn set_baud(&mut self, baud: u32) {
-        self.baud = baud;
     }
 
     /// A byte is on the line. Bytes come in order.

@@ -214,9 +214,9 @@ pub(crate) struct SensorModel {
     ticks: u64,
     turn_on_bias_rad_s: [f64; 3],
     /// The attitude filter's estimate of the gyro bias.
-    bias_rad_s: [f64; 3],
+    pub(crate) bias_rad_s: [f64; 3],
     surroundings: Surroundings,
-    deltas: Deltas,
+    pub(crate) deltas: Deltas,
 }
 
 impl SensorModel {
@@ -279,16 +279,6 @@ impl SensorModel {
             temperature_c: self.surroundings.temperature_c as f32,
             pressure_kpa: self.surroundings.pressure_kpa as f32,
         }
-    }
-
-    /// Integrals over the ticks since the last call.
-    pub(crate) fn take_deltas(&mut self) -> Deltas {
-        std::mem::take(&mut self.deltas)
-    }
-
-    /// The attitude filter's estimate of the gyro bias.
-    pub(crate) fn bias_rad_s(&self) -> [f64; 3] {
-        self.bias_rad_s
     }
 
     fn gyro_rad_s(&self, axis: usize, averaged: bool) -> f64 {

@@ -89,7 +89,7 @@ impl Wire {
     pub fn set_host_baud(&mut self, baud: NonZeroU32) {
         let baud = baud.min(FASTEST_BAUD);
         self.host_baud = baud;
-        self.receiver.set_baud(baud.get());
+        self.receiver.baud = baud.get();
     }
 
     /// The host writes. The sensor has the bytes at once, or garbled ones where it listens at

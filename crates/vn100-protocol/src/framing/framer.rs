@@ -4,9 +4,8 @@
 //! hexadecimal digits. The first byte that is no such digit ends it, CR or not: the checksum
 //! decides, and a valid sentence whose end is damaged is not lost.
 //!
-//! The search after a false start continues one byte behind it. For a false `$` this is the same as
-//! going on behind all that was taken for its sentence, since neither `$` nor 0xFA can be in there;
-//! a false 0xFA costs that byte alone.
+//! The search after a false start continues one byte behind it, or behind all that was taken for a
+//! sentence: neither `$` nor 0xFA can be in there.
 
 use memchr::{memchr_iter, memchr2};
 

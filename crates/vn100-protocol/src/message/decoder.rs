@@ -12,9 +12,9 @@ use crate::{
 
 /// Decodes a byte stream.
 ///
-/// What comes out depends on the bytes alone, not on how they are cut into pieces. There are two
-/// ways to feed one decoder: [`push`](Self::push) takes pieces of any size and keeps what is
-/// incomplete; [`next`](Self::next) leaves the keeping to the caller.
+/// What comes out depends on the bytes alone, not on how they are cut into pieces.
+/// [`push`](Self::push) takes pieces of any size and keeps what is incomplete; [`next`](Self::next)
+/// leaves the keeping to the caller.
 ///
 /// ```
 /// use vn100_protocol::{Decoder, Item, Options};
@@ -79,10 +79,8 @@ impl Decoder {
         }
     }
 
-    /// Ends the stream: bytes kept back are decoded as they stand.
-    ///
-    /// Bytes pushed later begin a sentence of their own; offsets and [`tally`](Self::tally)
-    /// continue.
+    /// Ends the stream: bytes kept back are decoded as they stand. Offsets and
+    /// [`tally`](Self::tally) continue with bytes pushed later.
     pub fn finish(&mut self, mut sink: impl FnMut(Item<'_>)) {
         decode(&mut self.framer, &self.carry[..self.carried], true, &mut sink);
         self.carried = 0;

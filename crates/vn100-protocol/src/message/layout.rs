@@ -7,8 +7,8 @@ use alloc::borrow::Cow;
 pub struct Layout {
     /// The header of the sentence, without the `$`.
     pub message: Cow<'static, str>,
-    /// Whether the sensor's attitude filter has had its hand in the values: user calibration
-    /// applied, and the estimated bias taken off the angular rates.
+    /// Whether user calibration is applied, and the bias that the attitude filter estimates taken
+    /// off the angular rates.
     pub compensated: bool,
     /// The channels.
     pub channels: Cow<'static, [Channel]>,
@@ -36,8 +36,7 @@ pub struct Channel {
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Quantity {
-    /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler angles in
-    /// the order 3-2-1.
+    /// Yaw, pitch or roll: the attitude of the body against north, east, down, as Euler 3-2-1.
     Angle,
     /// An element of the quaternion of that attitude, the scalar last; q and -q are the same
     /// attitude.
@@ -55,7 +54,8 @@ pub enum Quantity {
 }
 
 impl Layout {
-    /// The header of a row of the table, where a constant needs it.
+    /// The header of a row of the table, where a constant needs it; panics at compile time for a
+    /// layout that owns it.
     pub(super) const fn constant_header(&self) -> &str {
         match &self.message {
             Cow::Borrowed(header) => header,
@@ -63,10 +63,7 @@ impl Layout {
         }
     }
 
-    /// The channels of a row of the table, where a constant needs them.
-    ///
-    /// # Panics
-    /// At compile time, for a layout that owns its channels, as none of the table does.
+    /// The same of its channels.
     pub(super) const fn constant_channels(&self) -> &[Channel] {
         match &self.channels {
             Cow::Borrowed(channels) => channels,

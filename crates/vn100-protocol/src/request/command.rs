@@ -50,11 +50,10 @@ pub enum SensorCommand {
     Tare,
 }
 
-/// How long an answer takes at most: the wait of the maker's older library.
+/// The waits of the maker's libraries for an answer, for the settings to be saved, which takes about
+/// half a second, and for a restart.
 const ANSWER_TIME: Duration = Duration::from_millis(500);
-/// The wait of the maker's library for the settings to be saved, which takes about half a second.
 const SAVE_TIME: Duration = Duration::from_millis(1200);
-/// The wait of the maker's library for a restart.
 const RESTART_TIME: Duration = Duration::from_millis(2500);
 /// From the answer to the first output after a restart, as found for the driver of the ArduPilot
 /// autopilot.
@@ -95,8 +94,7 @@ impl SensorCommand {
         matches!(self, Self::ReadRegister(_) | Self::WriteRegister { .. } | Self::Async(_))
     }
 
-    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s, as the
-    /// maker's libraries do.
+    /// How long to wait for the answer: 500 ms, for saving 1.2 s, for a restart 2.5 s.
     #[must_use]
     pub fn answer_time(&self) -> Duration {
         match self {

@@ -22,21 +22,20 @@ use crate::{
 /// [`SensorCommand::Async`] are sent up to [`ATTEMPTS`](Self::ATTEMPTS) times; all other commands
 /// once, whatever happens.
 ///
-/// Its owner has the link and the clock. Times are those since any fixed moment, the same for all
-/// calls; nothing breaks if one is late. After any call, and when
-/// [`poll_timeout`](Self::poll_timeout) is due (with [`handle_timeout`](Self::handle_timeout)):
-/// send what [`poll_transmit`](Self::poll_transmit) gives, collect
-/// [`poll_completion`](Self::poll_completion) and [`poll_notice`](Self::poll_notice), and wait
-/// until the next [`poll_timeout`](Self::poll_timeout) or reply.
+/// Its owner has the link and the clock; times are those since any fixed moment. After any call,
+/// and when [`poll_timeout`](Self::poll_timeout) is due (with
+/// [`handle_timeout`](Self::handle_timeout)): send what [`poll_transmit`](Self::poll_transmit)
+/// gives, collect [`poll_completion`](Self::poll_completion) and
+/// [`poll_notice`](Self::poll_notice), and wait until the next timeout or reply.
 ///
 /// # Which reply answers which request
 ///
 /// A reply answers by its command and its register. `VNERR` names neither: it answers the request
-/// on the wire, unless it is always unsolicited. On a line that echoes, as a
-/// half-duplex one does, the echo of a command other than a read looks like its reply:
-/// once a read was echoed and answered, the first copy of any other command is the echo
-/// and the next one the answer. So that a late answer to a request that was sent twice is not taken
-/// for that of the next one, the next waits until it has come or could have.
+/// on the wire, unless it is always unsolicited. On a line that echoes, as a half-duplex one does,
+/// the echo of a command other than a read looks like its reply: once a read was echoed and
+/// answered, the first copy of any other command is the echo and the next one the answer. So that a
+/// late answer to a request that was sent twice is not taken for that of the next one, the next
+/// waits until it has come or could have.
 #[derive(Debug)]
 pub struct RequestQueue {
     check: Check,
@@ -300,9 +299,8 @@ impl RequestQueue {
     }
 
     /// When to call [`handle_timeout`](Self::handle_timeout) and
-    /// [`poll_transmit`](Self::poll_transmit) again; `None` when only a reply or a request can
-    /// bring anything new. To be asked when [`poll_transmit`](Self::poll_transmit) has nothing
-    /// more.
+    /// [`poll_transmit`](Self::poll_transmit) again, once the latter has nothing more; `None` when
+    /// only a reply or a request can bring anything new.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         match &self.current {

@@ -1,13 +1,10 @@
-//! What one read completed: samples, and what was between them.
+//! Batches: what one read completed.
 
-use alloc::{
-    string::{String, ToString},
-    sync::Arc,
-    vec::Vec,
-};
+use alloc::{boxed::Box, string::String, sync::Arc, vec::Vec};
+use core::fmt;
 
-use super::{Diagnostic, StreamCounts};
-use crate::{Layout, PrintFormat, RegisterContents};
+use super::StreamCounts;
+use crate::{Layout, PrintFormat};
 
 /// Everything that one read completed: samples, and between them the places where something else
 /// was.
@@ -31,8 +28,8 @@ pub struct Batch {
     pub marks: Vec<Mark>,
     /// What the sensor said of its registers, in order.
     pub registers: Vec<RegisterReply>,
-    /// What passed beside the samples, in order; empty unless [`ReadOptions`](crate::ReadOptions)
-    /// ask for it.
+    /// What passed beside the samples, in order; empty unless
+    /// [`ReadOptions`](super::ReadOptions) ask for it.
     pub diagnostics: Vec<Diagnostic>,
     /// All that the stream has carried from its beginning to the end of this batch.
     pub link: StreamCounts,
@@ -83,12 +80,6 @@ pub struct RegisterReply {
     pub fields: String,
 }
 
-impl RegisterReply {
-    pub(super) fn new(contents: &RegisterContents, before_row: usize) -> Self {
-        Self { before_row, register: contents.register.0, fields: contents.fields.to_string() }
-    }
-}
-
 /// Something between two rows of a [`Batch`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
@@ -105,4 +96,35 @@ pub enum MarkKind {
     Rejected,
     /// From here on the sensor prints so; stands before the first row, and wherever that changes.
     Printed(PrintFormat),
+}
+
+/// One thing that passed beside the samples. Printed, it is one line of ASCII that steers no
+/// terminal, whatever came.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Diagnostic {
+    /// A command was written to the sensor.
+    Sent(Box<[u8]>),
+    /// The sensor answered, or reported an error.
+    Reply(Box<[u8]>),
+    /// A sentence was rejected.
+    Refused {
+        /// Why, in words.
+        reason: String,
+        /// Where its `$` stands, in bytes from the beginning of the stream.
+        offset: u64,
+        /// Its bytes, as far as they were taken for a part of it.
+        raw: Box<[u8]>,
+    },
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sent(line) => write!(f, "sent {}", line.trim_ascii_end().escape_ascii()),
+            Self::Reply(line) => write!(f, "reply {}", line.escape_ascii()),
+            Self::Refused { reason, offset, raw } => {
+                write!(f, "refused at byte {offset}, {reason}: {}", raw.escape_ascii())
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Bytes and link events in, batches of samples out.
 
-use alloc::{collections::BTreeMap, sync::Arc, vec::Vec};
+use alloc::{collections::BTreeMap, string::ToString, sync::Arc, vec::Vec};
 use core::mem;
 
 use super::{
@@ -116,7 +116,6 @@ impl SampleReader {
         }
     }
 
-    /// Takes an event of the link. A frame that is incomplete when it goes down is cut off.
     fn take_link_event(&mut self, event: &LinkEvent) {
         let link = &mut self.stream.link;
         match &event.kind {
@@ -130,7 +129,7 @@ impl SampleReader {
         }
     }
 
-    /// Ends the stream. Gives the batches that were not taken.
+    /// Ends the stream, and gives the batches that were not taken.
     pub fn finish(&mut self) -> Vec<Batch> {
         self.cut();
         self.take_batches()
@@ -178,7 +177,11 @@ fn code(header: &[u8]) -> u8 {
 impl Stream {
     fn put(&mut self, item: Item<'_>) {
         if let Item::Rejected(bad) = &item {
-            self.diagnose(|| Diagnostic::refused(bad));
+            self.diagnose(|| Diagnostic::Refused {
+                reason: bad.kind.to_string(),
+                offset: bad.offset,
+                raw: bad.raw.into(),
+            });
         }
         match item {
             Item::Sample(sample) => self.put_sample(&sample),
@@ -197,13 +200,13 @@ impl Stream {
     }
 
     fn put_reply(&mut self, sentence: &Sentence<'_>) {
-        self.diagnose(|| Diagnostic::reply(sentence));
+        self.diagnose(|| Diagnostic::Reply(sentence.raw.trim_ascii_end().into()));
         // one that says nothing is in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
         match &reply {
             Reply::Register(contents) | Reply::Written(contents) => {
-                let before_row = self.row();
-                self.open.registers.push(RegisterReply::new(contents, before_row));
+                let (register, fields) = (contents.register.0, contents.fields.to_string());
+                self.open.registers.push(RegisterReply { before_row: self.row(), register, fields });
             }
             Reply::Question(_) => self.link.echoes += 1,
             Reply::Error(error) if error.is_unsolicited() => self.link.unsolicited_errors.count(*error),

@@ -24,20 +24,21 @@ impl Device {
             "WRG" => return self.write_register(&command.parameters),
             "BOM" => {
                 let output = one_of(&command.parameters, &["1", "2", "3"])?;
-                self.answer_packet(output);
+                let packet = self.packet(output);
+                self.send(self.now_ns, packet);
                 return Ok(());
             }
-            "ASY" => self.paused = !flag(&command.parameters)?,
+            "ASY" => self.run.paused = !flag(&command.parameters)?,
             "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
             "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
             "SGB" => {
                 nothing(&command.parameters)?;
-                self.registers.set_start_up_bias(self.sensor.bias_rad_s());
+                self.registers.set_start_up_bias(self.sensor.bias_rad_s);
             }
-            "TAR" if self.registers.firmware() == Firmware::V2_1 => nothing(&command.parameters)?,
+            "TAR" if self.registers.firmware == Firmware::V2_1 => nothing(&command.parameters)?,
             "WNV" => {
                 nothing(&command.parameters)?;
-                self.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
+                self.run.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
                 return Ok(());
             }
             "RST" | "RFS" => {
@@ -101,13 +102,13 @@ impl Device {
                 return Ok(());
             }
             // the count continues at another pace
-            32 => self.sync_out = SyncOut::starting_at(count, self.ticks),
+            32 => self.run.sync_out = SyncOut { count, since_tick: self.run.ticks },
             _ => {}
         }
         let settings = self.registers.print(number, port).unwrap_or_default();
         self.answer(&format!("VNWRG,{number:02},{settings}{echo}"));
         if number == 5 && port == PORT {
-            self.uart.set_baud(self.registers.port(PORT).baud);
+            self.uart.baud = self.registers.ports[PORT].baud;
         }
         Ok(())
     }
@@ -115,7 +116,7 @@ impl Device {
     /// Register 33 takes nothing but zeros.
     fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
         match parameters {
-            ["0", "0", "0"] => self.sync_out = SyncOut::starting_at(0, self.ticks),
+            ["0", "0", "0"] => self.run.sync_out = SyncOut { count: 0, since_tick: self.run.ticks },
             [_, _, _] => return Err(DeviceError::InvalidParameter),
             [_, _, _, _, ..] => return Err(DeviceError::TooManyParameters),
             _ => return Err(DeviceError::TooFewParameters),
@@ -124,8 +125,8 @@ impl Device {
     }
 
     fn note_disturbance(&mut self, bit: u32, present: bool) {
-        self.known_disturbances &= !(1 << bit);
-        self.known_disturbances |= u16::from(present) << bit;
+        self.run.known_disturbances &= !(1 << bit);
+        self.run.known_disturbances |= u16::from(present) << bit;
     }
 }
 

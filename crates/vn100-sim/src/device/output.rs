@@ -1,14 +1,10 @@
 //! What the sensor sends, by itself and in answer, and how every sentence is closed.
 
-use std::fmt::Write;
+use std::{fmt::Write, mem};
 
 use vn100_protocol::{Check, DeviceError};
 
-use super::{
-    Device, PORT, Phase, TICK_HZ,
-    binary::{Contents, PacketOutput},
-    registers::Registers,
-};
+use super::{Device, PORT, Phase, TICK_HZ, binary::Contents, registers::Registers};
 use crate::{
     message::{MESSAGES, Message},
     sensor::Deltas,
@@ -17,17 +13,12 @@ use crate::{
 /// The counter of SyncOut edges.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SyncOut {
-    /// Its value when it was last set.
-    count: u32,
-    /// The tick at which it was.
-    since_tick: u64,
+    /// Its value when it was last set, and the tick at which it was.
+    pub(super) count: u32,
+    pub(super) since_tick: u64,
 }
 
 impl SyncOut {
-    pub(super) fn starting_at(count: u32, since_tick: u64) -> Self {
-        Self { count, since_tick }
-    }
-
     /// Its value after a number of ticks: one edge a tick where register 32 asks for those of the
     /// sensors, one in two ticks where it asks for those of the attitude, and fewer by what is
     /// skipped.
@@ -49,11 +40,11 @@ impl Device {
     pub(super) fn run_until(&mut self, until_ns: u64) {
         let Phase::Running { since_ns } = self.phase else { return };
         // behind the answer to a restart nothing is sent
-        while self.restart_ns.is_none() && self.tick_ns(since_ns, self.ticks) <= until_ns {
-            let tick = self.ticks;
-            self.ticks += 1;
+        while self.run.restart_ns.is_none() && self.tick_ns(since_ns, self.run.ticks) <= until_ns {
+            let tick = self.run.ticks;
+            self.run.ticks += 1;
             self.sensor.advance(&self.processing.filter);
-            if !self.paused {
+            if !self.run.paused {
                 self.send_due(tick, self.tick_ns(since_ns, tick));
             }
         }
@@ -68,17 +59,17 @@ impl Device {
 
     /// The next tick that sends anything.
     pub(super) fn next_output_tick(&self) -> Option<u64> {
-        if self.paused {
+        if self.run.paused {
             return None;
         }
-        let packets = self.registers.binary().iter().filter_map(|output| output.divisor_on(PORT));
+        let packets = self.registers.binary.iter().filter_map(|output| output.divisor_on(PORT));
         let ticks_apart = packets.chain(self.message().map(|(_, ticks_apart)| ticks_apart));
-        ticks_apart.map(|apart| self.ticks.next_multiple_of(apart)).min()
+        ticks_apart.map(|apart| self.run.ticks.next_multiple_of(apart)).min()
     }
 
     /// The sentence that is sent by itself, and the ticks from one to the next.
     fn message(&self) -> Option<(&'static Message, u64)> {
-        let port = self.registers.port(PORT);
+        let port = self.registers.ports[PORT];
         let message = MESSAGES.iter().find(|message| message.code == port.message)?;
         Some((message, TICK_HZ.checked_div(u64::from(port.rate_hz))?))
     }
@@ -86,7 +77,7 @@ impl Device {
     /// Packets come before the line of the same tick.
     fn send_due(&mut self, tick: u64, at_ns: u64) {
         for index in 0..3 {
-            let apart = self.registers.binary()[index].divisor_on(PORT);
+            let apart = self.registers.binary[index].divisor_on(PORT);
             if apart.is_some_and(|apart| tick.is_multiple_of(apart)) {
                 let packet = self.packet(index);
                 self.send(at_ns, packet);
@@ -108,25 +99,23 @@ impl Device {
         message.print(&self.sensor.measure(&self.processing), &deltas, body);
     }
 
-    /// A packet of the present values.
     pub(super) fn packet(&mut self, index: usize) -> Vec<u8> {
-        let deltas = if self.registers.binary()[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
-        let output: &PacketOutput = &self.registers.binary()[index];
-        output.packet(&Contents {
+        let deltas = if self.registers.binary[index].has_deltas() { self.take_deltas() } else { Deltas::default() };
+        self.registers.binary[index].packet(&Contents {
             measured: &self.sensor.measure(&self.processing),
             deltas: &deltas,
             // by its own clock, which runs from the start of the boot
-            time_ns: super::ns(super::BOOT) + self.ticks.saturating_sub(1) * 1_000_000_000 / TICK_HZ,
+            time_ns: super::ns(super::BOOT) + self.run.ticks.saturating_sub(1) * 1_000_000_000 / TICK_HZ,
             sync_out_count: self.sync_out_count(),
-            vpe_status: self.known_disturbances,
+            vpe_status: self.run.known_disturbances,
         })
     }
 
     /// Integrals since the last output that had any; the same for all output of one tick.
     fn take_deltas(&mut self) -> Deltas {
-        if self.deltas_tick != Some(self.ticks) {
-            self.deltas_tick = Some(self.ticks);
-            self.deltas = self.sensor.take_deltas();
+        if self.run.deltas_tick != Some(self.run.ticks) {
+            self.run.deltas_tick = Some(self.run.ticks);
+            self.deltas = mem::take(&mut self.sensor.deltas);
         }
         self.deltas
     }
@@ -137,7 +126,7 @@ impl Device {
     }
 
     pub(super) fn sync_out_count(&self) -> u32 {
-        self.sync_out.count_at(self.ticks, &self.registers)
+        self.run.sync_out.count_at(self.run.ticks, &self.registers)
     }
 
     /// Count and status behind the values, as register 30 asks.
@@ -154,20 +143,19 @@ impl Device {
         }
         match self.registers.whole(30, 1) {
             0 => {}
-            1 => _ = write!(body, ",S{:04X}", self.known_disturbances),
+            1 => _ = write!(body, ",S{:04X}", self.run.known_disturbances),
             _ => body.push_str(",S0000"),
         }
     }
 
-    /// A sentence of this body.
     fn closed(&self, body: &str) -> Vec<u8> {
         let check = if self.registers.whole(30, 4) == 3 { Check::Crc16 } else { Check::Xor8 };
         check.sentence(body).into_bytes()
     }
 
     /// Queues a whole message, or drops it and says so.
-    fn send(&mut self, at_ns: u64, message: Vec<u8>) {
-        if self.uart.send(at_ns, message).is_err() && self.registers.whole(30, 6) > 0 {
+    pub(super) fn send(&mut self, at_ns: u64, message: Vec<u8>) {
+        if !self.uart.send(at_ns, message) && self.registers.whole(30, 6) > 0 {
             let error = self.closed(&error_body(DeviceError::OutputBufferOverflow));
             // where that does not fit either, nothing can be said
             _ = self.uart.send(at_ns, error);
@@ -180,12 +168,6 @@ impl Device {
         self.send(self.now_ns, line);
     }
 
-    /// Answers a command now with bytes that need no closing.
-    pub(super) fn answer_packet(&mut self, index: usize) {
-        let packet = self.packet(index);
-        self.send(self.now_ns, packet);
-    }
-
     /// Reports an error, as ErrorMode asks: not at all, by a sentence, or by a sentence after
     /// which the lines stop.
     pub(super) fn report(&mut self, code: DeviceError) {
@@ -194,7 +176,7 @@ impl Device {
             self.answer(&error_body(code));
         }
         if mode == 2 {
-            self.registers.silence(PORT);
+            self.registers.ports[PORT].message = 0;
         }
     }
 }

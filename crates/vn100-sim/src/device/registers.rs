@@ -36,11 +36,11 @@ pub(crate) struct PortSettings {
 /// All settings, in memory or in flash.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Registers {
-    firmware: Firmware,
+    pub(crate) firmware: Firmware,
     serial: u32,
     values: BTreeMap<u16, Vec<Value>>,
-    ports: [PortSettings; 2],
-    binary: [PacketOutput; 3],
+    pub(crate) ports: [PortSettings; 2],
+    pub(crate) binary: [PacketOutput; 3],
 }
 
 impl Registers {
@@ -150,29 +150,8 @@ impl Registers {
         u64::from(lines) * 800 + packets <= u64::from(settings.baud) / 10 * 800
     }
 
-    pub(crate) fn port(&self, port: usize) -> &PortSettings {
-        &self.ports[port]
-    }
-
-    /// Turns the lines of a port off: what ErrorMode 2 does.
-    pub(crate) fn silence(&mut self, port: usize) {
-        self.ports[port].message = 0;
-    }
-
-    pub(crate) fn set_baud(&mut self, port: usize, baud: u32) {
-        self.ports[port].baud = baud;
-    }
-
     pub(crate) fn set_start_up_bias(&mut self, bias_rad_s: [f64; 3]) {
         self.values.insert(43, bias_rad_s.map(|bias| Value::Rate(bias as f32)).to_vec());
-    }
-
-    pub(crate) fn binary(&self) -> &[PacketOutput; 3] {
-        &self.binary
-    }
-
-    pub(crate) fn firmware(&self) -> Firmware {
-        self.firmware
     }
 
     /// A whole number of a register, by the index of its field; 0 where there is none.

@@ -24,10 +24,6 @@ pub struct SentByte {
     pub baud: u32,
 }
 
-/// The message does not fit into the transmit buffer.
-#[derive(Debug)]
-pub(crate) struct Full;
-
 /// Bytes sent without a pause between them, at one rate.
 #[derive(Debug, Clone)]
 struct Burst {
@@ -59,7 +55,8 @@ impl Burst {
 /// Messages on their way out.
 #[derive(Debug, Clone)]
 pub(crate) struct Uart {
-    baud: u32,
+    /// The rate of the messages to come.
+    pub(crate) baud: u32,
     bursts: VecDeque<Burst>,
 }
 
@@ -68,25 +65,16 @@ impl Uart {
         Self { baud, bursts: VecDeque::new() }
     }
 
-    /// The rate of the messages to come.
-    pub(crate) fn set_baud(&mut self, baud: u32) {
-        self.baud = baud;
-    }
-
-    pub(crate) fn baud(&self) -> u32 {
-        self.baud
-    }
-
-    /// Puts a whole message behind those that wait.
-    pub(crate) fn send(&mut self, now_ns: u64, message: Vec<u8>) -> Result<(), Full> {
+    /// Puts a whole message behind those that wait; `false` where it finds no room.
+    pub(crate) fn send(&mut self, now_ns: u64, message: Vec<u8>) -> bool {
         let unsent = |burst: &Burst| burst.bytes.len() - burst.sent(now_ns);
         let waiting: usize = self.bursts.iter().rev().map(unsent).take_while(|count| *count > 0).sum();
         if waiting + message.len() > TRANSMIT_BUFFER {
-            return Err(Full);
+            return false;
         }
         let start_ns = now_ns.max(self.idle_ns());
         self.bursts.push_back(Burst { start_ns, baud: self.baud, bytes: message, taken: 0 });
-        Ok(())
+        true
     }
 
     /// When everything that waits is sent; 0 when nothing does.

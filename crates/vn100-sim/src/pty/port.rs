@@ -45,7 +45,7 @@ pub(super) struct PseudoTerminal {
     /// Reports openings and closings; `None` when our hold is gone, from when on a hang-up reports
     /// the end.
     watch: Option<OwnedFd>,
-    path: PathBuf,
+    pub(super) path: PathBuf,
     host_is_there: bool,
 }
 
@@ -66,10 +66,6 @@ impl PseudoTerminal {
         let watch = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK)?;
         inotify::add_watch(&watch, &path, inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE)?;
         Ok(Self { master, slave: Some(slave), watch: Some(watch), path, host_is_there: false })
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Sleeps until a host does something, there is room if that is `for_room`, `waker` is
@@ -280,7 +276,7 @@ mod tests {
     fn a_burst_comes_whole_as_far_as_there_is_room_for_it() -> io::Result<()> {
         let port = PseudoTerminal::new(NonZeroU32::MIN)?;
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().try_into().unwrap();
-        let mut host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(port.path())?;
+        let mut host = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&port.path)?;
         let burst: Vec<u8> = (0..ROOM + 100).map(|index| (index % 251) as u8).collect();
         let mut outbox = Outbox::default();
         assert_eq!(outbox.push(&burst), 100);

@@ -227,10 +227,10 @@ impl Server {
     fn plug_in(&mut self, other_name: bool) -> Result<(), PtyError> {
         let port = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
         let path = match &self.link_path {
-            None => port.path().to_owned(),
+            None => port.path.clone(),
             Some(link) => {
                 let link = if other_name { with_suffix(link, "-1") } else { link.clone() };
-                self.link = Some(Link::make(&link, port.path())?);
+                self.link = Some(Link::make(&link, &port.path)?);
                 link
             }
         };
@@ -243,10 +243,10 @@ impl Server {
     fn replace_port(&mut self, now: Duration) -> Result<(), PtyError> {
         let Some(mut old) = self.port.take() else { return Ok(()) };
         let fresh = PseudoTerminal::new(host_baud(self.wire.device())).map_err(PtyError::Open)?;
-        self.lead_to(fresh.path())?;
+        self.lead_to(&fresh.path)?;
         // a host that returns at once has the old one
         if old.host_change().map_err(PtyError::Open)? == Some(HostChange::Opened) {
-            self.lead_to(old.path())?;
+            self.lead_to(&old.path)?;
             self.port = Some(old);
             return self.open(now);
         }
