@@ -57,7 +57,7 @@ impl Capture {
         let file = File::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if metadata.is_dir() {
-            return Err(OpenError::Directory { path: path.to_owned() });
+            return Err(OpenError::Directory(path.to_owned()));
         }
         let stored_bytes = metadata.is_file().then_some(metadata.len());
         let sidecar = Sidecar::beside(path).map_err(failed)?;
@@ -108,7 +108,7 @@ impl Capture {
                         Box::new(|options, stop| read_file(TimedReader::new(reader, sidecar, options), stop))
                     }
                     None => {
-                        let source = ReaderSource::spawn(reader).map_err(failed)?;
+                        let source = ReaderSource::spawn(reader, None).map_err(failed)?;
                         Box::new(|options, stop| Ok(read_samples(source, options, stop)))
                     }
                 },
@@ -140,11 +140,8 @@ pub enum OpenError {
         source: io::Error,
     },
     /// A folder was named.
-    #[error("{} is a folder: name the captures in it", path.display())]
-    Directory {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} is a folder: name the captures in it", .0.display())]
+    Directory(PathBuf),
     /// A CSV file whose columns cannot be used.
     #[error("{}: {problem}", path.display())]
     Csv {
@@ -203,8 +200,7 @@ fn decompressed(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Re
     })
 }
 
-/// Unpacks gzip data: one member behind the other, and behind the last one the zeros that fill up a
-/// block of a tape or an archive.
+/// Unpacks gzip data, member behind member, and behind the last one the zeros that fill up a block.
 struct Gunzip<R> {
     /// `None` behind the last member.
     member: Option<GzDecoder<BufReader<R>>>,

@@ -75,16 +75,13 @@ enum ColumnUse {
 /// Why a CSV file cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CsvError {
-    /// Rows of numbers, none of them known by name.
+    /// Rows of numbers, none of them known by the names in the header.
     #[error(
         "no column of this CSV file is known: looked for {}; found {}",
         header::Places::SEARCHED,
-        found.join(", ")
+        .0.join(", ")
     )]
-    UnknownColumns {
-        /// The names in the header.
-        found: Vec<String>,
-    },
+    UnknownColumns(Vec<String>),
     /// A column named in the map is not there.
     #[error("no column {column:?} for {channel}: the file has {}", found.join(", "))]
     MissingColumn {

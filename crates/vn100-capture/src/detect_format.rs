@@ -9,12 +9,10 @@ use crate::{
     recording,
 };
 
-/// How much of a file is searched for a first sentence: much may stand before it, such as the log
-/// of a boot.
+/// How much of a file is searched for a first sentence: the log of a boot may stand before it.
 const HEAD_BYTES: usize = 1024 * 1024;
 
-/// Files that are known by their first bytes not to be captures, unless a sentence is found in
-/// them.
+/// Files that are no captures by their first bytes, unless a sentence is found in them.
 const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
@@ -34,13 +32,11 @@ const OTHERS: &[(&[u8], &str)] = &[
 pub enum Format {
     /// Sentences in text, any line ending, anything else between them.
     Text,
-    /// Bytes as they came from the port, sentences and binary packets mixed with whatever else was
-    /// on the line.
+    /// Bytes as they came from the port: sentences, binary packets and all else on the line.
     Raw,
     /// Rows of a CSV file, numbers or sentences with their stamps.
     Csv,
-    /// A recording of this program: the bytes with the times of their reads, and the link
-    /// events.
+    /// A recording of this program: the bytes with the times of their reads, and link events.
     Mcap,
 }
 
@@ -149,8 +145,7 @@ impl Head {
     }
 }
 
-/// A measurement or packet, a sentence that its checksum bears out, or one without that names a
-/// VectorNav message.
+/// A sample, a packet, or a sentence with its checksum or the name of a VectorNav message.
 fn is_evidence(item: &Item<'_>) -> bool {
     match item {
         Item::Sample(_) | Item::Packet(_) => true,
@@ -161,8 +156,7 @@ fn is_evidence(item: &Item<'_>) -> bool {
     }
 }
 
-/// Whether the first two lines, those of the names of columns and of the first row, may be text in
-/// some encoding.
+/// Whether the first two lines, of names and numbers, may be text in some encoding.
 fn begins_legibly(head: &[u8]) -> bool {
     head.splitn(3, |&byte| byte == b'\n').take(2).all(has_no_controls)
 }

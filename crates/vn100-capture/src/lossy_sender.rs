@@ -1,5 +1,4 @@
-//! A channel that never makes its sender wait: what finds no room is dropped, counted, and
-//! reported as soon as there is room.
+//! A channel that never makes its sender wait: what finds no room is dropped, counted and reported.
 
 use std::collections::VecDeque;
 
@@ -7,8 +6,7 @@ use tokio::sync::mpsc;
 
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamInput};
 
-/// Link events that may wait for room; later ones are dropped. A link brings two each time it is
-/// lost and reconnects.
+/// Link events that may wait for room; later ones are dropped. A reconnect brings two.
 const WAITING_EVENTS: usize = 64;
 
 /// Sends [`StreamInput`]s. Bytes that do not fit become an [`Overrun`](LinkEventKind::Overrun) at

@@ -1,5 +1,5 @@
-//! What a source of samples delivers to its owner, and the two loops that read to an end and send
-//! it: a task for a source that waits, and a thread for a file.
+//! What a source of samples delivers, and the two loops that read to an end and send it: a task for
+//! a source that waits, and a thread for a file.
 
 use std::{io, thread};
 
@@ -9,8 +9,7 @@ use vn100_protocol::stream::{Batch, CsvReport, LinkEvent, ReadOptions, SampleRea
 
 use crate::source::Source;
 
-/// Batches that may wait to be used: enough to keep both sides busy, few enough to keep memory
-/// flat.
+/// Batches that may wait: enough to keep both sides busy, few enough to keep memory flat.
 pub const WAITING_BATCHES: usize = 4;
 
 /// One thing that happened on a stream, in the order it happened.
@@ -19,8 +18,7 @@ pub const WAITING_BATCHES: usize = 4;
 pub enum Event {
     /// What one read brought.
     Batch(Batch),
-    /// A change of the link to a live sensor, or of the one that was recorded. The counts of the
-    /// batch before it contain it.
+    /// A change of the link, live or recorded. The counts of the batch before it contain it.
     Link(LinkEvent),
     /// The stream is over; nothing follows.
     End(End),

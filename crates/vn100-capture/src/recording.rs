@@ -40,8 +40,7 @@ const BYTES_TOPIC: &str = "/vn100/bytes";
 const BYTES_ENCODING: &str = "application/octet-stream";
 const LINK_TOPIC: &str = "/vn100/link";
 const LINK_ENCODING: &str = "json";
-/// Metadata of a channel of `/vn100/bytes` whose log times are not those of the reads, because
-/// these are not known.
+/// Metadata of a channel of `/vn100/bytes` for which the times of the reads are not known.
 const UNSTAMPED: (&str, &str) = ("arrival", "unknown");
 
 const RECORDING_METADATA: &str = "vn100.recording";

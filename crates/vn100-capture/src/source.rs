@@ -1,5 +1,5 @@
-//! The seam between whatever delivers bytes and everything that reads them, and the clock that bytes
-//! are stamped with.
+//! Whatever delivers bytes, for everything that reads them, and the clock that they are stamped
+//! with.
 
 use std::{
     future::Future,
@@ -14,15 +14,13 @@ use rustix::time::{ClockId, clock_gettime};
 use tokio::sync::mpsc;
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// Bytes of one read. Large enough that waking the parser for each costs nothing per line, small
-/// enough for the second-level cache.
+/// Bytes of one read: many lines for each time the parser is woken, within the second-level cache.
 pub(crate) const READ_BYTES: usize = 128 * 1024;
 
 /// Bytes of one read of a live stream, which brings a few lines.
 const LIVE_READ_BYTES: usize = 4096;
 
-/// Chunks that may wait between the reading thread and the parser. When they are full the reading
-/// thread waits: a capture can.
+/// Chunks that may wait for the parser; then the reading thread waits, as a capture can.
 const WAITING_CHUNKS: usize = 2;
 
 /// Anything that delivers bytes: a capture, a port, an emulated sensor, a script in a test.
@@ -42,29 +40,18 @@ pub struct ReaderSource {
 }
 
 impl ReaderSource {
-    /// Starts reading `reader` to its end.
-    ///
-    /// # Errors
-    /// When no thread can be started.
-    pub fn spawn(reader: impl Read + Send + 'static) -> io::Result<Self> {
-        Self::start(reader, READ_BYTES, None)
-    }
-
-    /// Starts reading a live stream, such as the output of another program on standard input; each
-    /// read is stamped where it returns.
+    /// Starts reading `reader` to its end. With a clock it is a live stream, such as the output of
+    /// another program on standard input: it brings a few lines at a time, and each read is stamped
+    /// where it returns.
     ///
     /// A stream that brings nothing keeps its thread until it ends: a blocking read cannot be
     /// called off.
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn spawn_live(reader: impl Read + Send + 'static, clock: Clock) -> io::Result<Self> {
-        Self::start(reader, LIVE_READ_BYTES, Some(clock))
-    }
-
-    fn start(reader: impl Read + Send + 'static, read_bytes: usize, clock: Option<Clock>) -> io::Result<Self> {
+    pub fn spawn(reader: impl Read + Send + 'static, clock: Option<Clock>) -> io::Result<Self> {
         let (sender, chunks) = mpsc::channel(WAITING_CHUNKS);
-        let work = move || read_to_end(reader, read_bytes, clock, &sender);
+        let work = move || read_to_end(reader, clock, &sender);
         thread::Builder::new().name("capture-reader".into()).spawn(work)?;
         Ok(Self { chunks })
     }
@@ -76,12 +63,8 @@ impl Source for ReaderSource {
     }
 }
 
-fn read_to_end(
-    mut reader: impl Read,
-    read_bytes: usize,
-    clock: Option<Clock>,
-    chunks: &mpsc::Sender<io::Result<Chunk>>,
-) {
+fn read_to_end(mut reader: impl Read, clock: Option<Clock>, chunks: &mpsc::Sender<io::Result<Chunk>>) {
+    let read_bytes = if clock.is_some() { LIVE_READ_BYTES } else { READ_BYTES };
     loop {
         let mut buffer = BytesMut::zeroed(read_bytes);
         let chunk = match reader.read(&mut buffer) {
@@ -170,10 +153,7 @@ mod tests {
     #[tokio::test]
     async fn only_a_live_stream_is_stamped() {
         for (clock, stamped) in [(None, false), (Some(Clock::start()), true)] {
-            let mut source = match clock {
-                Some(clock) => ReaderSource::spawn_live(&b"$VNYMR"[..], clock).unwrap(),
-                None => ReaderSource::spawn(&b"$VNYMR"[..]).unwrap(),
-            };
+            let mut source = ReaderSource::spawn(&b"$VNYMR"[..], clock).unwrap();
             let Some(StreamInput::Chunk(chunk)) = source.next_input().await.unwrap() else { panic!("no chunk") };
             assert_eq!((&chunk.bytes[..], chunk.at_ns.is_some()), (&b"$VNYMR"[..], stamped));
             assert_eq!(source.next_input().await.unwrap(), None);

@@ -1,5 +1,4 @@
-//! Raw captures with the times of their reads: beside the bytes, `NAME.timing` has a row
-//! `t_ns,offset` for each read of the port.
+//! Raw captures with the times of their reads: `NAME.timing` has a row `t_ns,offset` for each.
 
 use std::{
     fs::File,
@@ -119,8 +118,7 @@ impl ReadStamp {
     }
 }
 
-/// Reads a capture with its stamps, with one batch for many reads: a recorded read can bring a few
-/// bytes.
+/// Reads a capture with its stamps, one batch for many reads: one can bring a few bytes.
 pub(crate) struct TimedReader<R> {
     reader: BufReader<R>,
     sidecar: Sidecar,

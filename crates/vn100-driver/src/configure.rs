@@ -13,15 +13,14 @@ use crate::{
     output_plan::{Change, OutputSettings, PlanError, plan},
 };
 
-/// How long after a pause the last of the output may still arrive: a long frame at the lowest baud
-/// rate.
+/// How late the last of the output may arrive after a pause: a long frame at the lowest baud rate.
 const DRAIN: Duration = Duration::from_millis(150);
 
 /// How long the output settles, at least, and how long its frames are counted.
 const SETTLE: Duration = Duration::from_millis(300);
 const MEASURE: Duration = Duration::from_secs(2);
 
-/// How long to wait for a frame, longer than a period of the slowest output, and how often to check.
+/// How long to wait for a frame, longer than a period of the slowest output; how often to check.
 const LISTEN: Duration = Duration::from_millis(1200);
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -35,8 +34,7 @@ const RETURN: Duration = Duration::from_secs(10);
 pub struct Configured {
     /// The registers in the order in which they were written; empty where none differed.
     pub changes: Vec<Change>,
-    /// Frames a second of the message that the sensor is set to, counted for two seconds. Other
-    /// messages, as the other port may send, are not counted.
+    /// Frames a second of the message that the sensor is set to, counted for two seconds.
     pub measured_hz: f64,
     /// The rate that the sensor is set to; 0 where its output is off.
     pub rate_hz: u32,
@@ -164,10 +162,10 @@ async fn set(link: &LinkHandle, settings: &OutputSettings, written: &mut Written
 }
 
 /// Reads the settings, writes those that differ, and measures the rate. `false` where the link was
-/// lost or silent meanwhile: the sensor may have been without power, and what was written is gone
-/// then.
+/// lost or silent meanwhile: without power the sensor has lost what was written.
 async fn attempt(link: &LinkHandle, settings: &OutputSettings, written: &mut Written) -> Result<bool, ConfigureError> {
     let mut state = link.state();
+    let up_since = |state: &LinkState| state.up().map(|up| up.since_ns);
     let begun = up_since(&state.borrow());
     let mut current = Vec::new();
     for register in settings.registers() {
@@ -206,11 +204,6 @@ fn period(current: &[RegisterContents]) -> Duration {
     Duration::from_secs(1).checked_div(rate.map_or(0, AsyncRate::hz)).unwrap_or_default()
 }
 
-/// When the link came up, where it is up.
-fn up_since(state: &LinkState) -> Option<i64> {
-    state.up().map(|up| up.since_ns)
-}
-
 /// Waits until the sensor answers on a link that was lost, up to a timeout.
 async fn until_back(link: &LinkHandle) {
     let mut state = link.state();
@@ -245,8 +238,7 @@ pub async fn restore(link: &LinkHandle, changes: &[Change]) -> Result<(), Config
     Err(with_left(link, cause, changes, may_be_paused).await)
 }
 
-/// Writes the former values where the registers differ from them, which they do not after a loss of
-/// power, and leaves the output paused.
+/// Writes the former values where the registers differ from them, and leaves the output paused.
 async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), ConfigureError> {
     let mut written = Written::default();
     pause(link, &mut written).await?;
@@ -259,8 +251,7 @@ async fn write_back(link: &LinkHandle, changes: &[Change]) -> Result<(), Configu
     write(link, back, &mut written).await
 }
 
-/// The error with those of the changes that the sensor still has; with all where they cannot be
-/// read.
+/// The error with the changes that the sensor still has; with all where they cannot be read.
 async fn with_left(
     link: &LinkHandle,
     cause: ConfigureError,

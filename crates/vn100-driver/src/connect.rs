@@ -1,5 +1,4 @@
-//! The transport of a link, a serial port, a socket, or a script in a test, and why it cannot be
-//! opened.
+//! The transport of a link, be it a port, a socket or a script, and why it cannot be opened.
 
 use std::{ffi::OsStr, fs, future::Future, io, path::Path};
 
@@ -72,11 +71,8 @@ pub enum ConnectError {
         problem: PortProblem,
     },
     /// `tcp://` is followed by something else than a host and a port.
-    #[error("{address} is not an address: write tcp://host:port, such as tcp://192.168.1.20:2000")]
-    Address {
-        /// What was given.
-        address: String,
-    },
+    #[error("{0} is not an address: write tcp://host:port, such as tcp://192.168.1.20:2000")]
+    Address(String),
     /// The server behind the address cannot be reached.
     #[error("cannot connect to {address}: {}", server_advice(error))]
     Server {
@@ -113,8 +109,7 @@ pub enum PortProblem {
 }
 
 impl ConnectError {
-    /// Of what a port, `given` by the user, said when it was opened by `name`, which leads to it
-    /// now.
+    /// What a port, `given` by the user, said when it was opened by `name`, which leads to it now.
     pub(crate) fn of_port(given: &str, name: &str, baud: u32, error: serialport::Error, ports: Vec<PortEntry>) -> Self {
         use serialport::ErrorKind::{Io, NoDevice};
         let path = Path::new(name);
@@ -132,9 +127,9 @@ impl ConnectError {
         Self::Port { port, baud, problem }
     }
 
-    /// Whether trying again can help without anybody doing something about it first. A port that is
-    /// away returns when it is plugged in, and udev sets its rights a moment after it makes the
-    /// node; one that is not a serial port will not become one.
+    /// Whether trying again can help. A port that is away returns when it is plugged in, and udev
+    /// sets its rights a moment after it makes the node; one that is not a serial port will not
+    /// become one.
     pub(crate) fn is_passing(&self) -> bool {
         !matches!(self, Self::Port { problem: PortProblem::NotASerialPort(_), .. } | Self::Address { .. })
     }

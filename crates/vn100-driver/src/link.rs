@@ -103,8 +103,8 @@ pub struct Up {
     pub since_ns: i64,
     /// The latency timer of the adapter, where it has one.
     pub latency_timer: Option<LatencyTimer>,
-    /// The error that the sensor reported when it restarted on an open port, where that is why the
-    /// link is up anew.
+    /// The error that the sensor reported when it restarted, where the link is up anew because of
+    /// that.
     pub restarted: Option<DeviceError>,
     /// Whether the output was found paused by another program, and was resumed. It is paused again
     /// when the link is stopped, unless a command of the user has resumed it, too.

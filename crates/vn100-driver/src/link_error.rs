@@ -55,8 +55,7 @@ pub enum LinkHint {
 }
 
 impl LinkHint {
-    /// The hint in words. An application whose user knows the settings by other names has words of
-    /// its own: see [`LinkOptions::hint_text`](crate::LinkOptions::hint_text).
+    /// The hint in words; an application may have [its own](crate::LinkOptions::hint_text).
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {

@@ -48,7 +48,7 @@ use self::{
 use crate::{
     connect::ConnectError,
     link::{CommandError, LinkOptions, LinkState},
-    link_error::LinkError,
+    link_error::{LinkError, LinkHint},
     ports::LatencyTimer,
 };
 
@@ -277,12 +277,10 @@ impl LinkMachine {
 
     /// The baud rates to try, in this order; one that is `None` where the link has none.
     fn baud_rates(&self) -> Vec<Option<u32>> {
-        let LinkContext { has_baud, fixed_baud, last_baud, .. } = self.context;
-        if !has_baud {
-            return vec![None];
-        }
-        if fixed_baud.is_some() {
-            return vec![fixed_baud];
+        let LinkContext { has_baud, last_baud, .. } = self.context;
+        let given = self.context.options.baud;
+        if !has_baud || given.is_some() {
+            return vec![given.filter(|_| has_baud)];
         }
         let others = BAUD_RATES.into_iter().filter(|baud| Some(*baud) != last_baud);
         last_baud.into_iter().chain(others).map(Some).collect()
@@ -461,7 +459,7 @@ impl LinkMachine {
     /// The error as its user reads it.
     fn text(&self, error: &LinkError) -> String {
         match error.hint() {
-            Some(hint) => format!("{error}; {}", (self.context.hint_text)(hint)),
+            Some(hint) => format!("{error}; {}", self.context.options.hint_text.unwrap_or(LinkHint::text)(hint)),
             None => error.to_string(),
         }
     }

@@ -1,5 +1,4 @@
-//! The task that owns a live link: it performs what the [`LinkMachine`] asks for, and reports to it
-//! what comes of that.
+//! The task that owns a live link: it performs what the [`LinkMachine`] asks for, and reports back.
 
 use std::{
     collections::BTreeMap,
@@ -35,8 +34,8 @@ const WAITING_COMMANDS: usize = 16;
 /// reconnects when the link is lost.
 ///
 /// The events are those of [`read_samples`](vn100_capture::read_samples), with one
-/// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and with an error when the first connection
-/// fails: a link that never was up is not retried for long.
+/// [`Event::Link`](vn100_capture::Event::Link) for each change of the link. They end on `stop`, and
+/// with an error when the first connection fails: a link that never was up is not retried for long.
 ///
 /// When the events are not taken, the link waits; a port then loses bytes, which are counted.
 ///

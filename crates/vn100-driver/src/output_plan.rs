@@ -21,8 +21,8 @@ pub struct OutputSettings {
     /// How many of its 800 samples a second the sensor averages for a measurement, of acceleration
     /// and angular rate (register 85).
     pub window: Option<u32>,
-    /// Whether each line carries a count of the sensor's samples (registers 32 and 30), so that
-    /// dropped samples can be counted.
+    /// Whether each line carries a count of samples (registers 32 and 30), which shows dropped
+    /// ones.
     pub count: Option<bool>,
     /// Whether the sensor keeps these and all its settings when it is switched off.
     pub save: bool,
@@ -94,11 +94,8 @@ pub enum PlanError {
     #[error("{0}; this sensor cannot be set here")]
     Value(#[from] ValueError),
     /// The sensor does not have a register that the plan needs.
-    #[error("this sensor has no register {register}, without which it cannot be set so")]
-    Missing {
-        /// Which one.
-        register: Register,
-    },
+    #[error("this sensor has no register {0}, without which it cannot be set so")]
+    Missing(Register),
 }
 
 fn beside(packets: LinkLoad) -> String {
@@ -163,7 +160,7 @@ pub(crate) fn plan(
     let mut rate = change(Some(&old.rate), Some(&new.rate));
     let mut protocol = change(Some(&old.protocol), Some(&new.protocol));
     let is_shorter = old.protocol.serial_count != 0 && new.protocol.serial_count == 0;
-    let in_order = [
+    let ordered = [
         baud.take_if(|_| new.baud > old.baud),
         rate.take_if(|_| new.rate < old.rate),
         protocol.take_if(|_| is_shorter),
@@ -174,7 +171,7 @@ pub(crate) fn plan(
         change(old.filter.as_ref(), new.filter.as_ref()),
         baud,
     ];
-    Ok((in_order.into_iter().flatten().collect(), new.message, new.rate))
+    Ok((ordered.into_iter().flatten().collect(), new.message, new.rate))
 }
 
 impl Output {
@@ -212,7 +209,7 @@ impl Output {
             new.rate = rate.ok_or_else(|| not_allowed("the rate", hz, list(OUTPUT_RATES_HZ)))?;
         }
         if let Some(window) = settings.window {
-            let filter = new.filter.as_mut().ok_or(PlanError::Missing { register: Register::IMU_FILTER })?;
+            let filter = new.filter.as_mut().ok_or(PlanError::Missing(Register::IMU_FILTER))?;
             let allowed = || format!("1 to {SAMPLES_PER_S} samples");
             let samples = u16::try_from(window).ok().filter(|samples| (1..=SAMPLES_PER_S).contains(samples));
             let samples = samples.ok_or_else(|| not_allowed("the window", window, allowed()))?;
@@ -240,7 +237,7 @@ impl Output {
             return Ok(());
         }
         let skip = self.measurements_skipped();
-        let sync = self.sync.as_mut().ok_or(PlanError::Missing { register: Register::SYNC_CONTROL })?;
+        let sync = self.sync.as_mut().ok_or(PlanError::Missing(Register::SYNC_CONTROL))?;
         // the output pulse marks the start of every measurement that is sent, and is what is counted
         (self.protocol.serial_count, sync.out_mode, sync.out_skip) =
             if count { (COUNT_OF_SYNC_OUT, AT_MEASUREMENT, skip) } else { (0, 0, 0) };
@@ -272,7 +269,7 @@ fn value<T: RegisterValue>(current: &[RegisterContents]) -> Result<Option<T>, Va
 }
 
 fn required<T: RegisterValue>(current: &[RegisterContents]) -> Result<T, PlanError> {
-    value(current)?.ok_or(PlanError::Missing { register: T::REGISTERS[0] })
+    value(current)?.ok_or(PlanError::Missing(T::REGISTERS[0]))
 }
 
 /// The write that makes one value of another; values are compared, not how the sensor prints them.

@@ -1,5 +1,5 @@
-//! The serial ports of this machine, which of them a VN-100 may be on, how the one that a user named
-//! is found after it was pulled out and plugged in under another name, and its latency timer.
+//! The serial ports of this machine, which of them a VN-100 may be on, how the one that a user
+//! named is found after it was plugged in under another name, and its latency timer.
 
 use std::{
     fs,
@@ -21,8 +21,7 @@ const FTDI_PRODUCTS: [u16; 3] = [0x6001, 0x6014, 0x6015];
 pub struct PortEntry {
     /// Its name, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// A name that stays the same when the adapter is plugged in again; `None` where the system has
-    /// none.
+    /// A name that stays the same when the adapter is plugged in again, where the system has one.
     pub stable_name: Option<PathBuf>,
     /// What the USB adapter says of itself; `None` for a port that is not on USB.
     pub usb: Option<UsbAdapter>,
@@ -124,8 +123,7 @@ impl PortAddress {
         self.usb = port.usb.clone();
     }
 
-    /// The names to try, the surest first: another adapter may have taken the name of one that was
-    /// pulled out.
+    /// The names to try, the surest first: another adapter may have taken the name that was given.
     pub(crate) fn candidates(&self, ports: &[PortEntry]) -> Vec<String> {
         let stable = self.stable_name.as_ref().map(|name| name.to_string_lossy().into_owned());
         let known =
@@ -145,8 +143,8 @@ impl PortAddress {
         self.usb.as_ref().is_some_and(|usb| usb.serial_number.is_some()) && port.usb == self.usb
     }
 
-    /// Whether `name` leads to another adapter now. Of a port that is not on USB nothing is known that
-    /// could differ.
+    /// Whether `name` leads to another adapter now. Of a port that is not on USB nothing is known
+    /// that could differ.
     pub(crate) fn belongs_to_another_port(&self, name: &str, ports: &[PortEntry]) -> bool {
         self.usb.is_some() && find(ports, name).is_some_and(|port| port.usb != self.usb)
     }
@@ -167,14 +165,12 @@ const SHORTEST_MS: u32 = 1;
 pub struct LatencyTimer {
     /// Its time in milliseconds, as it is now.
     pub ms: u32,
-    /// How to shorten it, where this program was not allowed to; `None` where there is nothing left
-    /// to shorten.
+    /// How to shorten it, where this program was not allowed to and it is not at its shortest.
     pub advice: Option<String>,
 }
 
-/// Sets the latency timer behind `port` to 1 ms where that is allowed, and says what it is then.
-/// `port` may be a symlink. `None` where there is no such timer: another adapter, a pseudo terminal,
-/// a system other than Linux.
+/// Sets the latency timer behind `port`, which may be a symlink, to 1 ms where that is allowed, and
+/// says what it is then. `None` without such a timer: another adapter, pseudo-terminal or system.
 pub(crate) fn shorten_latency(port: &Path) -> Option<LatencyTimer> {
     let device = fs::canonicalize(port).ok()?;
     shorten(Path::new("/sys/bus/usb-serial/devices"), device.file_name()?.as_ref())

@@ -1,5 +1,4 @@
-//! A serial port: a thread of its own blocks in `read`, stamps what came and hands it on line by
-//! line.
+//! A serial port: a thread of its own blocks in `read`, stamps what came and forwards it by line.
 
 use std::{
     fmt,
@@ -22,13 +21,13 @@ use crate::{
 use vn100_capture::{Clock, LossySender, Source};
 use vn100_protocol::stream::{Chunk, StreamInput};
 
-/// The timeout of a read, after which it is checked whether to stop: twenty wake-ups a second, 0.01
-/// % of a core. A part of a line that is not continued in this time is forwarded as it is.
+/// The timeout of a read, after which it is checked whether to stop, at 0.01 % of a core. A part of
+/// a line that is not continued in this time is forwarded as it is.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// Bytes that are forwarded together, and how many such may wait to be used: together 256 KiB at
-/// most, 2.8 s of a line at 921 600 baud that comes in full buffers. At 200 lines a second, each by
-/// itself, it is 2.5 s. When that is full, what comes is dropped and counted: a port cannot wait.
+/// Bytes that are forwarded together, and how many such may wait: 256 KiB at most, 2.8 s of a line
+/// at 921 600 baud, or 2.5 s of 200 lines a second. What comes then is dropped and counted: a port
+/// cannot wait.
 const READ_BYTES: usize = 512;
 const WAITING_INPUTS: usize = 512;
 
@@ -53,9 +52,9 @@ impl SerialPorts {
         Self::among(name, clock, list_ports)
     }
 
-    /// The port named `name` on a machine whose ports `list` gives each time one is opened, the
-    /// likely ones first: for ports that [`list_ports`] does not know of. The name of an entry is
-    /// that of the device itself, and no symlink to it.
+    /// The port named `name` among those that `list` gives each time one is opened, the likely ones
+    /// first, each by the name of the device and not of a symlink: for ports that [`list_ports`]
+    /// does not know of.
     #[must_use]
     pub fn among(name: &str, clock: Clock, list: impl Fn() -> Vec<PortEntry> + Send + Sync + 'static) -> Self {
         Self { address: Arc::new(Mutex::new(PortAddress::new(name))), list: Arc::new(list), clock }

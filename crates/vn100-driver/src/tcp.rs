@@ -19,8 +19,7 @@ use vn100_protocol::stream::{Chunk, StreamInput};
 /// Bytes of one read.
 const READ_BYTES: usize = 4096;
 
-/// How long a server may take to answer: the system alone would wait for minutes, and find a
-/// network that is back that late.
+/// How long a server may take to answer: the system alone would wait for minutes.
 const ANSWER_TIME: Duration = Duration::from_secs(5);
 
 /// A byte stream at `tcp://host:port`. The serial server sets the speed of its line.
@@ -43,7 +42,7 @@ impl TcpServer {
         });
         match host_and_port {
             Some(host_and_port) => Ok(Self { host_and_port: host_and_port.into(), clock }),
-            None => Err(ConnectError::Address { address: address.into() }),
+            None => Err(ConnectError::Address(address.into())),
         }
     }
 }

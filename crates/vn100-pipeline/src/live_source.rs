@@ -177,7 +177,7 @@ impl LiveSource {
             LiveInput::Stream(stream) => {
                 let reader = stream.lock().unwrap_or_else(PoisonError::into_inner).take();
                 let reader = reader.unwrap_or_else(|| Box::new(io::empty()));
-                let source = ReaderSource::spawn_live(reader, Clock::start()).map_err(LiveError::Read)?;
+                let source = ReaderSource::spawn(reader, Some(Clock::start())).map_err(LiveError::Read)?;
                 Ok((None, read_samples(Tee { source, recording }, read, stop)))
             }
         }

@@ -57,12 +57,9 @@ pub(super) enum ColumnName {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnMapError {
-    /// A part is not of the form `CHANNEL=COLUMN:UNIT`.
-    #[error("{part:?} does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
-    Form {
-        /// The part between two commas.
-        part: String,
-    },
+    /// A part between two commas is not of the form `CHANNEL=COLUMN:UNIT`.
+    #[error("{0:?} does not say CHANNEL=COLUMN:UNIT, as in gyro_x=wx:deg/s or t=1:ns")]
+    Form(String),
     /// No channel has this name.
     #[error("{channel:?} in {part:?} is no channel: name one of {}", channel_names())]
     Channel {
@@ -81,12 +78,9 @@ pub enum ColumnMapError {
         /// The part between two commas.
         part: String,
     },
-    /// Columns are numbered from 1.
-    #[error("column 0 in {part:?} does not exist: columns are numbered from 1")]
-    ColumnZero {
-        /// The part between two commas.
-        part: String,
-    },
+    /// Columns are numbered from 1, and this part has column 0.
+    #[error("column 0 in {0:?} does not exist: columns are numbered from 1")]
+    ColumnZero(String),
     /// A channel is there twice.
     #[error("{channel} is mapped twice, the second time in {part:?}: keep one")]
     Twice {
@@ -125,11 +119,11 @@ impl ColumnMap {
                 Some((channel.trim(), column.trim(), unit.trim()))
             })
             .filter(|(_, column, _)| !column.is_empty())
-            .ok_or_else(|| ColumnMapError::Form { part: part.into() })?;
+            .ok_or_else(|| ColumnMapError::Form(part.into()))?;
         let bad_unit = || ColumnMapError::Unit { unit: unit.into(), channel: channel.into(), part: part.into() };
         let twice = || ColumnMapError::Twice { channel: channel.into(), part: part.into() };
         let column = match column.parse() {
-            Ok(0) => return Err(ColumnMapError::ColumnZero { part: part.into() }),
+            Ok(0) => return Err(ColumnMapError::ColumnZero(part.into())),
             Ok(number) => ColumnName::Number(number),
             Err(_) => ColumnName::Header(column.into()),
         };
@@ -220,8 +214,7 @@ pub(super) struct Unit {
     pub(super) quantity: Quantity,
     /// How many of the channel's own unit make one of this.
     pub(super) scale: f64,
-    /// Where the channel's own zero lies on this scale, in hundredths: 273.15 for kelvin, 0 for all
-    /// others.
+    /// Where the channel's own zero lies on this scale, in hundredths: 0 for all but kelvin.
     pub(super) zero_hundredths: i64,
 }
 

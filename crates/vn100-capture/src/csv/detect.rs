@@ -60,8 +60,7 @@ pub(crate) fn detect(head: &[u8], map: Option<&ColumnMap>) -> Result<Option<CsvP
     }
 }
 
-/// Rows that show how many fields a row has; fewer than are scanned, for every comment above them
-/// may be a header.
+/// Rows that show how many fields a row has: few, as every comment above them may be a header.
 const FITTED_ROWS: usize = 50;
 
 /// A line that may be the header.
@@ -112,7 +111,7 @@ impl<'a> HeaderCandidate<'a> {
             places.sentence = None;
             if !places.has_inertial_channel() {
                 let found = self.header.names.clone();
-                return if self.is_header_of_numbers() { Err(CsvError::UnknownColumns { found }) } else { Ok(None) };
+                return if self.is_header_of_numbers() { Err(CsvError::UnknownColumns(found)) } else { Ok(None) };
             }
         }
         places.channels.sort_by_key(|&(_, channel)| channel);
@@ -198,7 +197,7 @@ impl<'a> HeaderCandidate<'a> {
             && fields().any(|field| Number::parse(field).is_some())
     }
 
-    /// Completes a plan with what the first rows show, the unit of the stamps too where it is not
+    /// Completes a plan with what the first rows show, the unit of the stamps too if it is not
     /// given.
     fn complete(
         &self,

@@ -38,12 +38,8 @@ impl Header {
     /// Cuts `line` at the one of `,` `;` and tab that it has most of.
     pub(super) fn read(line: &[u8]) -> Self {
         let occurrences = |separator: u8| line.iter().filter(|&&byte| byte == separator).count();
-        let mut separator = b',';
-        for candidate in [b';', b'\t'] {
-            if occurrences(candidate) > occurrences(separator) {
-                separator = candidate;
-            }
-        }
+        // of equals the last one counts
+        let separator = [b'\t', b';', b','].into_iter().max_by_key(|&byte| occurrences(byte)).unwrap_or(b',');
         let mut names: Vec<_> = Fields::new(line, separator).map(shown).collect();
         let nameless_end = names.len() > 1 && names.pop_if(|name| name.is_empty()).is_some();
         Self { separator, names, nameless_end }
@@ -122,7 +118,7 @@ impl Header {
         by_number && mapped.all(|place| Number::parse(self.names[place].as_bytes()).is_some())
     }
 
-    /// Whether the line could name columns: several fields, none empty, a number or the start of a
+    /// Whether the line could name columns: several fields, each neither empty, number nor
     /// sentence.
     pub(super) fn names_columns(&self) -> bool {
         self.names.len() > 1

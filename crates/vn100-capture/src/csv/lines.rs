@@ -1,6 +1,5 @@
-//! A CSV file cut into its lines, through one buffer that never grows, and a line into its fields. A
-//! record is a line: a line break inside quotes ends it, so that one lost quote damages one line
-//! only.
+//! A CSV file cut into its lines, through one buffer that never grows, and a line into its fields.
+//! A line break inside quotes ends a record, so that one lost quote damages one line only.
 
 use std::io::{self, Read};
 
@@ -180,8 +179,7 @@ pub(super) fn has_open_quote(field: &[u8]) -> bool {
     }
 }
 
-/// `field` without the spaces around it, and without its quotes; a quote that is not closed is one
-/// too.
+/// `field` without spaces and quotes around it; a quote that is not closed is one, too.
 pub(super) fn unquoted(field: &[u8]) -> &[u8] {
     let field = field.trim_ascii();
     match field.strip_prefix(b"\"") {
@@ -197,13 +195,11 @@ pub(super) fn is_comment_or_blank(line: &[u8]) -> bool {
     matches!(first, None | Some(b'#'))
 }
 
-/// What the last fields of rows have in common in how they are printed. By it a last row without a
-/// line end is whole or cut: many writers leave the last line end out, and a cut file has none
-/// either.
+/// What the last fields of rows have in common in how they are printed. It shows whether a last row
+/// without a line end is whole or cut: many writers leave that line end out.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LastField {
-    /// Digits behind the point, of which there must be some: a whole number cut short looks like
-    /// one.
+    /// Digits behind the point, of which there must be some: cut whole numbers look whole.
     decimals: Option<u32>,
     width: Option<usize>,
 }
@@ -221,8 +217,8 @@ impl LastField {
         }
     }
 
-    /// Whether `field` has the decimals or the width that all others have. Where they have neither
-    /// in common that is not known.
+    /// Whether `field` has the decimals or the width that all others have, if they have any in
+    /// common.
     pub(super) fn is_whole(self, field: &[u8]) -> bool {
         let common = self.common(Self::of(field));
         common.decimals.is_some() || common.width.is_some()

@@ -1,5 +1,5 @@
-//! Numbers as laboratory scripts print them, held exactly: `-077.706`, `0.0443`, `1e-05`, `1.5E+3`,
-//! `12`; and how those of a column become counts: with how many decimals, judged by its first rows.
+//! Numbers as laboratory scripts print them, such as `-077.706` and `1e-05`, held exactly, and how
+//! those of a column become counts, with as many decimals as its first rows have.
 
 use vn100_protocol::stream::RejectedRow;
 
@@ -36,13 +36,13 @@ pub(super) struct Number {
 pub(super) enum LastDigit {
     /// The number is rejected for them, unless they are zeros.
     Exact,
-    /// They are rounded away, to the nearest count and from the middle to the even one; from the
-    /// twentieth digit on they are cut.
+    /// They are rounded away, from the middle to the even count; from the twentieth on they are
+    /// cut.
     Rounded,
 }
 
 impl Number {
-    /// Reads a whole field without spaces or quotes around it; `None` when it is no finite decimal
+    /// Reads a field without spaces or quotes around it; `None` for what is no finite decimal
     /// number.
     pub(super) fn parse(field: &[u8]) -> Option<Self> {
         let (number, length) = Self::parse_prefix(field)?;
@@ -73,8 +73,8 @@ impl Number {
         Some((number, end))
     }
 
-    /// As [`parse_prefix`](Self::parse_prefix), for any number of digits, which lie with their
-    /// point at `begin..end`, and exponents.
+    /// As [`parse_prefix`](Self::parse_prefix), for exponents and any number of digits at
+    /// `begin..end`.
     #[cold]
     fn parse_prefix_slowly(negative: bool, input: &[u8], begin: usize, end: usize) -> Option<(Self, usize)> {
         let (mut digits, mut decimals, mut more, mut behind_point) = (0_u64, 0_i32, false, false);

@@ -138,13 +138,11 @@ impl Content {
 /// the [`Kind`] of the plan.
 pub(super) struct RowParser {
     plan: CsvPlan,
-    /// Of the last good row, with the channels in the order of the layout, in units of their last
-    /// decimals.
+    /// Of the last good row, in the order of the layout, in units of their last decimals.
     pub(super) counts: Vec<i32>,
     /// Of the last good row, with CR LF.
     pub(super) sentence: Vec<u8>,
-    /// The stamp of the last good row, in nanoseconds since that of the first row of the file;
-    /// negative where a clock was set back.
+    /// Of the last good row, in nanoseconds since the first; negative where a clock was set back.
     pub(super) stamp_ns: Option<i64>,
     first_stamp_ns: Option<i64>,
     /// The last row ended inside quotes: the next line may be what is left of it.
@@ -228,8 +226,8 @@ impl RowParser {
         mem::take(&mut self.quote_open) && line.text.trim_ascii_start().starts_with(b"\"")
     }
 
-    /// Adds to batches what the file holds beside their samples. All bytes of a row are those of its
-    /// line: stamp, other columns and line end too, even where its sentence is damaged.
+    /// Adds to batches what the file holds beside their samples. All bytes of a row are those of
+    /// its line: stamp, other columns and line end too, even where its sentence is damaged.
     fn complete(&self, mut batches: Vec<Batch>) -> Vec<Batch> {
         let file = &self.tally;
         for link in batches.iter_mut().map(|batch| &mut batch.link) {

@@ -27,12 +27,10 @@ use vn100_protocol::stream::{Batch, Chunk, CsvReport, LinkEvent, ReadOptions, Sa
 /// Bytes of one read of the file.
 const READ_BYTES: usize = 64 * 1024;
 
-/// Longest record that is read. Ours hold one read of a port; other programs put whole images into
-/// one.
+/// Longest record that is read. Ours hold one read of a port; others may hold images.
 const RECORD_BYTES: usize = 64 * 1024 * 1024;
 
-/// How much of a file is searched for a topic of ours: tools that merge files may put much before
-/// it.
+/// How much of a file is searched for a topic of ours: a tool that merges may put much before it.
 const SEARCHED_BYTES: usize = 64 * 1024 * 1024;
 
 /// What a recording says of itself.
@@ -44,8 +42,7 @@ pub struct Recorded {
     pub program: Option<String>,
     /// What the caller of the recorder gave.
     pub metadata: BTreeMap<String, String>,
-    /// It was resumed after it had ended: what `metadata` says of its length is of the first part
-    /// alone.
+    /// It was resumed: what `metadata` says of its length is of the first part alone.
     pub resumed: bool,
     /// How it ended; set when it was read to there.
     pub end: Arc<OnceLock<RecordingEnd>>,
@@ -56,8 +53,7 @@ pub struct Recorded {
 pub struct RecordingEnd {
     /// When its last input came, in nanoseconds since 1970-01-01 UTC; `None` where it holds none.
     pub ended_ns: Option<i64>,
-    /// Whether the file is whole. If not it was cut, as by a loss of power; what was read came
-    /// before the cut.
+    /// Whether the file is whole, and not cut, as by a loss of power.
     pub complete: bool,
     /// Why the recording was ended, in words, where that is known.
     pub reason: Option<String>,
@@ -75,30 +71,21 @@ pub enum RecordingError {
     /// A file that was cut before its first topic.
     #[error("it was cut before it began")]
     NotBegun,
-    /// An MCAP file of another program.
-    #[error("it is an MCAP file without the topic {BYTES_TOPIC}; it has {}", list(topics))]
-    Foreign {
-        /// Its topics, in order.
-        topics: Vec<String>,
-    },
-    /// A recording that another program has put more into; a copy by this one would lose that.
-    #[error("it also holds what this program did not record: {}", list(topics))]
-    Mixed {
-        /// The other topics, in order.
-        topics: Vec<String>,
-    },
+    /// An MCAP file of another program, with these topics.
+    #[error("it is an MCAP file without the topic {BYTES_TOPIC}; it has {}", list(.0))]
+    Foreign(Vec<String>),
+    /// A recording that another program has put more topics into, which a copy would lose.
+    #[error("it also holds what this program did not record: {}", list(.0))]
+    Mixed(Vec<String>),
     /// A recording whose times count from zero, as those of an emulated sensor do; they cannot go
     /// on with those of a clock.
     #[error("its times count from zero, as in a capture by `vn100 sim`, and are no dates: record to a new file")]
     Undated,
     /// A recording of a form that this program does not know.
     #[error(
-        "it has the form \"{found}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
+        "it has the form \"{0}\", and this program reads the form \"{FORMAT}\": use the program that made it, or a newer one"
     )]
-    Format {
-        /// The form it says to have.
-        found: String,
-    },
+    Format(String),
 }
 
 /// What stands in a recording, in the order it was written.
@@ -158,7 +145,7 @@ impl<R: Read> RecordingReader<R> {
         }
         let cut = new.recorded.end.get().is_some_and(|end| !end.complete);
         if new.contents.carries.is_empty() && !(cut && new.contents.other_topics.is_empty()) {
-            return Err(RecordingError::Foreign { topics: new.other_topics() });
+            return Err(RecordingError::Foreign(new.other_topics()));
         }
         Ok(new)
     }
@@ -252,7 +239,7 @@ impl<R: Read> RecordingReader<R> {
         match &*metadata.name {
             RECORDING_METADATA => {
                 if let Some(found) = values.get("format").filter(|format| *format != FORMAT) {
-                    return Err(RecordingError::Format { found: found.clone() });
+                    return Err(RecordingError::Format(found.clone()));
                 }
                 self.recorded.program = values.get("program").cloned();
                 self.recorded.resumed = values.contains_key(RESUMED);

@@ -21,8 +21,7 @@ use super::{
     writer::{RecordingWriter, head},
 };
 
-/// Inputs that may wait for the disk: five seconds of 200 reads. What finds no room the sender
-/// drops and reports.
+/// Inputs that may wait for the disk: five seconds of 200 reads. The sender drops the others.
 const WAITING_INPUTS: usize = 1024;
 
 /// A killed program loses no more of the stream than this.
@@ -40,23 +39,14 @@ pub enum RecordError {
         source: io::Error,
     },
     /// A file of this name is there.
-    #[error("{} exists and is not replaced: choose another name, or resume it", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} exists and is not replaced: choose another name, or resume it", .0.display())]
+    Exists(PathBuf),
     /// To resume a recording replaces its file, and a symbolic link would be replaced instead.
-    #[error("{} is a symbolic link: name the recording itself to resume it", path.display())]
-    SymbolicLink {
-        /// The link.
-        path: PathBuf,
-    },
+    #[error("{} is a symbolic link: name the recording itself to resume it", .0.display())]
+    SymbolicLink(PathBuf),
     /// Another program records to it.
-    #[error("{} is being recorded to: end that first", path.display())]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is being recorded to: end that first", .0.display())]
+    InUse(PathBuf),
     /// What is there is no recording that can be resumed.
     #[error("{} cannot be resumed: {problem}", path.display())]
     NotResumable {
@@ -103,7 +93,7 @@ impl Recorder {
         let path = path.as_ref();
         let failed = |source| RecordError::Io { path: path.to_owned(), source };
         let file = File::create_new(path).map_err(|source| match source.kind() {
-            ErrorKind::AlreadyExists => RecordError::Exists { path: path.to_owned() },
+            ErrorKind::AlreadyExists => RecordError::Exists(path.to_owned()),
             _ => failed(source),
         })?;
         NamedFile::claim(&file);
@@ -220,13 +210,12 @@ fn record<W: Write>(
 }
 
 /// Writes to a file, and fails to [`flush`](Write::flush) after its last name was removed: what is
-/// written then is gone with the program. Elsewhere than on Unix an open file cannot be removed.
+/// written then is gone with the program.
 #[derive(Debug)]
 struct NamedFile(File);
 
 impl NamedFile {
-    /// Claims a file for this program alone, as long as it is open; `false` where another one
-    /// writes it.
+    /// Claims a file for this program while it is open; `false` where another one writes it.
     fn claim(file: &File) -> bool {
         // a file system without locks lets everybody in
         !matches!(file.try_lock(), Err(TryLockError::WouldBlock))
@@ -270,13 +259,13 @@ fn resume(
 ) -> Result<(RecordingWriter<NamedFile>, Option<String>), RecordError> {
     let failed = |source| RecordError::Io { path: path.to_owned(), source };
     if fs::symlink_metadata(path).map_err(failed)?.is_symlink() {
-        return Err(RecordError::SymbolicLink { path: path.to_owned() });
+        return Err(RecordError::SymbolicLink(path.to_owned()));
     }
     let not_resumable = |problem| RecordError::NotResumable { path: path.to_owned(), problem };
     let file = File::open(path).map_err(failed)?;
     // the reader keeps it claimed until the copy has taken its place
     if !NamedFile::claim(&file) {
-        return Err(RecordError::InUse { path: path.to_owned() });
+        return Err(RecordError::InUse(path.to_owned()));
     }
     let mut recording = RecordingReader::open(file).map_err(not_resumable)?;
     if !recording.has_our_topics() {
@@ -297,7 +286,7 @@ fn resume(
     let serial = copy_inputs(&mut recording, &mut writer).map_err(failed)?;
     let topics = recording.other_topics();
     if !topics.is_empty() {
-        return Err(not_resumable(RecordingError::Mixed { topics }));
+        return Err(not_resumable(RecordingError::Mixed(topics)));
     }
     writer.put_metadata(&head(metadata)).and_then(|()| writer.flush()).map_err(failed)?;
     file.sync_all().map_err(failed)?;
@@ -305,8 +294,7 @@ fn resume(
     Ok((writer, serial))
 }
 
-/// Copies all that can be read, and marks the break. Gives the serial number that the sensor
-/// reported last.
+/// Copies all that can be read, and marks the break. Gives the last serial number in it.
 fn copy_inputs(
     recording: &mut RecordingReader<impl Read>,
     writer: &mut RecordingWriter<NamedFile>,

@@ -236,7 +236,7 @@ fn another_programs_file_without_an_end_is_not_searched_for_ever() {
     let length = (1_u64 << 20).to_le_bytes();
     let message = [&[5][..], &length, &[0; 1 << 20]].concat();
     let reader = mcap::MAGIC.chain(Endless { record: &message, at: 0 });
-    assert!(matches!(RecordingReader::open(reader), Err(RecordingError::Foreign { topics }) if topics.is_empty()));
+    assert!(matches!(RecordingReader::open(reader), Err(RecordingError::Foreign(topics)) if topics.is_empty()));
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn a_later_form_is_refused_by_its_name() {
     let file = recording(&session());
     let at = file.windows(6).position(|text| text == b"format").unwrap() + 10;
     let later = [&file[..at], b"2", &file[at + 1..]].concat();
-    assert!(matches!(RecordingReader::open(&later[..]), Err(RecordingError::Format { found }) if found == "2"));
+    assert!(matches!(RecordingReader::open(&later[..]), Err(RecordingError::Format(found)) if found == "2"));
 }
 
 fn any_input() -> impl Strategy<Value = StreamInput> {

@@ -35,8 +35,8 @@ const BYTES_BEFORE_ANSWER: u32 = 256;
 /// How long a silent sensor is waited for at the first baud rate: longer than its boot of 1.25 s.
 const BOOT: Duration = Duration::from_secs(2);
 
-/// How long received bytes are discarded before a baud rate is tried again: longer than an adapter
-/// holds bytes of the rate before, 16 ms by default.
+/// How long bytes are discarded before a baud rate is tried again: longer than an adapter holds
+/// them.
 const SETTLE: Duration = Duration::from_millis(100);
 
 /// No more bytes than this may have been left in the adapter, or be the rest of a frame.
@@ -145,7 +145,7 @@ impl BaudScan {
                 self.bytes += context.discard_pending(now);
                 self.begin_attempt(context, now);
             }
-            AttemptStage::Listening { until } if now >= until && !context.listen_only => {
+            AttemptStage::Listening { until } if now >= until && !context.options.listen_only => {
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
                 self.stage = AttemptStage::Asking { until: now + ANSWER + self.line_time() };
@@ -175,7 +175,7 @@ impl BaudScan {
     }
 
     fn listen(&mut self, context: &LinkContext, now: Duration) {
-        let listen = if context.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
+        let listen = if context.options.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
         self.stage = AttemptStage::Listening { until: now + listen };
     }
 
@@ -221,7 +221,7 @@ impl BaudScan {
                 tried: std::mem::take(&mut self.tried),
                 bytes: self.bytes,
                 echoes: self.echoes,
-                asked: !context.listen_only,
+                asked: !context.options.listen_only,
             });
         };
         self.attempt = attempt;

@@ -1,5 +1,4 @@
-//! A connected link: its frames are forwarded, and its silences, its restarts and a garbled stream
-//! are detected, by the arrival of its bytes.
+//! A connected link: its frames are forwarded, and silences, restarts and garbled bytes detected.
 
 use std::{mem, time::Duration};
 
@@ -16,8 +15,7 @@ use crate::{
     link_error::LinkError,
 };
 
-/// How long after it was last checked a silent sensor is asked again, or given up where asking is
-/// not allowed.
+/// When, after the last check, a silent sensor is asked again, or given up where nothing is asked.
 const SILENCE_CHECK: Duration = Duration::from_secs(10);
 
 /// How long a silence lasts, at least, before a sensor that does not answer counts as lost: a
@@ -42,8 +40,7 @@ struct Silence {
 }
 
 impl Silence {
-    /// Whether the sensor sends by itself in this input. Replies do not end a silence, nor does
-    /// garbage.
+    /// Whether the sensor sends by itself in this input; neither replies nor garbage end a silence.
     fn is_ended_by(&mut self, input: &StreamInput) -> bool {
         let StreamInput::Chunk(chunk) = input else { return false };
         let mut is_ended = false;
@@ -82,8 +79,8 @@ impl Connected {
         connected
     }
 
-    /// Forwards what was pending while the sensor was verified. Only those replies in it are
-    /// handled that `is_open` gives: the others answered the baud scan and the verification.
+    /// Forwards what was pending while the sensor was verified. The replies in it are handled that
+    /// `is_open` gives: the others answered the baud scan and the verification.
     pub(super) fn forward_pending(
         &mut self,
         context: &mut LinkContext,
@@ -117,13 +114,13 @@ impl Connected {
     /// Checks a silent output and open commands.
     pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         if now >= self.next_silence_check() {
-            if context.listen_only && self.silence.is_some() {
+            if context.options.listen_only && self.silence.is_some() {
                 return Err(LinkError::NoAnswer);
             }
-            if !context.listen_only {
+            if !context.options.listen_only {
                 context.requests.ask_presence(self.last_output, now);
             }
-            let begin = || Silence { since: now, last_check: now, scanner: FrameScanner::new(context.options) };
+            let begin = || Silence { since: now, last_check: now, scanner: FrameScanner::new(context.pending.options) };
             self.silence.get_or_insert_with(begin).last_check = now;
             context.publish(LinkState::Silent(self.up.clone()));
         }
@@ -140,7 +137,7 @@ impl Connected {
     pub(super) fn handle_baud_set(&mut self, context: &mut LinkContext, baud: u32) {
         self.up.baud = Some(baud);
         context.last_baud = Some(baud);
-        context.fixed_baud = context.fixed_baud.map(|_| baud);
+        context.options.baud = context.options.baud.map(|_| baud);
         context.publish(LinkState::Up(self.up.clone()));
     }
 
@@ -232,7 +229,7 @@ impl Connected {
                 None => {}
             },
             RequestEvent::Unsolicited(error) => context.emit(now, LinkEventKind::UnsolicitedError { error }),
-            RequestEvent::Restarted(error) if !context.desired_settings.is_empty() => {
+            RequestEvent::Restarted(error) if !context.options.desired_settings.is_empty() => {
                 return Err(LinkError::Restarted(error));
             }
             RequestEvent::Restarted(error) => {

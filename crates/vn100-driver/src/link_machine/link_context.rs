@@ -1,5 +1,4 @@
-//! What all phases of a link share: the one path of every input, and what the link knows of its
-//! sensor.
+//! What all phases of a link share: the path of every input, and what is known of the sensor.
 
 use std::{collections::VecDeque, mem, time::Duration};
 
@@ -10,8 +9,7 @@ use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::RequestEvent, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
-    link_error::{LinkError, LinkHint},
-    output_plan::Change,
+    link_error::LinkError,
 };
 
 /// The first and the longest delay before an attempt to reconnect.
@@ -22,18 +20,11 @@ pub(super) struct LinkContext {
     /// The name of the port as the user gave it.
     pub(super) given_name: String,
     pub(super) has_baud: bool,
-    pub(super) listen_only: bool,
-    pub(super) options: Options,
-    pub(super) hint_text: fn(LinkHint) -> &'static str,
-    /// Written again when the sensor has lost them.
-    pub(super) desired_settings: Vec<Change>,
-    /// The only baud rate to try; `None` to try all.
-    pub(super) fixed_baud: Option<u32>,
+    pub(super) options: LinkOptions,
     /// The baud rate at which the sensor was connected last.
     pub(super) last_baud: Option<u32>,
     pub(super) was_connected: bool,
-    /// The delay before the next attempt to reconnect; it doubles until the link has carried a good
-    /// frame.
+    /// Before the next attempt to reconnect; doubles until the link has carried a good frame.
     pub(super) reconnect_delay: Duration,
     /// The port, as it was opened last.
     pub(super) port: OpenPort,
@@ -49,35 +40,32 @@ pub(super) struct LinkContext {
 }
 
 impl LinkContext {
-    pub(super) fn new(given_name: String, has_baud: bool, options: LinkOptions) -> Self {
+    pub(super) fn new(given_name: String, has_baud: bool, mut options: LinkOptions) -> Self {
         let mut reader = SampleReader::new(options.read);
         reader.keep_replies();
-        let listen_only = options.listen_only;
-        let frames = Options { accept_unchecked: options.read.accept_unchecked };
+        if options.listen_only {
+            options.desired_settings.clear();
+        }
         Self {
             given_name,
             has_baud,
-            listen_only,
-            options: frames,
-            hint_text: options.hint_text.unwrap_or(LinkHint::text),
-            desired_settings: if listen_only { Vec::new() } else { options.desired_settings },
-            fixed_baud: options.baud,
             last_baud: None,
             was_connected: false,
             reconnect_delay: FIRST_DELAY,
             port: OpenPort::default(),
-            requests: Requests::new(listen_only, options.poll_temperature),
-            pending: PendingInputs::new(frames),
+            requests: Requests::new(options.listen_only, options.poll_temperature),
+            pending: PendingInputs::new(Options { accept_unchecked: options.read.accept_unchecked }),
             port_actions: VecDeque::new(),
             events: VecDeque::new(),
             reader,
-            serial_number: options.known_serial,
+            serial_number: options.known_serial.take(),
             unconfirmed_serial: None,
+            options,
         }
     }
 
-    /// The frames of all connections so far. A frame with a right checksum counts even if its
-    /// fields are malformed: it shows that the link carries a sensor.
+    /// The frames of all connections so far. A right checksum shows that the link carries a sensor,
+    /// also where the fields are malformed.
     pub(super) fn frame_counts(&self) -> FrameCounts {
         let tally = self.reader.tally();
         let output = tally.samples + tally.other + tally.packets + tally.rejected.grammar + tally.rejected.range;
@@ -99,17 +87,16 @@ impl LinkContext {
         _ = self.forward(StreamInput::Link(LinkEvent { at_ns, kind }));
     }
 
-    /// Makes an input a part of the measurement: records it, counts it and decodes it. Gives the
-    /// replies that it completes.
+    /// Records, counts and decodes an input of the measurement. Gives the replies that it
+    /// completes.
     pub(super) fn forward(&mut self, input: StreamInput) -> Vec<Reply> {
-        // bytes are context, not copied
+        // bytes are shared, not copied
         self.events.push_back(LinkOutput::Recorded(input.clone()));
         self.events.extend(StreamEvent::from_input(&mut self.reader, input).map(LinkOutput::Stream));
         self.reader.take_replies()
     }
 
-    /// Discards what is pending, and gives the number of its bytes: they are counted and recorded
-    /// as discarded.
+    /// Discards what is pending, counted and recorded as discarded. Gives the number of its bytes.
     pub(super) fn discard_pending(&mut self, now: Duration) -> u64 {
         let inputs = self.pending.take_all();
         self.discard(now, inputs)
@@ -143,7 +130,7 @@ impl LinkContext {
     /// The serial number to verify; `None` where it is not known or must not be asked for.
     pub(super) fn serial_to_verify(&self) -> Option<&str> {
         // a link that only listens may have overheard it
-        self.serial_number.as_deref().filter(|_| !self.listen_only)
+        self.serial_number.as_deref().filter(|_| !self.options.listen_only)
     }
 
     /// Compares a reply with the serial number that is known. Whether the number must be read
@@ -213,7 +200,7 @@ impl FrameScanner {
 
 /// The inputs in the order in which they were received, and what their frames say.
 pub(super) struct PendingInputs {
-    options: Options,
+    pub(super) options: Options,
     pub(super) inputs: VecDeque<StreamInput>,
     scanner: FrameScanner,
     /// Where the first frame of a sensor begins, in bytes from the first input.

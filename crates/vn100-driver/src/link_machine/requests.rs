@@ -1,5 +1,4 @@
-//! The commands that the user of a link and the link itself send to the sensor, over one
-//! [`RequestQueue`], and what follows from the replies.
+//! The commands of the user and of the link itself over one [`RequestQueue`], and what follows.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -89,8 +88,7 @@ pub(super) enum RequestEvent {
 enum InitialOutputState {
     /// Nothing, or the user has set the output since.
     Untouched,
-    /// The sensor was commanded to send. Whether it was silent because its output was paused shows
-    /// when the next frame arrives.
+    /// The sensor was commanded to send. The next frame shows whether its output was paused.
     Commanded,
     /// The output had been paused by another program, and was resumed by the command.
     Resumed,
@@ -303,8 +301,7 @@ impl Requests {
         self.take_completions();
     }
 
-    /// The link is lost, or tries another baud rate: all open commands end. Only the user is
-    /// informed.
+    /// The link is lost, or tries another baud rate: all commands end; only the user is informed.
     pub(super) fn handle_link_down(&mut self) {
         self.to_read.clear();
         self.is_paused_by_user = false;

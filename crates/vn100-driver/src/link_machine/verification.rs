@@ -1,6 +1,6 @@
-//! What is done before the output of a sensor counts as that of the sensor measured so far: its
-//! serial number is read, and its settings are read or written again. It may be another sensor, or
-//! have lost its power and with it all settings that were not saved.
+//! What is done before output counts as that of the sensor measured so far, as it may be another
+//! sensor, or have lost its power and its settings: the serial number is read, and the settings are
+//! read or written again.
 
 use std::{collections::VecDeque, io, time::Duration};
 
@@ -34,7 +34,7 @@ impl Verification {
     /// Of a sensor that was found by a baud scan at the rate `baud`.
     pub(super) fn after_scan(context: &mut LinkContext, baud: Option<u32>) -> Self {
         let faster = context.last_baud.filter(|last| context.has_baud && *last > baud.unwrap_or_default());
-        let reapply = reapply_settings(&context.desired_settings, faster.and_then(BaudRate::new));
+        let reapply = reapply_settings(&context.options.desired_settings, faster.and_then(BaudRate::new));
         let reapply = reapply.filter(|_| context.was_connected);
         Self::start(context, reapply)
     }
@@ -42,7 +42,7 @@ impl Verification {
     /// Of a sensor that sends again after a silence.
     pub(super) fn after_silence(context: &mut LinkContext) -> Self {
         context.requests.cancel_own();
-        let left = context.desired_settings.clone().into();
+        let left = context.options.desired_settings.clone().into();
         Self::start(context, Some(Step::VerifySettings { left }))
     }
 
@@ -113,8 +113,8 @@ impl Verification {
         Ok(())
     }
 
-    /// The port was switched to the baud rate of the sensor, which is given; `None` where no step
-    /// waits for that.
+    /// The port was switched to the rate of the sensor, which is given; `None` where no step waits
+    /// for it.
     pub(super) fn handle_baud_set(
         &mut self,
         context: &mut LinkContext,
@@ -123,7 +123,7 @@ impl Verification {
         let Some(Step::RaiseBaudRate(baud)) = self.steps.front() else { return Ok(None) };
         let baud = baud.bits_per_s();
         result?;
-        self.steps = reapply_settings(&context.desired_settings, None).into_iter().collect();
+        self.steps = reapply_settings(&context.options.desired_settings, None).into_iter().collect();
         self.submit(context);
         Ok(Some(baud))
     }
@@ -149,8 +149,8 @@ impl Verification {
     }
 }
 
-/// The step that writes the desired settings; `None` where there are none. The baud rate is not
-/// among them: the sensor is found at the one it has.
+/// Writes the desired settings, if any, but for the baud rate: the sensor is found at the one it
+/// has.
 fn reapply_settings(desired: &[Change], faster: Option<BaudRate>) -> Option<Step> {
     let changes = desired.iter().filter(|change| change.register != Register::BAUD_RATE);
     let writes: Vec<_> = changes
