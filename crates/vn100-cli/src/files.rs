@@ -100,8 +100,7 @@ async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
     Ok(measured)
 }
 
-/// Follows a session to its end, moving the progress bar and writing the documents of every second
-/// meanwhile.
+/// Follows a session to its end: moves the progress bar, writes the documents of every second.
 async fn follow(mut session: Session, progress: &ProgressBar) -> Result<SessionResult> {
     let mut ticks = time::interval(PROGRESS_PERIOD);
     let mut shown = 0;

@@ -21,12 +21,6 @@ pub(crate) enum HangUp {
 }
 
 /// Listens from now on, and gives the token that the first signal cancels.
-///
-/// # Errors
-/// When the signals cannot be listened to.
-///
-/// # Panics
-/// Outside a tokio runtime.
 pub(crate) fn stop_on_interrupt(hang_up: HangUp) -> Result<CancellationToken> {
     let stop = CancellationToken::new();
     let token = stop.clone();

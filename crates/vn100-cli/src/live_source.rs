@@ -80,8 +80,7 @@ impl EmulatedPort {
         Ok(Self { name, sensor: Arc::new(serve(sim::device(args), options)?) })
     }
 
-    /// The port by its first name. When the sensor reconnects under another name, its adapter
-    /// identifies the port.
+    /// The port by its first name; under another one its adapter identifies it.
     pub(crate) fn ports(&self, clock: Clock) -> SerialPorts {
         let name = self.name.to_string_lossy().into_owned();
         let (sensor, adapter_number) = (Arc::downgrade(&self.sensor), name.clone());

@@ -26,8 +26,7 @@ use vn100_report::printable;
 
 use crate::{args::LogArgs, exit::report};
 
-/// Entries that may wait to be written; a stream of nothing but refused lines fills them within a
-/// second of a slow disk.
+/// Entries that may wait; a stream of nothing but refused lines fills them in a second.
 const WAITING_ENTRIES: usize = 4096;
 
 /// Diagnostics as the options ask for them, from here on until it is dropped.
@@ -45,9 +44,6 @@ pub(crate) struct Entries {
 
 impl Log {
     /// Begins to write; a file is always a new one.
-    ///
-    /// # Errors
-    /// When the file exists, be it as a link, or cannot be made.
     fn open(args: &LogArgs) -> Result<Self> {
         let file = match &args.log {
             Some(path) => Some((path.clone(), create(path)?)),

@@ -104,8 +104,7 @@ fn option_text(args: &ReportArgs) -> String {
     words.join(" ")
 }
 
-/// Of the stored bytes, compressed or not; `None` for standard input, and where they cannot be
-/// read.
+/// Of the stored bytes, compressed or not; `None` where they cannot be read again.
 fn capture_file(path: &Path) -> Option<FileFacts> {
     // a second reading of anything but a file would wait, or bring something else
     let is_file = path != Path::new("-") && fs::metadata(path).is_ok_and(|found| found.is_file());

@@ -104,8 +104,7 @@ fn capture(args: &SimArgs, output: &Path) -> Result<Completion> {
     Ok(Completion::Complete)
 }
 
-/// Removes the capture that shall be replaced. Only a file of that very name: through a link
-/// another would be written over.
+/// Removes the capture to be replaced, only if it is a file and no link to another.
 fn make_room(output: &Path) -> Result<()> {
     match fs::symlink_metadata(output) {
         Ok(found) if found.is_file() => {

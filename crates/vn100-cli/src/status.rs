@@ -91,8 +91,7 @@ impl StatusLine {
         self.bar.tick();
     }
 
-    /// Reports each link event once: the first cause of repeated failures to connect says why,
-    /// unless a later one needs the user.
+    /// Reports each link event once; of repeated failures the first, and those that need the user.
     pub(crate) fn report_link(&mut self, state: &LinkState) {
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
             self.status.report(&about(&self.name, &event));

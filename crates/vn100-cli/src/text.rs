@@ -58,8 +58,7 @@ pub(crate) fn result(measured: &Measured) -> String {
     text(|out| write_result(out, measured))
 }
 
-/// What came and what may be wrong with it, without statistics and deviations. Ends with a line
-/// feed.
+/// What came and what may be wrong with it. Ends with a line feed.
 pub(crate) fn summary(facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> String {
     text(|out| write_summary(out, facts, snapshot, assessment))
 }

@@ -63,9 +63,6 @@ pub(crate) struct View {
 
 impl View {
     /// Takes the terminal and shows the sources; `stop` is cancelled when the user quits.
-    ///
-    /// # Errors
-    /// When the terminal cannot be set up.
     pub(crate) fn show(
         sources: Vec<SourceMonitor>,
         messages: MessageQueue,
@@ -92,9 +89,6 @@ impl View {
     /// Shows until `work` is done; then gives the terminal back, with the last screen where that
     /// was asked for, and prints the queued messages. If the terminal disappears before, `alone` is
     /// called, and the work continues.
-    ///
-    /// # Errors
-    /// That of the work.
     pub(crate) async fn until<T>(mut self, work: impl Future<Output = Result<T>>, alone: impl FnOnce()) -> Result<T> {
         tokio::pin!(work);
         let mut last = None;
@@ -148,12 +142,6 @@ pub(crate) struct Signals {
 
 impl Signals {
     /// Listens from now on. Once the terminal was hung up, that no longer ends the program.
-    ///
-    /// # Errors
-    /// When the signals cannot be listened to.
-    ///
-    /// # Panics
-    /// Outside a tokio runtime.
     #[cfg(unix)]
     pub(crate) fn listen() -> io::Result<Self> {
         use std::sync::atomic::Ordering;
@@ -333,8 +321,7 @@ fn cannot_show(error: &io::Error) -> String {
 /// Messages that are kept until the end; the oldest are dropped first.
 const MOST_MESSAGES: usize = 100;
 
-/// What would be written to the terminal if it were free: shown in the view, and written when that
-/// is over.
+/// What would be written to the terminal: shown in the view, and written when that is over.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MessageQueue {
     messages: Arc<Mutex<Messages>>,

@@ -136,8 +136,7 @@ struct Warning {
 }
 
 impl Document {
-    /// The document of a measurement under way, or of one that has `ended`; what the user can do is
-    /// in these `words`.
+    /// Of a measurement under way, or of one that has `ended`; remedies are in these `words`.
     #[must_use]
     pub fn new(
         facts: &SourceFacts,

@@ -47,8 +47,7 @@ pub(crate) struct AxisFindings {
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) white: Option<Parameter>,
-    /// What the graphical rule reads for N, in SI units: whatever else is in the curve is in it,
-    /// too.
+    /// What the graphical rule reads for N, in SI units, with whatever else is in the curve.
     pub(crate) white_by_rule: Option<f64>,
     pub(crate) bias_instability: Option<Parameter>,
     pub(crate) random_walk: Option<Parameter>,
@@ -57,8 +56,7 @@ pub(crate) struct AxisFindings {
     pub(crate) first_tau_s: Option<f64>,
     /// Longest averaging time whose interval says something, in seconds.
     pub(crate) known_to_s: Option<f64>,
-    /// What shakes it: frequency in hertz and share in the short-term variance, the strongest
-    /// first.
+    /// What shakes it: frequency in hertz, share in the short-term variance; the strongest first.
     pub(crate) lines: Vec<(f64, f64)>,
     pub(crate) disturbances: usize,
     pub(crate) steps: bool,
@@ -159,8 +157,7 @@ fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
         .collect()
 }
 
-/// Lines so near to each other that they have one cause, as in the warnings: what turns is never
-/// quite steady.
+/// Lines near enough to have one cause, as in the warnings: what turns is never quite steady.
 pub(crate) fn shakes(lines: &[SpectralLine]) -> Vec<(f64, f64)> {
     const APART: f64 = 1.03;
     let near = |a: &SpectralLine, b: &SpectralLine| b.frequency_hz < APART * a.frequency_hz;

@@ -82,16 +82,14 @@ impl Measured {
         measured
     }
 
-    /// The recording that was made meanwhile is not whole, as `text` says: a warning, and the
-    /// measurement has failed.
+    /// The recording is not whole, as `text` says: a warning, and the measurement has failed.
     pub fn note_failed_recording(&mut self, text: String) {
         let warning = Warning { kind: WarningKind::RecordingFailed, channels: Vec::new(), text: text.into() };
         Arc::make_mut(&mut self.snapshot).warnings.insert(0, warning);
         self.completion = self.completion.max(Completion::Failed);
     }
 
-    /// A result cut short by a fault that is no error of the source says so, and the measurement
-    /// has failed.
+    /// A result cut short by a fault that is no error of the source: the measurement has failed.
     pub fn note_failure(&mut self, text: String) {
         self.facts.error.get_or_insert(text);
         self.completion = self.completion.max(Completion::Failed);
@@ -157,8 +155,7 @@ impl Evaluation {
         Self { filter_models, ..self }
     }
 
-    /// Adds what was asked for; where a figure that must pass does not, the result is not what was
-    /// to be met.
+    /// Adds what was asked for; a figure that must pass and does not is unmet.
     #[must_use]
     pub fn complete(&self, mut measured: Measured) -> Measured {
         let (snapshot, assessment) = (&measured.snapshot, &measured.assessment);

@@ -90,8 +90,7 @@ pub fn verdict_name(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The best and the worst grade a gyroscope may be of, or why that cannot be said; `None` for any
-/// other sensor.
+/// Best and worst grade a gyroscope may be of, or why none is given; `None` for other sensors.
 pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
     if noise.sensor != Sensor::Gyroscope {
         return None;

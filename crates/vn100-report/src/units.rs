@@ -91,8 +91,7 @@ pub struct BlockValues {
     pub max: f64,
 }
 
-/// With fewer degrees of freedom an interval spans more than a factor of ten, and is left to the
-/// document.
+/// With fewer degrees of freedom an interval spans more than a factor of ten.
 pub const LEAST_EDF: f64 = 2.0;
 
 /// The deviation at one octave.
@@ -203,8 +202,7 @@ pub fn si_unit(sensor: Sensor, term: Term) -> &'static str {
     conventions(sensor, term).first().map_or("", |si| si.unit)
 }
 
-/// The decimals that resolve one count of 10^-`decimals` in a unit of which it is so many times
-/// more.
+/// The decimals that resolve one count of 10^-`decimals` in a unit `scale` times as small.
 fn converted_decimals(decimals: u8, scale: f64) -> usize {
     // of a power of ten, no more for what its logarithm was rounded by
     (f64::from(decimals) - scale.abs().log10() - 1e-9).ceil().max(0.0) as usize

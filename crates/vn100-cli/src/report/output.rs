@@ -19,8 +19,7 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// A name that ends in `.html` is that of a page, and beside it lies what is exported; any
-    /// other is the beginning of the names of what is exported.
+    /// A name in `.html` is that of a page; any name without it begins those of what is exported.
     pub(crate) fn new(path: &Path, force: bool) -> Self {
         let is_page =
             path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html") || end.eq_ignore_ascii_case("htm"));

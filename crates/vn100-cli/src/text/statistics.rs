@@ -95,8 +95,7 @@ pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -
     Ok(())
 }
 
-/// The standard deviation of each part of the record, in percent of that of the whole; `skipped_s`
-/// lie before the first.
+/// The standard deviation of each part in percent of the whole; `skipped_s` lie before the first.
 pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues], skipped_s: f64) -> fmt::Result {
     let blocks = |channel: &ChannelValues| channel.signal.as_ref().map(|signal| parts(&signal.blocks));
     let Some(first) = channels.iter().find_map(blocks).filter(|parts| parts.len() == PARTS) else { return Ok(()) };

@@ -62,8 +62,7 @@ pub(crate) fn draw(
     draw_chart(frame, chart, scene, &plot, regions);
 }
 
-/// Which sign is which axis, and when the next point comes; in fewer words where there is no room
-/// for all.
+/// Which sign is which axis, and when the next point comes; in fewer words where room is short.
 fn legend_line(theme: Theme, source: &SourceView, plot: &Plot, width: u16) -> Line<'static> {
     let whole = legend(theme, source, plot, true);
     if whole.width() <= usize::from(width) { whole } else { legend(theme, source, plot, false) }

@@ -263,8 +263,7 @@ pub(crate) struct History {
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl SourceView {
-    /// The latest `most_slots` of a channel in at most `columns` columns. Columns begin at fixed
-    /// times, so that they do not flicker.
+    /// The latest `most_slots` in at most `columns`, which begin at fixed times and do not flicker.
     pub(crate) fn history(&self, channel: usize, columns: usize, most_slots: usize) -> Option<History> {
         let recent = self.snapshot.recent.as_ref()?;
         let layout = self.snapshot.layout.as_ref()?.channels.get(channel)?;

@@ -76,8 +76,7 @@ impl Plot {
     }
 }
 
-/// The parts of the noise that were estimated, over the averaging times they were fitted to, and
-/// their sum.
+/// The estimated parts of the noise over the averaging times of the fit, and their sum.
 fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
     let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
         return Vec::new();
@@ -116,13 +115,11 @@ pub(crate) struct NextOctave {
     pub(crate) tau_s: f64,
     /// Data time until then, in seconds.
     pub(crate) wait_s: f64,
-    /// The record is long enough, but a gap has broken every window: the wait begins behind the
-    /// last one.
+    /// The record is long enough, but a gap breaks every window: the wait begins behind it.
     pub(crate) broken: bool,
 }
 
-/// The octave that will be observable next, and how long that takes; `None` before the first
-/// sample.
+/// The octave that will be observable next; `None` before the first sample.
 pub(crate) fn next_octave(source: &SourceView) -> Option<NextOctave> {
     let snapshot = &source.snapshot;
     let longest = snapshot.channels.iter().filter_map(|channel| channel.octaves.last()).map(|octave| octave.m).max();

@@ -112,8 +112,7 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
     }
 }
 
-/// The name is cut where there is no room for all of it: what stands behind it changes, and it does
-/// not.
+/// The name is cut where room is short: what stands behind it changes, and it does not.
 fn first(scene: Scene<'_>, source: &SourceView, width: usize) -> Line<'static> {
     let theme = scene.theme;
     let line = |name: String| {

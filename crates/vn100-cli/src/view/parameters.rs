@@ -213,8 +213,7 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
     }
 }
 
-/// N of the sensor itself in SI units, and how many times as high it reads in the stream; `None`
-/// where that is the same, or not known.
+/// N of the sensor itself in SI units, and the factor in the stream; `None` where it is 1 or unknown.
 fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
     let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;

@@ -20,8 +20,7 @@ use vn100_report::{
     Document, Evaluation, Figure, Measured, allan_in_unit, json_line, names::names_of, units::ChannelValues,
 };
 
-/// Writes both, and gives the message for the user. `assessment` is of the snapshot of the source:
-/// the one shown may be of a record a twentieth shorter.
+/// Writes both; gives the message. The assessment shown may be of a record a twentieth shorter.
 pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {
     match write(Path::new("."), state, source, assessment, evaluation) {
         Ok(files) => {

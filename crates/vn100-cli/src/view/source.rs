@@ -122,8 +122,7 @@ impl SourceView {
         Some(samples as f64 / total? as f64).filter(|part| part.is_finite())
     }
 
-    /// Part of the line's capacity that the stream takes, at ten bits a byte; `None` where the line
-    /// has no speed, or nothing has come.
+    /// Part of the line's capacity in use, ten bits a byte; `None` without a baud rate or a line.
     pub(crate) fn line_load(&self) -> Option<f64> {
         let baud = up(self.link.as_ref()?)?.baud?;
         let (timing, tally) = (&self.snapshot.timing, &self.snapshot.link.tally);

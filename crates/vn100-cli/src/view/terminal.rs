@@ -40,9 +40,6 @@ pub(crate) fn is_there() -> bool {
 
 impl Screen {
     /// Takes the terminal. It is given back when this is dropped, and before a panic is reported.
-    ///
-    /// # Errors
-    /// When the terminal cannot be set up.
     pub(crate) fn take() -> io::Result<Self> {
         let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
@@ -58,8 +55,7 @@ impl Screen {
         Ok(Self { terminal: ManuallyDrop::new(terminal) })
     }
 
-    /// Whether the terminal was not given back meanwhile, by a panic or a signal that ends the
-    /// program.
+    /// Whether no panic and no signal that ends the program has given the terminal back.
     pub(crate) fn is_ours(&self) -> bool {
         is_raw_mode_enabled().unwrap_or(false)
     }
@@ -140,9 +136,6 @@ pub(crate) fn leave_screen() {
 }
 
 /// Waits for a key, the mouse or another size. `None` when nothing came in time.
-///
-/// # Errors
-/// When the terminal is gone.
 pub(crate) fn next_event(wait: Duration) -> io::Result<Option<event::Event>> {
     // a terminal that is gone must not be read
     something_came(Duration::ZERO)?;

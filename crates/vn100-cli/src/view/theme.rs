@@ -62,8 +62,7 @@ impl Theme {
         }
     }
 
-    /// Of the first, second or third axis; of anything else no colour. None of them is that of a
-    /// judgement.
+    /// Of the first, second or third axis, unlike that of a judgement; of anything else no colour.
     pub(crate) fn axis(self, axis: usize) -> Style {
         match axis {
             0 => self.colour(ORANGE, Color::LightBlue),

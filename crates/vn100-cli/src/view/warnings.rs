@@ -24,8 +24,7 @@ pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
     ((source.warnings.len() + source.errors().len()).clamp(1, usize::from(most))) as u16
 }
 
-/// What is broken first, then the newest; where there are more than rows, the last row names all
-/// the others.
+/// What is broken first, then the newest; the last row names all that have no row.
 pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
     const PRESS: &str = " press !";
     let theme = scene.theme;

@@ -90,8 +90,7 @@ struct RankedDocument {
     lower: f64,
     upper: f64,
     axes: Vec<AxisDocument>,
-    /// What averaging and decimation on board make of the sensor's own white noise; `null` where
-    /// nobody knows.
+    /// What averaging and decimation on board make of white noise; `null` where unknown.
     white_factor: Option<f64>,
 }
 
@@ -113,8 +112,7 @@ struct MeansDocument {
     name: String,
     unit: String,
     means: Vec<MeanDocument>,
-    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle of
-    /// one sensor at one attitude.
+    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle.
     spread: Option<SpreadDocument>,
     /// The sensor takes the bias out of one record at least.
     bias_removed: bool,

@@ -8,8 +8,7 @@ use crate::names::{grade, grade_name, sentence, verdict_name};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct NoiseDocument {
-    /// Samples the parameters rest on; of a record that grows they may be a twentieth fewer than it
-    /// has.
+    /// Samples the parameters rest on, in a growing record up to a twentieth fewer than it has.
     samples: u64,
     fit: Option<Fit>,
     white: Option<ParameterDocument>,
@@ -17,8 +16,7 @@ pub(crate) struct NoiseDocument {
     rate_random_walk: Option<ParameterDocument>,
     rate_ramp: Option<ParameterDocument>,
     quantization: Option<ParameterDocument>,
-    /// Where this record is too short for the random walk: how small a one a longer record would
-    /// show.
+    /// Where the record is too short for the random walk: the smallest that a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
     correlations: Vec<Correlation>,
     classical: Classical,
@@ -104,8 +102,7 @@ struct Correlation {
     value: f64,
 }
 
-/// What the graphical rules read off the Allan deviation, N, B and K; all `null` of another
-/// deviation.
+/// N, B and K by the graphical rules; all `null` unless of the Allan deviation.
 #[derive(Debug, Serialize)]
 struct Classical {
     white: Option<f64>,
@@ -237,8 +234,7 @@ pub(crate) struct VerdictDocument {
     verdict: &'static str,
     figure: String,
     claim: &'static str,
-    /// A bias instability that is the minimum of the deviation, not divided by 0.664; so is what it
-    /// is compared with.
+    /// A bias instability that is the minimum of the deviation, as is what it is compared with.
     is_minimum: bool,
     source: Option<String>,
     unit: &'static str,

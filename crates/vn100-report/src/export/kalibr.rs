@@ -9,13 +9,12 @@ use vn100_protocol::Quantity;
 
 use crate::{
     document::noise::status,
-    findings::{Findings, SensorFindings},
+    findings::{Findings, SensorFindings, Worst},
     record::Record,
-    units::ChannelValues,
+    units::{ChannelValues, si_unit},
 };
 
-/// There is no file for Kalibr: it does not start without a figure, and a guess would pass for a
-/// measurement.
+/// No file for Kalibr: it needs every figure, and a guess would pass for a measurement.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KalibrError {
     /// The sensor was moved.
@@ -100,36 +99,32 @@ impl KalibrYaml {
         let (white_name, walk_name) = (format!("{name}_noise_density"), format!("{name}_random_walk"));
         let white = found.and_then(|found| found.worst(|axis| axis.white));
         let walk = found.and_then(|found| found.worst(|axis| axis.random_walk));
-        let unit = |term| imu_noise::conventions(sensor, term).first().map_or("", |si| si.unit);
-        if let (Some(white), Some(walk)) = (white, walk) {
-            self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
-            self.figure(&white_name, white.value);
-            self.comment(&format!("{name}: random walk of {}, in {}", walk.named(), unit(Term::RateRandomWalk)));
-            self.figure(&walk_name, walk.value);
+        let estimated = |yaml: &mut Self, what: &str, worst: &Worst<'_>, term, figure: &str| {
+            yaml.comment(&format!("{name}: {what} of {}, in {}", worst.named(), si_unit(sensor, term)));
+            yaml.figure(figure, worst.value);
+        };
+        if let (Some(white), Some(walk)) = (&white, &walk) {
+            estimated(self, "white noise", white, Term::White, &white_name);
+            estimated(self, "random walk", walk, Term::RateRandomWalk, &walk_name);
             return;
         }
-        let estimated = white;
         let reason = match white {
             None => format!("the white noise of the {name} is not estimated"),
             Some(_) => format!("the random walk of the {name} is {} in this record", why_no_walk(axes)),
         };
-        let above = with_over_bound.then(|| above_all(axes)).flatten();
-        if let Some((white, walk)) = above {
+        if let Some((white_bound, walk_bound)) = with_over_bound.then(|| above_all(axes)).flatten() {
             self.comment(&format!("{name}: {reason}. The next two are no estimates: together they"));
             self.comment("lie above the upper bounds of the whole curve of every axis, and make a filter careful");
-            if let Some(worst) = estimated {
+            if let Some(worst) = white {
                 let value = decimal(worst.value);
                 self.comment(&format!("({}, has an estimated white noise of {value} alone)", worst.named()));
             }
-            self.figure(&white_name, white);
-            self.figure(&walk_name, walk);
+            self.figure(&white_name, white_bound);
+            self.figure(&walk_name, walk_bound);
             return;
         }
         match white {
-            Some(white) => {
-                self.comment(&format!("{name}: white noise of {}, in {}", white.named(), unit(Term::White)));
-                self.figure(&white_name, white.value);
-            }
+            Some(white) => estimated(self, "white noise", &white, Term::White, &white_name),
             None => self.comment(&format!("{white_name}: not known")),
         }
         self.comment(&format!("{walk_name}: not known, {reason}"));

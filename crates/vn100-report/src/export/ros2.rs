@@ -211,8 +211,7 @@ fn quaternion([yaw, pitch, roll]: [f64; 3]) -> [f64; 4] {
 /// What stands before every message: the encoding, and two bytes of options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A message being written. Each number is aligned to its own size, counted from behind the
-/// encapsulation.
+/// A message being written; numbers are aligned to their size, counted behind the encapsulation.
 pub(super) struct Cdr {
     bytes: Vec<u8>,
 }

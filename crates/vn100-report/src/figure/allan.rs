@@ -15,8 +15,7 @@ use crate::units::{ChannelValues, Point};
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
 
-/// One axis: its curve with the fitted model, the lines of its terms, and what the graphical rules
-/// read.
+/// One axis: its curve, the fitted model, the lines of its terms, what the graphical rules read.
 pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Option<Figure> {
     axis_in(channel, 1.0, deviation)
 }

@@ -26,8 +26,7 @@ pub(crate) struct Tick {
 }
 
 impl Scale {
-    /// Around `values`, with some room at both ends; decades are not split further than that room
-    /// asks for.
+    /// Around `values`, with some room at both ends.
     pub(crate) fn around(values: impl Iterator<Item = f64>, log: bool) -> Self {
         const ROOM: f64 = 0.05;
         let usable = values.filter(|value| value.is_finite() && (!log || *value > 0.0));

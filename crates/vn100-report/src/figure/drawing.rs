@@ -101,34 +101,36 @@ pub(crate) enum Colour {
     Series(usize),
 }
 
-/// Distinct to people who see fewer colours: M. Okabe and K. Ito, "Color Universal Design"
-/// (2008).
-const SERIES: [[u8; 3]; 6] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
+/// Distinct to the colour-blind: M. Okabe and K. Ito, "Color Universal Design" (2008).
+const SERIES: [(&str, [u8; 3]); 6] = [
+    ("c0", [0, 114, 178]),
+    ("c1", [213, 94, 0]),
+    ("c2", [0, 158, 115]),
+    ("c3", [204, 121, 167]),
+    ("c4", [230, 159, 0]),
+    ("c5", [86, 180, 233]),
+];
 
 impl Colour {
-    pub(crate) const fn rgb(self) -> [u8; 3] {
+    /// Class in a style sheet, and red, green and blue.
+    const fn look(self) -> (&'static str, [u8; 3]) {
         match self {
-            Self::Ink => [26, 26, 26],
-            Self::Paper => [255, 255, 255],
-            Self::Axis => [90, 90, 90],
-            Self::Grid => [200, 200, 200],
-            Self::FineGrid => [232, 232, 232],
-            Self::Quiet => [110, 110, 110],
+            Self::Ink => ("ink", [26, 26, 26]),
+            Self::Paper => ("paper", [255, 255, 255]),
+            Self::Axis => ("axis", [90, 90, 90]),
+            Self::Grid => ("grid", [200, 200, 200]),
+            Self::FineGrid => ("fine", [232, 232, 232]),
+            Self::Quiet => ("quiet", [110, 110, 110]),
             Self::Series(index) => SERIES[index % SERIES.len()],
         }
     }
 
-    pub(crate) fn class(self) -> String {
-        match self {
-            Self::Ink => "ink".into(),
-            Self::Paper => "paper".into(),
-            Self::Axis => "axis".into(),
-            Self::Grid => "grid".into(),
-            Self::FineGrid => "fine".into(),
-            Self::Quiet => "quiet".into(),
-            Self::Series(index) => format!("c{}", index % SERIES.len()),
-        }
+    pub(crate) const fn rgb(self) -> [u8; 3] {
+        self.look().1
+    }
+
+    pub(crate) const fn class(self) -> &'static str {
+        self.look().0
     }
 }
 

@@ -3,8 +3,7 @@
 use super::{Axis, Colour, Dash, Figure, Plot, Sample, Series, Shape, Stroke, axes::Scale, pretty_unit};
 use crate::{findings::shakes, units::ChannelValues};
 
-/// Logarithm of the ratio of frequencies that belong to one line, and of those whose numbers would
-/// lie on each other.
+/// Logarithm of the ratio of frequencies of one line, and of those whose numbers would overlap.
 const SAME: f64 = 0.03;
 const APART: f64 = 0.12;
 

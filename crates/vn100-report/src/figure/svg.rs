@@ -4,8 +4,7 @@ use std::fmt::{self, Write};
 
 use super::drawing::{Anchor, At, Colour, Drawing, Layer, LayerKind, Primitive, Shape};
 
-/// As an element of a page. `id` is unique on it and consists of letters, digits, `-` and `_`;
-/// `title` is read aloud.
+/// As an element of a page. `id` is unique on it; `title` is read aloud.
 pub(crate) fn element(drawing: &Drawing, id: &str, title: &str, attributes: &str) -> String {
     let mut out = String::new();
     // a String takes everything

@@ -44,8 +44,7 @@ pub fn digits_trimmed(value: f64, most: usize) -> String {
     format!("{number}{exponent}")
 }
 
-/// How far the truth may lie above and below, as a part of the value: `±2.1 %`, or `+12 -9 %` where
-/// that differs.
+/// How far the truth may lie above and below the value: `±2.1 %`, or `+12 -9 %`.
 #[must_use]
 pub fn spread(value: f64, lower: f64, upper: f64) -> String {
     let (below, above) = (100.0 * (1.0 - lower / value), 100.0 * (upper / value - 1.0));
@@ -83,8 +82,7 @@ pub fn tau(seconds: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A time a person waits for, in the two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`, `2 d 4
-/// h`.
+/// A time a person waits for, in the two largest units: `45 s`, `2 min 10 s`, `3 h 5 min`.
 #[must_use]
 pub fn time(seconds: f64) -> String {
     let whole = Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX).as_secs();
@@ -93,8 +91,7 @@ pub fn time(seconds: f64) -> String {
     joined(&parts[first..parts.len().min(first + 2)], " ")
 }
 
-/// A length of time in whole seconds, rounded up, in all units: `1 h 30 min` with `blank` as the
-/// blank; options take it without.
+/// Whole seconds, rounded up, in all units: `1 h 30 min`; options take it without `blank`.
 #[must_use]
 pub fn span(seconds: f64, blank: &str) -> String {
     joined(&parts(seconds.ceil().max(0.0) as u64), blank)

@@ -76,23 +76,20 @@ fn rankings(comparison: &Comparison) -> Markup {
 }
 
 fn octaves(comparison: &Comparison) -> Markup {
-    let differ = |tests: &[&OctaveTest]| -> Vec<OctaveTest> {
-        tests.iter().filter(|test| comparison.is_significant(test.chance)).map(|test| (*test).clone()).collect()
-    };
     let channels = tests_by_channel(&comparison.octaves);
-    let rows: Vec<(String, usize, Vec<OctaveTest>)> = (channels.iter())
-        .flat_map(|channel| {
-            let pairs = channel.chunk_by(|a, b| a.records == b.records);
-            pairs.map(|pair| (pair[0].channel.clone(), pair.len(), differ(pair))).collect::<Vec<_>>()
-        })
-        .filter(|(.., differ)| !differ.is_empty())
+    let pairs = channels.iter().flat_map(|channel| channel.chunk_by(|a, b| a.records == b.records));
+    let rows: Vec<(usize, Vec<&OctaveTest>)> = pairs
+        .map(|pair| (pair.len(), pair.iter().copied().filter(|test| comparison.is_significant(test.chance)).collect()))
+        .filter(|(_, differ): &(usize, Vec<_>)| !differ.is_empty())
         .collect();
     let columns = ["channel", "records", "octaves that differ", "from τ (s)", "to τ (s)", "surest ratio", "p"];
-    let surest = |differ: &[OctaveTest]| differ.iter().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p)).cloned();
+    fn surest<'a>(differ: &[&'a OctaveTest]) -> Option<&'a OctaveTest> {
+        differ.iter().copied().min_by(|a, b| a.chance.p.total_cmp(&b.chance.p))
+    }
     let differing = html! {
-        @for (channel, all, differ) in &rows {
+        @for (all, differ) in &rows {
             @if let (Some(first), Some(last), Some(surest)) = (differ.first(), differ.last(), surest(differ)) {
-                (row(channel, [
+                (row(&surest.channel, [
                     format!("{} over {}", record_letter(surest.records[1]), record_letter(surest.records[0])),
                     format!("{} of {all}", differ.len()),
                     trimmed(first.tau_s, 3),
