@@ -15,7 +15,7 @@ use vn100_analysis::{DEFAULT_CONFIDENCE, Want};
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, MESSAGES};
 use vn100_sim::Message;
 
-pub(crate) use link::{Baud, ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
+pub(crate) use link::{ChangeArgs, LinkArgs, RecordingArgs, SimSensorArgs, SourceName};
 use link::{baud_rate, output_rate};
 pub(crate) use measure::{
     CompareArgs, ExportForm, FileArgs, MeasureArgs, OutputFormat, ReplayArgs, ReportArgs, ResultArgs,

@@ -17,8 +17,7 @@ use vn100_report::{Completion, Document, Evaluation, Measured};
 
 use crate::{
     args::{AttachArgs, OutputFormat, SourceName},
-    exit::print_json_line,
-    interrupt::{HangUp, stop_on_interrupt},
+    exit::{HangUp, print_json_line, stop_on_interrupt},
     live_source::{EmulatedPort, live_source},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated, print_state},

@@ -4,7 +4,7 @@
 use std::fmt::{self, Write};
 
 use anyhow::Result;
-use vn100_analysis::{Chance, ComparedRecord, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
+use vn100_analysis::{Chance, Comparison, DEFAULT_CONFIDENCE, OctaveTest, Ranking};
 use vn100_report::{
     ComparisonDocument, Completion, Measured,
     names::{folding, names_of},
@@ -30,7 +30,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         all.push(measured);
         Ok(())
     })?;
-    let records: Vec<ComparedRecord<'_>> = all.iter().map(record).collect();
+    let records: Vec<_> = all.iter().map(Measured::compared).collect();
     let comparison = Comparison::of(&records, args.files.measure.confidence.unwrap_or(DEFAULT_CONFIDENCE));
     if args.json {
         print_json(&ComparisonDocument::new(&all, &comparison, remedy_words))?;
@@ -38,10 +38,6 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
         print(&text(|out| write_comparison(out, &all, &comparison)))?;
     }
     Ok(all.iter().map(|measured| measured.completion).max().unwrap_or(Completion::Complete))
-}
-
-fn record(measured: &Measured) -> ComparedRecord<'_> {
-    ComparedRecord { name: &measured.facts.name, snapshot: &measured.snapshot, assessment: &measured.assessment }
 }
 
 fn write_comparison(out: &mut String, all: &[Measured], comparison: &Comparison) -> fmt::Result {

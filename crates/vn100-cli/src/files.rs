@@ -22,8 +22,7 @@ use vn100_report::{Document, Evaluation, Measured};
 
 use crate::{
     args::FileArgs,
-    exit::print_json_line,
-    interrupt::{HangUp, stop_on_interrupt},
+    exit::{HangUp, print_json_line, stop_on_interrupt},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, evaluated_replay, print_state},
     words::remedy_words,

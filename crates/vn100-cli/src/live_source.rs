@@ -19,7 +19,7 @@ use vn100_pipeline::LiveSource;
 use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
-    args::{Baud, LinkArgs, SimSensorArgs, SourceName},
+    args::{LinkArgs, SimSensorArgs, SourceName},
     log::Entries,
     sim,
 };
@@ -40,10 +40,7 @@ pub(crate) fn live_source(
             (LiveSource::link(emulated.ports(clock)), Some(emulated))
         }
     };
-    source.baud = match link.baud {
-        Baud::Auto => None,
-        Baud::Fixed(baud) => Some(baud),
-    };
+    source.baud = link.baud.0;
     source.hint_text = Some(link_hint);
     source.listen_only = link.listen_only;
     source.diagnostics = log.is_open();

@@ -7,7 +7,6 @@ mod compare;
 mod documentation;
 mod exit;
 mod files;
-mod interrupt;
 mod live_source;
 mod log;
 mod plan;

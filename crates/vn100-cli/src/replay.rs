@@ -14,8 +14,8 @@ use vn100_report::{Completion, Evaluation, Measured};
 
 use crate::{
     args::ReplayArgs,
+    exit::{HangUp, stop_on_interrupt},
     files::{measure_files, replay_spec},
-    interrupt::{HangUp, stop_on_interrupt},
     log::{Entries, run_logged, takes_terminal},
     result::{FAULT, ResultWriter, all_of, evaluated_replay},
     user_files::evaluation,

@@ -99,7 +99,7 @@ impl ResultWriter {
             OutputFormat::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }
-            OutputFormat::Summary => print(&text::summary(&measured.facts, &measured.snapshot, &measured.assessment))?,
+            OutputFormat::Summary => print(&text::summary(measured))?,
             OutputFormat::Text | OutputFormat::Ndjson => {}
         }
         Ok(())

@@ -16,8 +16,7 @@ use vn100_report::{Completion, printable};
 
 use crate::{
     args::{ConfigureArgs, InfoArgs, LinkArgs, SourceName},
-    exit::{print, print_json},
-    interrupt::{HangUp, stop_on_interrupt},
+    exit::{HangUp, print, print_json, stop_on_interrupt},
     live_source::live_source,
     log::run_logged,
     status::up,

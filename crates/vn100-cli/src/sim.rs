@@ -22,8 +22,7 @@ use vn100_sim::{
 
 use crate::{
     args::{SimArgs, SimSensorArgs},
-    exit::{print, report},
-    interrupt::{HangUp, stop_on_interrupt},
+    exit::{HangUp, print, report, stop_on_interrupt},
 };
 
 /// The length of a capture, unless asked for.

@@ -59,8 +59,8 @@ pub(crate) fn result(measured: &Measured) -> String {
 }
 
 /// What came and what may be wrong with it. Ends with a line feed.
-pub(crate) fn summary(facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> String {
-    text(|out| write_summary(out, facts, snapshot, assessment))
+pub(crate) fn summary(measured: &Measured) -> String {
+    text(|out| write_summary(out, &measured.facts, &measured.snapshot, &measured.assessment))
 }
 
 fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {

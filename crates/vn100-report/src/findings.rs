@@ -5,7 +5,7 @@ use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, SENSORS, WarningKind, sensor_name,
 };
 
-use super::record::Record;
+use crate::measured::Record;
 use crate::{names::sentence, units::ChannelValues};
 
 #[derive(Debug, Clone)]

@@ -12,14 +12,12 @@ mod datasheet;
 mod document;
 mod export;
 mod figure;
-mod figures;
 mod findings;
 mod measured;
 pub mod names;
 pub mod numbers;
 mod page;
 mod printable;
-mod record;
 mod toml_text;
 pub mod units;
 mod words;
@@ -36,10 +34,8 @@ pub use export::{
     ros2::{Ros2Error, Ros2Messages},
     tables::CsvTable,
 };
-pub use figure::{DrawingError, Figure, allan_in_unit};
-pub use figures::Figures;
-pub use measured::{Completion, Evaluation, Measured, no_sample};
+pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
+pub use measured::{Completion, Evaluation, Measured, Record, no_sample, record_letter};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable};
-pub use record::{Record, record_letter};
 pub use toml_text::{TomlError, parse_toml};

@@ -4,7 +4,7 @@ use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict, conventi
 use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Ranking, StreamUnknown};
 use vn100_protocol::{Quantity, Tally};
 
-use crate::{numbers::plain::four_digits, record::record_letter};
+use crate::{measured::record_letter, numbers::plain::four_digits};
 
 /// What is measured, in the order of results.
 pub const QUANTITIES: [Quantity; 7] = [

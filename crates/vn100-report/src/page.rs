@@ -14,11 +14,11 @@ use vn100_analysis::RemedyWords;
 
 use crate::{
     export::kalibr::KalibrYaml,
-    figures::Figures,
+    figure::Figures,
     findings::Findings,
+    measured::{Record, record_letter},
     numbers::{duration, grouped, trimmed},
     printable::steers_terminal,
-    record::{Record, record_letter},
     words::conclusions,
 };
 

@@ -57,22 +57,17 @@ impl fmt::Display for SourceName {
     }
 }
 
-/// Speed of the line.
+/// A baud rate; `None` is found by listening and asking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Baud {
-    /// Found by listening and asking.
-    Auto,
-    /// Given.
-    Fixed(u32),
-}
+pub(crate) struct Baud(pub(crate) Option<u32>);
 
 impl FromStr for Baud {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text.parse() {
-            _ if text == "auto" => Ok(Self::Auto),
-            Ok(baud) if baud > 0 => Ok(Self::Fixed(baud)),
+            _ if text == "auto" => Ok(Self(None)),
+            Ok(baud) if baud > 0 => Ok(Self(Some(baud))),
             _ => Err("not a speed in baud, such as 115200, and not \"auto\"".into()),
         }
     }
@@ -205,8 +200,8 @@ mod tests {
 
     #[test]
     fn a_speed_is_a_number_or_auto() {
-        assert_eq!("auto".parse(), Ok(Baud::Auto));
-        assert_eq!("921600".parse(), Ok(Baud::Fixed(921_600)));
+        assert_eq!("auto".parse(), Ok(Baud(None)));
+        assert_eq!("921600".parse(), Ok(Baud(Some(921_600))));
         for wrong in ["0", "-1", "fast", "115200 "] {
             assert!(wrong.parse::<Baud>().unwrap_err().contains("baud"), "{wrong}");
         }

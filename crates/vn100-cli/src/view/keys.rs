@@ -67,18 +67,17 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
         let space = (!at_end).then_some(("space", if paused { "go on" } else { "pause" }));
         space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
     });
-    if scene.source().is_some_and(|source| source.snapshot.timing.samples == 0) {
-        let mut keys = vec![("q", "quit"), ("?", "help")];
-        keys.extend(replay);
-        if scene.sources.len() > 1 {
-            keys.extend([("o", "overview"), ("n p", "source")]);
-        }
-        return keys;
+    let is_waiting = scene.source().is_some_and(|source| source.snapshot.timing.samples == 0);
+    let mut keys = vec![("q", "quit"), ("?", "help")];
+    if !is_waiting {
+        keys.extend([("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")]);
     }
-    let mut keys = vec![("q", "quit"), ("?", "help"), ("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")];
     keys.extend(replay);
     if scene.sources.len() > 1 {
         keys.extend([("o", "overview"), ("n p", "source")]);
+    }
+    if is_waiting {
+        return keys;
     }
     match state.panel {
         Panel::Warnings => keys.push(("↑↓", "choose")),

@@ -10,7 +10,7 @@ use vn100_protocol::Quantity;
 use crate::{
     document::noise::status,
     findings::{Findings, SensorFindings, Worst},
-    record::Record,
+    measured::Record,
     units::{ChannelValues, si_unit},
 };
 

@@ -14,7 +14,7 @@ use mcap::{
 use thiserror::Error;
 use vn100_protocol::{Layout, Quantity, stream::Batch};
 
-use crate::record::Record;
+use crate::measured::Record;
 
 const FRAME: &str = "vn100";
 const TESLA_PER_GAUSS: f64 = 1e-4;

@@ -6,7 +6,7 @@ use imu_noise::Term;
 
 use crate::{
     document::noise::{status, term_name},
-    record::Record,
+    measured::Record,
     units::si_unit,
 };
 

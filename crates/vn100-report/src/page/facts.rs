@@ -12,9 +12,9 @@ use vn100_protocol::{
 use super::{PageOptions, Program};
 use crate::{
     document::source::RecordingDocument,
+    measured::Record,
     names::echoes,
     numbers::{duration, grouped, trimmed},
-    record::Record,
 };
 
 /// What a user can write down in a file of conditions, by the names there.

@@ -6,11 +6,10 @@ use serde::Serialize;
 
 use super::table;
 use crate::{
-    figure::{Axis, Figure, Rectangle, Scale, Series, pretty_unit},
-    figures::Figures,
+    figure::{Axis, Figure, Figures, Rectangle, Scale, Series, pretty_unit},
+    measured::Record,
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, trimmed},
-    record::Record,
     units::{ChannelValues, Point},
 };
 

@@ -10,9 +10,9 @@ use vn100_analysis::{
 use super::table;
 use crate::{
     figure::pretty_unit,
+    measured::Record,
     names::{QUANTITIES, grade_text, in_words, names_of, shown_in, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
-    record::Record,
     units::ChannelValues,
 };
 

@@ -5,22 +5,15 @@ use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, RemedyWords};
 
 use super::{PageOptions, figures::grid, row, table};
 use crate::{
-    figure::pretty_unit,
-    figures::Figures,
+    figure::{Figures, pretty_unit},
+    measured::{Record, record_letter},
     names::{folding, names_of},
     numbers::{NOTHING, digits, duration, four_digits, grouped, trimmed, with_interval},
-    record::{Record, record_letter},
     units::tests_by_channel,
 };
 
 pub(super) fn several(records: &[Record<'_>], together: &Figures, options: PageOptions<'_>) -> Markup {
-    let compared: Vec<vn100_analysis::ComparedRecord<'_>> = (records.iter())
-        .map(|record| vn100_analysis::ComparedRecord {
-            name: &record.measured.facts.name,
-            snapshot: &record.measured.snapshot,
-            assessment: &record.measured.assessment,
-        })
-        .collect();
+    let compared: Vec<_> = records.iter().map(|record| record.measured.compared()).collect();
     let comparison = Comparison::of(&compared, options.confidence);
     html! {
         section id="comparison" {

@@ -8,14 +8,14 @@ use maud::{Markup, html};
 use vn100_analysis::{Remedy, RemedyWords};
 use vn100_protocol::Quantity;
 
+use super::EARTH_RATE_RAD_S;
 use super::{row, table};
 use crate::{
     figure::pretty_unit,
     findings::shakes,
+    measured::Record,
     names::{QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
-    page::EARTH_RATE_RAD_S,
-    record::Record,
     units::{ChannelValues, NormValues},
 };
 

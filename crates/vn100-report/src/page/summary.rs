@@ -7,9 +7,9 @@ use vn100_analysis::Motion;
 use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
+    measured::Record,
     names::{in_words, shown_in, verdict_name},
     numbers::{NOTHING, digits, with_interval},
-    record::Record,
 };
 
 const COLUMNS: [&str; 5] =
