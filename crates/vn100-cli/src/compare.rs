@@ -192,10 +192,10 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
             .map(|mean| match mean.error {
                 Some(error) => {
                     format!(
-                        "{} {} ± {}",
+                        "{} {} ± {:.1e}",
                         record_letter(mean.record),
                         signed(mean.mean, error.standard_error),
-                        two_digits(error.standard_error)
+                        error.standard_error
                     )
                 }
                 None => format!("{} {} (too short)", record_letter(mean.record), four_digits(mean.mean)),
@@ -205,11 +205,11 @@ fn write_means(out: &mut String, comparison: &Comparison) -> fmt::Result {
         if let Some((spread, at_chance)) = channel.spread.zip(channel.chance) {
             let verdict = if comparison.is_significant(at_chance) { "beyond that" } else { "not beyond that" };
             let text = format!(
-                "spread {} ({} to {}); noise alone {}: {verdict} ({})",
+                "spread {} ({} to {}); noise alone {:.1e}: {verdict} ({})",
                 four_digits(spread.deviation),
                 four_digits(spread.interval.lower),
                 four_digits(spread.interval.upper),
-                two_digits(spread.from_noise),
+                spread.from_noise,
                 chance(at_chance)
             );
             writeln!(out, "{}", fill(&text, "  ", "  "))?;
@@ -241,10 +241,6 @@ fn chance(chance: Chance) -> String {
 fn signed(value: f64, error: f64) -> String {
     let decimals = (1 - error.log10().floor() as i32).clamp(0, 12) as usize;
     format!("{value:+.decimals$}")
-}
-
-fn two_digits(value: f64) -> String {
-    format!("{value:.1e}")
 }
 
 #[cfg(test)]

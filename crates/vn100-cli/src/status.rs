@@ -95,7 +95,9 @@ impl StatusLine {
     pub(crate) fn report_link(&mut self, state: &LinkState) {
         if let Some(event) = event(self.reported.as_ref(), state).filter(|_| is_news(self.reported.as_ref(), state)) {
             self.status.report(&about(&self.name, &event));
-            if let Some(hint) = latency_hint(state).filter(|_| !self.hint_reported) {
+            // only the user can shorten the latency of the adapter
+            let hint = up(state).and_then(|up| up.latency_timer.as_ref()?.advice.as_deref());
+            if let Some(hint) = hint.filter(|_| !self.hint_reported) {
                 self.hint_reported = true;
                 self.status.report(&about(&self.name, hint));
             }
@@ -136,11 +138,6 @@ fn event(reported: Option<&LinkState>, state: &LinkState) -> Option<String> {
         LinkState::Down { was_up: false, cause, .. } => Some(format!("not there yet: {cause}; trying again")),
         _ => None,
     }
-}
-
-/// How to shorten the latency of the adapter, where only the user can.
-fn latency_hint(state: &LinkState) -> Option<&str> {
-    up(state)?.latency_timer.as_ref()?.advice.as_deref()
 }
 
 /// The connection, while there is one.

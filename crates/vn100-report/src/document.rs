@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts, Verdicts};
+use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts};
 
 use crate::{
     measured::Measured,
@@ -165,19 +165,15 @@ impl Document {
     pub fn of(measured: &Measured, words: RemedyWords) -> Self {
         let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
         let mut document = Self::new(facts, snapshot, assessment, true, words);
-        for (channel, models) in document.channels.iter_mut().zip(filter_models) {
-            if let (Some(noise), Some(models)) = (&mut channel.noise, models) {
-                noise.add_filter_models(models);
+        let figures = verdicts.as_ref().map_or(&[][..], |verdicts| &verdicts.channels);
+        for (place, (channel, assessed)) in document.channels.iter_mut().zip(&assessment.channels).enumerate() {
+            let Some(noise) = &assessed.noise else { continue };
+            if let (Some(document), Some(Some(models))) = (&mut channel.noise, filter_models.get(place)) {
+                document.add_filter_models(models);
             }
-        }
-        let noises = assessment.channels.iter().map(|channel| channel.noise.as_ref());
-        for (channel, noise) in document.channels.iter_mut().zip(noises) {
-            channel.grade = noise.and_then(GradeDocument::new);
-        }
-        if let Some(Verdicts { datasheet, channels, .. }) = verdicts {
-            for ((channel, figures), assessed) in document.channels.iter_mut().zip(channels).zip(&assessment.channels) {
-                let Some(noise) = assessed.noise.as_ref().filter(|_| !figures.is_empty()) else { continue };
-                let verdict = |figure| VerdictDocument::new(datasheet, noise.sensor, figure);
+            channel.grade = GradeDocument::new(noise);
+            if let (Some(sheet), Some(figures)) = (verdicts, figures.get(place).filter(|figures| !figures.is_empty())) {
+                let verdict = |figure| VerdictDocument::new(&sheet.datasheet, noise.sensor, figure);
                 channel.verdict = Some(figures.iter().map(verdict).collect());
             }
         }

@@ -176,6 +176,8 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let known = channel.deviations.iter().filter(|point| point.is_known());
     let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
     let change = disturbed.and_then(|disturbed| disturbed.level_change);
+    let sensor = channel.noise.as_ref().map(|noise| noise.sensor);
+    let said = |verdict: &FigureVerdict| Some((verdict.figure.term, verdict.verdict, sentence(sensor?, verdict)));
     AxisFindings {
         name: channel.name.clone(),
         unit: channel.unit.clone(),
@@ -194,16 +196,6 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
             LevelShape::Step { .. } => None,
         }),
         std: channel.std,
-        verdicts: record
-            .verdicts(channel)
-            .iter()
-            .zip(std::iter::repeat(channel))
-            .filter_map(verdict_sentence)
-            .collect(),
+        verdicts: record.verdicts(channel).iter().filter_map(said).collect(),
     }
-}
-
-fn verdict_sentence((verdict, channel): (&FigureVerdict, &ChannelValues)) -> Option<(Term, Verdict, String)> {
-    let sensor = channel.noise.as_ref()?.sensor;
-    Some((verdict.figure.term, verdict.verdict, sentence(sensor, verdict)))
 }

@@ -120,24 +120,14 @@ impl StationarityDocument {
 
 impl LevelChangeDocument {
     fn new(change: LevelChange, skipped_s: f64) -> Self {
-        let sigmas = change.sigmas;
-        match change.shape {
-            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => Self {
-                shape: "warm-up",
-                amplitude,
-                start_s: None,
-                time_constant_s: Some(time_constant_s),
-                skip_s: skip_s.map(|skip_s| skipped_s + skip_s),
-                sigmas,
-            },
-            LevelShape::Step { start_s, amplitude } => Self {
-                shape: "step",
-                amplitude,
-                start_s: Some(skipped_s + start_s),
-                time_constant_s: None,
-                skip_s: None,
-                sigmas,
-            },
-        }
+        let (shape, amplitude, start_s, time_constant_s, skip_s) = match change.shape {
+            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
+                ("warm-up", amplitude, None, Some(time_constant_s), skip_s)
+            }
+            LevelShape::Step { start_s, amplitude } => ("step", amplitude, Some(start_s), None, None),
+        };
+        let of_record = |time_s: Option<f64>| time_s.map(|time_s| skipped_s + time_s);
+        let (start_s, skip_s) = (of_record(start_s), of_record(skip_s));
+        Self { shape, amplitude, start_s, time_constant_s, skip_s, sigmas: change.sigmas }
     }
 }

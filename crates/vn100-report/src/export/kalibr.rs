@@ -8,7 +8,6 @@ use thiserror::Error;
 use vn100_protocol::Quantity;
 
 use crate::{
-    document::noise::status,
     findings::{Findings, SensorFindings, Worst},
     measured::Record,
     units::{ChannelValues, si_unit},
@@ -136,11 +135,9 @@ fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
     let first = axes.iter().find_map(|axis| axis.noise.as_ref()?.parameter(Term::RateRandomWalk));
     match first.map(|parameter| parameter.status) {
         Some(Status::Bounded) => "only bounded from above",
-        Some(other) => match status(other) {
-            "not-measurable" => "not measurable",
-            "model-rejected" => "not estimated, no model fits",
-            _ => "not observable",
-        },
+        Some(Status::NotMeasurable) => "not measurable",
+        Some(Status::ModelRejected) => "not estimated, no model fits",
+        Some(Status::Estimated | Status::NotObservable) => "not observable",
         None => "not known",
     }
 }

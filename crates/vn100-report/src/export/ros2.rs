@@ -4,7 +4,7 @@
 //! Axes and frame are the sensor's own: x forwards, y to the right, z down; the orientation is
 //! against north, east, down.
 
-use std::{collections::BTreeMap, fmt, io::Write};
+use std::{collections::BTreeMap, io::Write};
 
 use mcap::{
     Compression, WriteOptions, Writer,
@@ -192,12 +192,6 @@ impl<W: Write> Ros2Messages<W> {
     pub fn finish(mut self) -> Result<W, Ros2Error> {
         self.mcap.finish()?;
         Ok(self.mcap.into_inner().into_inner())
-    }
-}
-
-impl<W: Write> fmt::Debug for Ros2Messages<W> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Ros2Messages").field("samples", &self.samples).finish_non_exhaustive()
     }
 }
 

@@ -50,7 +50,7 @@ fn values(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
                 fixed(channel.max, decimals),
                 fixed(channel.skewness, 3),
                 fixed(channel.excess_kurtosis, 3),
-                normality(channel),
+                normality(channel).into(),
             ]))
         }
         @if let Some(norm) = norm {
@@ -68,12 +68,12 @@ fn fixed(value: Option<f64>, decimals: usize) -> String {
     value.map_or(NOTHING.into(), |value| format!("{value:.decimals$}").replace('-', "−"))
 }
 
-fn normality(channel: &ChannelValues) -> String {
+fn normality(channel: &ChannelValues) -> &'static str {
     match channel.signal.as_ref().and_then(|signal| signal.normality) {
-        None => NOTHING.into(),
-        Some(Ok(normality)) if normality.is_consistent() => "consistent".into(),
-        Some(Ok(_)) => "no".into(),
-        Some(Err(_)) => "not judged".into(),
+        None => NOTHING,
+        Some(Ok(normality)) if normality.is_consistent() => "consistent",
+        Some(Ok(_)) => "no",
+        Some(Err(_)) => "not judged",
     }
 }
 
@@ -114,16 +114,8 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         let reason = channel.signal.as_ref()?.normality?.err()?;
         Some(format!("Whether the values are normally distributed is not judged for {}: {reason}.", channel.name))
     }));
-    let not_normal: Vec<&str> = (channels.iter())
-        .filter(|channel| {
-            channel
-                .signal
-                .as_ref()
-                .and_then(|signal| signal.normality)
-                .is_some_and(|found| found.is_ok_and(|normality| !normality.is_consistent()))
-        })
-        .map(|channel| channel.name.as_str())
-        .collect();
+    let not_normal = channels.iter().filter(|channel| normality(channel) == "no");
+    let not_normal: Vec<&str> = not_normal.map(|channel| channel.name.as_str()).collect();
     if !not_normal.is_empty() {
         sentences.push(format!(
             "Skewness or kurtosis of {} is farther from 0 than in 99 of 100 normal records: vibration, motion or a disturbance, not sensor noise alone.",

@@ -21,9 +21,7 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
         return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];
     }
     let mut sentences = verdicts(findings, sheet);
-    let explained: Vec<String> =
-        findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)).collect();
-    sentences.extend(explained);
+    sentences.extend(findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)));
     if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated) {
         sentences.push(
             "In-run bias stability of the gyroscope cannot be compared: the message carries rates from which the sensor has taken its own estimate of the bias. A minimum read off \

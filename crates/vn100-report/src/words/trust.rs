@@ -95,10 +95,8 @@ fn fits(findings: &Findings) -> Option<String> {
             names(&rejected)
         )
     });
-    match (good, rejected) {
-        (None, None) => None,
-        (good, rejected) => Some([good, rejected].into_iter().flatten().collect::<Vec<_>>().join(" ")),
-    }
+    let parts: Vec<String> = good.into_iter().chain(rejected).collect();
+    (!parts.is_empty()).then(|| parts.join(" "))
 }
 
 /// White noise may be bounded without a model.
