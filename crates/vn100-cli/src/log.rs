@@ -1,4 +1,4 @@
-//! Diagnostics for troubleshooting: link events, commands and replies, rejected lines and why.
+//! Diagnostics: link events, commands and replies, rejected lines and why.
 //!
 //! A thread of its own writes them: measuring never waits for it. Entries that it does not take in
 //! time are dropped, and counted.

@@ -1,5 +1,5 @@
-//! `vn100 info` and `vn100 configure`: what a sensor is, what it sends, what its line can carry, and
-//! changes of what it sends.
+//! `vn100 info` and `vn100 configure`: what a sensor is, what it sends, what its line can carry,
+//! and changes of what it sends.
 
 use std::{collections::BTreeMap, fmt::Write};
 

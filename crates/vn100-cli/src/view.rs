@@ -1,8 +1,8 @@
 //! The live view: what is measured, on the whole terminal, until the user quits.
 //!
 //! One thread has the terminal. It looks at the states of the sessions ([`mod@source`]), and draws
-//! plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits for its terminal, and no other
-//! thread waits for it.
+//! plain data ([`mod@draw`]) by what was chosen ([`state`]). It waits for its terminal, and no
+//! other thread waits for it.
 
 mod allan;
 mod channels;

@@ -7,7 +7,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::{Channel, Quantity};
 
-/// One channel's results in its own unit. `None` is what the samples do not tell.
+/// One channel's results in its own unit. `None` is what is not known.
 #[derive(Debug, Clone)]
 pub struct ChannelValues {
     /// Such as `gyro_x`.

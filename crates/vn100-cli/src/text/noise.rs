@@ -1,6 +1,6 @@
 //! The noise parameters as tables: one for each sensor, its axes side by side, every unit in use
-//! below the interval; the models for filters, where asked for; and what the measurement says of the
-//! data sheet.
+//! below the interval; the models for filters, where asked for; and what the measurement says of
+//! the data sheet.
 
 use std::fmt::{self, Write};
 
@@ -276,19 +276,19 @@ pub(super) fn write_verdicts(
 
 fn write_grades(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     let graded = channels.iter().filter_map(|channel| Some((&*channel.name, grade_text(channel.noise.as_ref()?)?)));
-    let mut told: Vec<(Vec<&str>, String)> = Vec::new();
+    let mut merged: Vec<(Vec<&str>, String)> = Vec::new();
     for (name, text) in graded {
-        match told.iter_mut().find(|(_, same)| *same == text) {
+        match merged.iter_mut().find(|(_, same)| *same == text) {
             Some((names, _)) => names.push(name),
-            None => told.push((vec![name], text)),
+            None => merged.push((vec![name], text)),
         }
     }
-    if told.is_empty() {
+    if merged.is_empty() {
         return Ok(());
     }
     let text = format!(
         "grade by bias instability (El-Sheimy and Youssef, 2020: navigation below 0.01 deg/h, tactical to 10, commercial above): {}",
-        told.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect::<Vec<_>>().join("; ")
+        merged.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect::<Vec<_>>().join("; ")
     );
     writeln!(out, "{}", fill(&text, "", "  "))
 }

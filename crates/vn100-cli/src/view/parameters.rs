@@ -162,11 +162,11 @@ fn lines(scene: Scene<'_>, source: &SourceView, group: &Group, label_columns: us
         }
         if let Some(verdicts) = &source.verdicts {
             let of = |place: &usize| verdicts.channels.get(*place)?.iter().find(|figure| figure.figure.term == term);
-            let told: Vec<Option<&FigureVerdict>> = group.channels.iter().map(of).collect();
-            if told.iter().any(Option::is_some) {
+            let judged: Vec<Option<&FigureVerdict>> = group.channels.iter().map(of).collect();
+            if judged.iter().any(Option::is_some) {
                 let name = |figure: Option<&FigureVerdict>| figure.map_or("-", |figure| verdict_name(figure.verdict));
-                let claimed = told.iter().flatten().next().map(|figure| claimed(&figure.figure, unit));
-                lines.push(row("verdict", told.into_iter().map(|figure| name(figure).to_owned()).collect()));
+                let claimed = judged.iter().flatten().next().map(|figure| claimed(&figure.figure, unit));
+                lines.push(row("verdict", judged.into_iter().map(|figure| name(figure).to_owned()).collect()));
                 let claimed = claimed.map(|text| theme.spelled(format!(" data sheet: {text}")));
                 lines.extend(claimed.map(|text| Line::styled(text, theme.faint())));
             }
@@ -213,7 +213,7 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
     }
 }
 
-/// N of the sensor itself in SI units, and the factor in the stream; `None` where it is 1 or unknown.
+/// N of the sensor itself in SI units, and its factor in the stream; `None` for 1 or unknown.
 fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
     let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
@@ -255,7 +255,7 @@ fn doubts(source: &SourceView, axes: &[&ChannelValues]) -> Vec<String> {
         }
         Some(LongTauValidity::Sensor | LongTauValidity::Motion) | None => {}
     }
-    // what concerns these axes, or all; told in full among the warnings
+    // what concerns these axes, or all; in full among the warnings
     let concerns = |names: &[String]| names.is_empty() || axes.iter().any(|axis| names.contains(&axis.name));
     let mut kinds: Vec<&str> = (source.warnings.iter())
         .filter(|warning| concerns(&warning.channels) && warning.kind != WarningKind::CompensatedStream)

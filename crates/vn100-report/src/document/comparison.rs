@@ -76,7 +76,7 @@ struct SensorDocument {
     folds_alike: bool,
     /// Of those where it folds alike, corrected for all pairs of all sensors.
     tests: Vec<TestDocument>,
-    /// The quietest record, where it is quieter than every other one beyond chance.
+    /// The quietest record, where it is significantly quieter than every other one.
     quietest: Option<usize>,
     /// Records where N is not estimated on every axis.
     not_ranked: Vec<usize>,

@@ -1,4 +1,4 @@
-//! The noise parameters of one channel and the verdicts on them, as they stand in the JSON document.
+//! The noise parameters of one channel and the verdicts on them, as in the JSON document.
 
 use imu_noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
 use serde::Serialize;
@@ -16,7 +16,7 @@ pub(crate) struct NoiseDocument {
     rate_random_walk: Option<ParameterDocument>,
     rate_ramp: Option<ParameterDocument>,
     quantization: Option<ParameterDocument>,
-    /// Where the record is too short for the random walk: the smallest that a longer one would show.
+    /// Where the record is too short for a random walk: the smallest a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
     correlations: Vec<Correlation>,
     classical: Classical,
@@ -283,7 +283,7 @@ impl VerdictDocument {
 #[derive(Debug, Serialize)]
 pub(crate) struct GradeDocument {
     scheme: &'static str,
-    /// Equal where the interval tells; `null` where it cannot be said.
+    /// Equal where the interval decides; `null` where it cannot be said.
     best: Option<&'static str>,
     worst: Option<&'static str>,
     /// Bias instability up to which a gyroscope is of that grade; the last has none.

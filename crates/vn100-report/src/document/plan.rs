@@ -12,7 +12,7 @@ pub struct PlanDocument {
     schema: &'static str,
     confidence: f64,
     settings: Settings,
-    /// Left out at the beginning.
+    /// Excluded at the beginning.
     warm_up_s: f64,
     /// Length behind it for all that was asked for.
     record_s: Option<f64>,

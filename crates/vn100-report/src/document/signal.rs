@@ -19,7 +19,7 @@ pub(crate) struct NormalityDocument {
     effective_samples: Option<f64>,
 }
 
-/// The power spectral density by Welch's method, and the lines that stand out of it.
+/// The power spectral density by Welch's method, and its peaks.
 #[derive(Debug, Serialize)]
 pub(crate) struct SpectrumDocument {
     sides: &'static str,

@@ -47,7 +47,7 @@ struct Device {
     hardware_revision: Option<String>,
     serial_number: Option<String>,
     firmware: Option<String>,
-    /// Every register it told, by number, as printed.
+    /// Every register that was read, by number, as printed.
     registers: BTreeMap<u8, String>,
 }
 
@@ -64,19 +64,19 @@ impl Device {
     }
 }
 
-/// The lines of a CSV file: `lines = rows + skipped_lines + all odd`.
+/// The lines of a CSV file: `lines` are `rows`, `skipped_lines` and every odd count.
 #[derive(Debug, Serialize)]
 struct Csv {
     lines: u64,
     rows: u64,
     skipped_lines: u64,
-    odd: Vec<Odd>,
+    odd: Vec<RejectedDocument>,
     ignored_columns: Vec<String>,
     rounded: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
-struct Odd {
+struct RejectedDocument {
     reason: String,
     count: u64,
     first_line: u64,
@@ -84,7 +84,7 @@ struct Odd {
 }
 
 fn csv(facts: &CsvReport) -> Csv {
-    let odd = facts.rejected.iter().map(|rejected| Odd {
+    let rejected = facts.rejected.iter().map(|rejected| RejectedDocument {
         reason: rejected.reason.to_string(),
         count: rejected.count,
         first_line: rejected.first_line,
@@ -94,7 +94,7 @@ fn csv(facts: &CsvReport) -> Csv {
         lines: facts.lines,
         rows: facts.rows,
         skipped_lines: facts.skipped_lines,
-        odd: odd.collect(),
+        odd: rejected.collect(),
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
     }
@@ -131,8 +131,8 @@ impl RecordingDocument {
         let when = match (&self.started, &self.ended) {
             (None, None) => format!("at {}", unknown()),
             (started, ended) => {
-                let told = |time: &Option<String>| time.clone().unwrap_or_else(unknown);
-                format!("{} to {}", told(started), told(ended))
+                let shown = |time: &Option<String>| time.clone().unwrap_or_else(unknown);
+                format!("{} to {}", shown(started), shown(ended))
             }
         };
         let how = match (&self.end_reason, self.complete) {

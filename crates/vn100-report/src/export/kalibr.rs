@@ -33,8 +33,8 @@ pub struct KalibrYaml {
 }
 
 impl KalibrYaml {
-    /// Of each sensor the worst axis. Where its random walk is not estimated, and `with_over_bound`,
-    /// the white noise and the random walk that together lie above the whole curve of every axis.
+    /// Of each sensor the worst axis. Where its random walk is not estimated, `with_over_bound` the
+    /// white noise and the random walk that together lie above the whole curve of every axis.
     #[must_use]
     pub fn of(record: &Record<'_>, with_over_bound: bool) -> Self {
         let snapshot = &record.measured.snapshot;

@@ -20,8 +20,8 @@ pub(crate) fn allan_of_axis(channel: &ChannelValues, deviation: Deviation) -> Op
     axis_in(channel, 1.0, deviation)
 }
 
-/// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one channel
-/// alone with its model. `None` without any deviation.
+/// The deviations of channels of one sensor, `factor` times as large, in `unit`; that of one
+/// channel alone with its model. `None` without any deviation.
 pub fn allan_in_unit(
     name_of_all: &str,
     channels: &[&ChannelValues],

@@ -231,10 +231,10 @@ fn measured(verdict: &FigureVerdict, factor: f64) -> String {
 
 fn grades(record: &Record<'_>) -> Markup {
     let of = |channel: &ChannelValues| Some(format!("{}: {}", channel.name, grade_text(channel.noise.as_ref()?)?));
-    let told: Vec<String> = record.channels.iter().filter_map(of).collect();
+    let graded: Vec<String> = record.channels.iter().filter_map(of).collect();
     html! {
-        @if !told.is_empty() {
-            p { "Grade by bias instability (N. El-Sheimy and A. Youssef, Satellite Navigation 1, 2020, table 1: navigation below 0.01 °/h, tactical to 10 °/h, commercial above): " (told.join("; ")) "." }
+        @if !graded.is_empty() {
+            p { "Grade by bias instability (N. El-Sheimy and A. Youssef, Satellite Navigation 1, 2020, table 1: navigation below 0.01 °/h, tactical to 10 °/h, commercial above): " (graded.join("; ")) "." }
         }
     }
 }
