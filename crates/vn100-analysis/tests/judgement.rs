@@ -1,0 +1,362 @@
+//! What records of simulated sensors say: verdicts on figures, comparisons, warnings of a sensor at rest, plans.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::sync::Arc;
+
+use imu_noise::{Claim, Sensor, Term, Verdict};
+use vn100_analysis::{
+    Analysis, Assessment, CaveatKind, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given, Plan,
+    PlanningError, Settings, Snapshot, StreamUnknown, Want, WarningKind, not_passed,
+};
+use vn100_protocol::stream::{Batch, RegisterReply, StreamCounts};
+use vn100_protocol::{AsyncRate, AsyncType, BaudRate, Channel, DeviceError, Layout, Quantity, VNIMU, VNYMR};
+
+/// Windows of four refreshes, averaged in both outputs.
+const WINDOWS_OF_4: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
+
+/// Mean and standard deviation, in counts, of a sensor that lies still.
+fn still(channel: &Channel) -> (f64, f64) {
+    match channel.quantity {
+        Quantity::AngularRate => (0.0, 300.0),
+        Quantity::Acceleration => (if channel.name.ends_with('z') { -9806.0 } else { 0.0 }, 20.0),
+        Quantity::MagneticField => (if channel.name.ends_with('x') { 5000.0 } else { 0.0 }, 30.0),
+        _ => (21_000.0, 5.0),
+    }
+}
+
+/// Ten minutes of white noise at 40 Hz, unless the settings say otherwise.
+struct Simulated {
+    layout: Layout,
+    settings: Settings,
+    samples: u64,
+    seed: u64,
+    registers: Vec<(u8, &'static str)>,
+    level: fn(&Channel) -> (f64, f64),
+    /// What is added to the noise, in counts, by the number of the sample.
+    added: fn(&Channel, u64) -> f64,
+    link: StreamCounts,
+}
+
+impl Default for Simulated {
+    fn default() -> Self {
+        let settings = Settings { rate_hz: Some(40.0), ..Settings::default() };
+        let registers = vec![WINDOWS_OF_4];
+        Self {
+            layout: VNIMU.clone(),
+            settings,
+            samples: 24_000,
+            seed: 1,
+            registers,
+            level: still,
+            added: |_, _| 0.0,
+            link: StreamCounts::default(),
+        }
+    }
+}
+
+impl Simulated {
+    fn record(self) -> (Snapshot, Assessment) {
+        let mut state = self.seed;
+        let mut normal = || {
+            let uniform = (0..12).map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / 2_f64.powi(53)
+            });
+            uniform.sum::<f64>() - 6.0
+        };
+        let levels: Vec<_> = self.layout.channels.iter().map(self.level).collect();
+        let mut counts = Vec::new();
+        for sample in 0..self.samples {
+            for (channel, (mean, std)) in self.layout.channels.iter().zip(&levels) {
+                counts.push((mean + std * normal() + (self.added)(channel, sample)).round() as i32);
+            }
+        }
+        let reply = |&(register, fields): &(u8, &str)| RegisterReply { before_row: 0, register, fields: fields.into() };
+        let registers = self.registers.iter().map(reply).collect();
+        let layout = Some(Arc::new(self.layout));
+        let mut batch = Batch { layout, counts, registers, link: self.link, ..Batch::default() };
+        batch.link.tally.samples = self.samples;
+        let mut analysis = Analysis::new(self.settings);
+        analysis.absorb(&batch);
+        let snapshot = analysis.snapshot();
+        let assessment = Assessment::new(&snapshot, 0.95);
+        (snapshot, assessment)
+    }
+}
+
+fn compared(records: &[(Snapshot, Assessment)]) -> Comparison {
+    let names = ["first", "second", "third"];
+    let records: Vec<_> = (records.iter().zip(names))
+        .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment })
+        .collect();
+    Comparison::of(&records, 0.95)
+}
+
+fn kinds(comparison: &Comparison) -> Vec<CaveatKind> {
+    comparison.caveats.iter().map(|caveat| caveat.kind).collect()
+}
+
+fn named(warnings: &[vn100_analysis::Warning], kind: WarningKind) -> Vec<&str> {
+    warnings.iter().filter(|warning| warning.kind == kind).flat_map(|w| &w.channels).map(String::as_str).collect()
+}
+
+fn figure(sensor: Sensor, term: Term, claim: Claim) -> DatasheetFigure {
+    DatasheetFigure { sensor, term, claim, is_minimum: false, printed: "as printed".into(), source: None }
+}
+
+fn sheet(figures: Vec<DatasheetFigure>) -> Datasheet {
+    Datasheet { name: "a sheet".into(), note: None, onboard: None, figures }
+}
+
+const LOUDER: fn(&Channel) -> (f64, f64) = |channel| {
+    let (mean, std) = still(channel);
+    (mean, if channel.quantity == Quantity::AngularRate { 1.5 * std } else { std })
+};
+
+#[test]
+fn the_quietest_leads_where_noise_differs() {
+    let comparison = compared(&[
+        Simulated { level: LOUDER, ..Simulated::default() }.record(),
+        Simulated { seed: 2, ..Simulated::default() }.record(),
+    ]);
+    let of = |quantity| comparison.rankings.iter().find(|ranking| ranking.quantity == quantity).unwrap();
+    let gyro = of(Quantity::AngularRate);
+    assert_eq!(gyro.records.iter().map(|record| record.record).collect::<Vec<_>>(), [1, 0]);
+    assert_eq!((gyro.unit, gyro.folds_alike, gyro.not_ranked.len()), ("rad/s/sqrt(Hz)", true, 0));
+    let quiet = &gyro.records[0];
+    assert!((quiet.white / (300e-6 * 0.025_f64.sqrt()) - 1.0).abs() < 0.02, "{quiet:?}");
+    assert!((gyro.records[1].white / quiet.white - 1.5).abs() < 0.03);
+    assert!(quiet.lower < quiet.white && quiet.white < quiet.upper && quiet.upper < 1.05 * quiet.white);
+    assert_eq!(quiet.axes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["gyro_x", "gyro_y", "gyro_z"]);
+    assert!((quiet.own() * 5_f64.sqrt() / quiet.white - 1.0).abs() < 1e-12);
+    assert!(comparison.is_significant(gyro.lead().unwrap()));
+    let accel = of(Quantity::Acceleration);
+    assert!(!comparison.is_significant(accel.lead().unwrap()), "{accel:?}");
+    assert!(gyro.tests.iter().chain(&accel.tests).all(|test| test.chance.corrected >= test.chance.p));
+    assert_eq!(comparison.rankings.len(), 3);
+    // every octave of the gyroscope that is known well differs at short averaging times
+    let short = |quantity| comparison.octaves.iter().filter(move |test| test.quantity == quantity && test.tau_s < 1.0);
+    assert_eq!(short(Quantity::AngularRate).count(), 3 * 6);
+    for test in short(Quantity::AngularRate) {
+        assert!((test.deviations[0] / test.deviations[1] - 1.5).abs() < 0.2, "{test:?}");
+        assert_eq!((test.records, comparison.is_significant(test.chance)), ([0, 1], true), "{test:?}");
+    }
+    assert!(short(Quantity::Acceleration).all(|test| !comparison.is_significant(test.chance)));
+    assert_eq!(short(Quantity::Temperature).count(), 0, "the weather's");
+    assert_eq!(kinds(&comparison), []);
+}
+
+#[test]
+fn means_spread_by_more_than_noise_where_a_bias_moved() {
+    let shifted: fn(&Channel) -> (f64, f64) = |channel| {
+        let (mean, std) = still(channel);
+        (if channel.name == "gyro_x" { mean + 500.0 } else { mean }, std)
+    };
+    let (first, second) = (Simulated::default(), Simulated { seed: 3, level: shifted, ..Simulated::default() });
+    let comparison = compared(&[first.record(), second.record()]);
+    assert_eq!(comparison.means.len(), 9);
+    for means in &comparison.means {
+        let (spread, chance) = (means.spread.unwrap(), means.chance.unwrap());
+        assert_eq!(comparison.is_significant(chance), means.channel == "gyro_x", "{means:?}");
+        let apart = (means.means[0].mean - means.means[1].mean).abs();
+        assert!((spread.deviation * 2_f64.sqrt() / apart - 1.0).abs() < 1e-9 && !means.bias_removed, "{means:?}");
+        assert!(means.means.iter().all(|mean| mean.error.unwrap().edf >= 3.0 && mean.error.unwrap().tau_s > 10.0));
+    }
+    let of = |serial| Simulated { registers: vec![WINDOWS_OF_4, (3, serial)], ..Simulated::default() }.record();
+    let same = compared(&[of("0100011981"), of("0100011981")]);
+    assert_eq!(kinds(&same), []);
+    let other = compared(&[of("0100011981"), of("0100011982")]);
+    assert_eq!(kinds(&other), [CaveatKind::SeveralSensors]);
+    assert!(other.means.iter().all(|means| means.spread.is_none() && means.chance.is_none()));
+}
+
+#[test]
+fn what_stands_between_two_records_is_a_caveat() {
+    let at = |rate_hz| Settings { rate_hz: Some(rate_hz), ..Settings::default() };
+    let kinds_of = |first: Simulated, second: Simulated| kinds(&compared(&[first.record(), second.record()]));
+    let short = || Simulated { samples: 2000, ..Simulated::default() };
+    assert_eq!(kinds_of(short(), Simulated { samples: 0, ..short() }), [CaveatKind::NoSamples]);
+    let assumed = Simulated { settings: Settings::default(), ..short() };
+    assert_eq!(kinds_of(short(), assumed), [CaveatKind::RateAssumed]);
+    let other_rate = Simulated { settings: at(30.0), ..short() };
+    assert_eq!(kinds_of(short(), other_rate), [CaveatKind::NoCommonTau, CaveatKind::Sampling]);
+    assert_eq!(kinds_of(short(), Simulated { settings: at(20.0), ..short() }), [CaveatKind::Sampling]);
+    let unaliased = Simulated { registers: vec![(85, "0,20,20,4,0,0,3,3,3,0")], ..short() };
+    assert_eq!(kinds_of(short(), unaliased), [CaveatKind::Sampling]);
+    let compensated = kinds_of(short(), Simulated { layout: VNYMR.clone(), ..short() });
+    assert_eq!(compensated, [CaveatKind::Channels, CaveatKind::Compensation]);
+    let moving: fn(&Channel) -> (f64, f64) = |channel| {
+        let (mean, std) = still(channel);
+        (mean, if channel.quantity == Quantity::AngularRate { 60_000.0 } else { std })
+    };
+    let moved = compared(&[short().record(), Simulated { level: moving, ..short() }.record()]);
+    assert_eq!((kinds(&moved), moved.caveats[0].records.clone()), (vec![CaveatKind::Moved], vec![1]));
+    assert!(moved.means.iter().all(|means| means.means.len() == 1), "a mean of a moved sensor is no bias");
+    assert!(moved.disturbances.iter().any(|event| event.record == 1 && event.warning.channels.len() == 3));
+}
+
+#[test]
+fn verdicts_count_what_the_stream_makes_of_white_noise() {
+    // the stream reads 4.74e-5: 2.236 times the sensor's own, to within 10 %
+    let verdicts = |limit, simulated: Simulated| {
+        let (snapshot, assessment) = simulated.record();
+        let sheet = sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(limit))]);
+        let verdicts = sheet.verdicts(&snapshot, &assessment).channels;
+        let failed = |name: &str| not_passed(&name.parse().unwrap(), &snapshot, &verdicts).len();
+        let counts = (failed("gyro N"), failed("gyro_y N"), failed("accel N"));
+        assert!(verdicts.iter().enumerate().all(|(channel, all)| all.len() == usize::from((6..9).contains(&channel))));
+        (verdicts[7][0].verdict, verdicts[7][0].unknown, counts)
+    };
+    for (limit, expected, unmet) in
+        [(1e-4, Verdict::Pass, 0), (2.1e-5, Verdict::Undecided, 3), (1e-5, Verdict::Fail, 3)]
+    {
+        let known = verdicts(limit, Simulated::default());
+        assert_eq!(known, (expected, None, (unmet, unmet / 3, 3)), "{limit}");
+    }
+    let unknown = |registers, settings| Simulated { registers, settings, ..Simulated::default() };
+    let given = Simulated::default().settings;
+    let window = verdicts(1e-4, unknown(Vec::new(), given.clone()));
+    assert_eq!((window.0, window.1), (Verdict::Consistent, Some(StreamUnknown::Window)));
+    let rate = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings::default()));
+    assert_eq!((rate.0, rate.1), (Verdict::Consistent, Some(StreamUnknown::Rate)));
+    // a line that was taken out is no matter to white noise
+    let detrended = verdicts(1e-4, unknown(vec![WINDOWS_OF_4], Settings { detrend: true, ..given }));
+    assert_eq!((detrended.0, detrended.1), (Verdict::Pass, None));
+}
+
+#[test]
+fn a_limit_outweighs_what_is_typical_and_nothing_is_judged_in_motion() {
+    let typical = Claim::Typical { from: 1e-6, to: 1e-6, rounding: 0.0 };
+    let all = sheet([Claim::Limit(1e-4), typical].map(|claim| figure(Sensor::Gyroscope, Term::White, claim)).to_vec());
+    let (snapshot, assessment) = Simulated::default().record();
+    let verdicts = all.verdicts(&snapshot, &assessment);
+    assert_eq!(verdicts.channels[6].iter().map(|v| v.verdict).collect::<Vec<_>>(), [Verdict::Pass, Verdict::Fail]);
+    assert_eq!(not_passed(&"gyro N".parse().unwrap(), &snapshot, &verdicts.channels), []);
+    assert_eq!(all.typical_noise(Sensor::Gyroscope), [(Term::White, 1e-6)]);
+    assert_eq!(all.typical_noise(Sensor::Accelerometer), []);
+    let moving: fn(&Channel) -> (f64, f64) = |_| (0.0, 60_000.0);
+    let (snapshot, assessment) = Simulated { level: moving, samples: 2000, ..Simulated::default() }.record();
+    assert_eq!(assessment.motion.as_ref().map(|motion| motion.axes.len()), Some(6));
+    assert!(all.verdicts(&snapshot, &assessment).channels.iter().all(Vec::is_empty));
+}
+
+#[test]
+fn a_sensor_at_rest_reads_gravity_and_the_field_of_the_earth() {
+    let warnings = |level| Simulated { level, samples: 2000, ..Simulated::default() }.record().1.warnings;
+    let off: fn(&Channel) -> (f64, f64) = |channel| match (channel.quantity, still(channel)) {
+        (Quantity::Acceleration | Quantity::MagneticField, (mean, std)) => (0.4 * mean, std),
+        (_, level) => level,
+    };
+    for (level, axes) in [(still as fn(&Channel) -> (f64, f64), 0), (off, 3)] {
+        let warnings = warnings(level);
+        assert_eq!(named(&warnings, WarningKind::GravityMagnitude).len(), axes);
+        assert_eq!(named(&warnings, WarningKind::FieldMagnitude).len(), axes);
+        assert_eq!(named(&warnings, WarningKind::NotStationary).len(), 0);
+        let folded = named(&warnings, WarningKind::DecimatedStream);
+        assert_eq!(folded.len(), 9, "by 2.24, and 2.5 for the field: {folded:?}");
+    }
+    let coarse: fn(&Channel) -> (f64, f64) = |channel| match channel.quantity {
+        Quantity::AngularRate => (0.0, 0.3),
+        _ => still(channel),
+    };
+    assert_eq!(named(&warnings(coarse), WarningKind::QuantisationFloor), ["gyro_x", "gyro_y", "gyro_z"]);
+}
+
+#[test]
+fn plans_take_the_sensors_own_settings_where_they_fit() {
+    let quoted = sheet(vec![figure(Sensor::Gyroscope, Term::White, Claim::Limit(6e-5))]);
+    let free = Given { rate: None, baud: None, confidence: 0.95 };
+    let wants = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<Want>>();
+    let plan = |texts: &[&str], given| Plan::new(&wants(texts), given, &quoted);
+    let white = plan(&["gyro N ±5%"], free).unwrap();
+    assert_eq!((white.message, white.rate.hz(), white.window, white.warm_up_s), (AsyncType::IMU, 40, 20, 600.0));
+    assert_eq!((white.baud, white.wants[0].by_rule_s), (BaudRate::DEFAULT, None));
+    let record_s = white.record_s.unwrap();
+    assert!(record_s % 60.0 == 0.0 && record_s >= white.wants[0].record_s.unwrap() && record_s <= 600.0, "{record_s}");
+    let walk = plan(&["gyro K >= 1e-5"], free).unwrap();
+    let by_rule_s = walk.wants[0].by_rule_s.unwrap();
+    assert!((by_rule_s - 20.0 * 3_f64.sqrt() * 6.0).abs() < 1e-6, "{by_rule_s}");
+    assert_eq!((walk.warm_up_s, walk.wants[0].record_s), (1800.0, walk.wants[0].without_bias_instability_s));
+    let fast = Given { rate: AsyncRate::new(200), ..free };
+    let faster = plan(&["gyro N ±5%"], fast).unwrap();
+    assert_eq!((faster.rate.hz(), faster.window), (200, 4));
+    let slow = Given { baud: Some(BaudRate::ALL[0]), ..fast };
+    let Err(PlanningError::DoesNotFit { rate_hz: 200, baud: 9600, highest_hz: Some(highest), .. }) =
+        plan(&["gyro N ±5%"], slow)
+    else {
+        panic!("it fits");
+    };
+    let fitting = plan(&["gyro N ±5%"], Given { rate: None, ..slow }).unwrap();
+    assert_eq!((fitting.rate.hz(), fitting.baud), (highest, BaudRate::ALL[0]));
+    for (text, expected) in [("gyro B", "its own size"), ("accel N ±5%", "the white noise")] {
+        let Err(PlanningError::NotQuoted { missing, datasheet, .. }) = plan(&[text], free) else { panic!("{text}") };
+        assert_eq!((missing, datasheet.as_str()), (expected, "a sheet"));
+    }
+}
+
+fn text(warnings: &[vn100_analysis::Warning], kind: WarningKind) -> String {
+    let texts: Vec<_> =
+        warnings.iter().filter(|warning| warning.kind == kind).map(|warning| warning.text.to_string()).collect();
+    texts.join("|")
+}
+
+#[test]
+fn vibration_steps_and_warm_up_are_named_with_their_place() {
+    let added: fn(&Channel, u64) -> f64 = |channel, sample| {
+        let at_s = sample as f64 * 0.025;
+        match &*channel.name {
+            "accel_x" | "accel_y" => 60.0 * (std::f64::consts::TAU * 5.0 * at_s).sin(),
+            "gyro_x" => 1500.0 * (-at_s / 60.0).exp(),
+            "gyro_z" if at_s >= 300.0 => 3000.0,
+            _ => 0.0,
+        }
+    };
+    let warnings = Simulated { added, ..Simulated::default() }.record().1.warnings;
+    assert_eq!(named(&warnings, WarningKind::VibrationLine), ["accel_x", "accel_y"]);
+    let lines = text(&warnings, WarningKind::VibrationLine);
+    assert!(lines.contains("5.00 Hz on accel_") && lines.contains(", also on accel_"), "{lines}");
+    assert!(lines.contains("A stream of 40 Hz shows 35.0, 45.0, 75.0 Hz and more"), "{lines}");
+    assert_eq!(named(&warnings, WarningKind::WarmUp), ["gyro_x"]);
+    let warm_up = text(&warnings, WarningKind::WarmUp);
+    assert!(warm_up.contains("gyro_x begins +1.") && warm_up.contains("leaves that out"), "{warm_up}");
+    assert_eq!(named(&warnings, WarningKind::NotStationary), ["gyro_z"]);
+    let steps = text(&warnings, WarningKind::NotStationary);
+    assert!(steps.contains("gyro_z a step of +2.9") && steps.contains("e-3 rad/s at 5:00"), "{steps}");
+    let still = Simulated::default().record().1.warnings;
+    for kind in [WarningKind::VibrationLine, WarningKind::WarmUp, WarningKind::NotStationary] {
+        assert_eq!(named(&still, kind).len(), 0, "{kind:?}");
+    }
+}
+
+#[test]
+fn lines_that_are_no_samples_are_counted_and_named() {
+    let mut link = StreamCounts::default();
+    link.tally.other = 7;
+    link.tally.rejected.checksum = 2;
+    link.tally.rejected.unchecked = 3;
+    link.tally.unchecked_sentences = 4;
+    link.unsolicited_errors.count(DeviceError::OutputBufferOverflow);
+    link.unsolicited_errors.count(DeviceError::OutputBufferOverflow);
+    link.unsolicited_errors.count(DeviceError::from_code(3));
+    let counted = Simulated { samples: 100, link, ..Simulated::default() };
+    let warnings = counted.record().0.warnings;
+    let damaged = text(&warnings, WarningKind::RejectedLines);
+    assert!(damaged.starts_with("2 of 112 lines are damaged and left out; each between good ones counts"), "{damaged}");
+    assert!(damaged.contains("baud rate"), "{damaged}");
+    let unchecked = text(&warnings, WarningKind::UncheckedLines);
+    assert!(unchecked.starts_with("3 of 112 lines are without a checksum and left out"), "{unchecked}");
+    assert!(unchecked.contains("|4 of 112 lines are taken without a checksum"), "{unchecked}");
+    let overflow = text(&warnings, WarningKind::LinkBudget);
+    assert!(overflow.starts_with("the sensor said unasked, 2 times, "), "{overflow}");
+    let unasked = text(&warnings, WarningKind::DeviceErrors);
+    assert!(
+        unasked.starts_with("the sensor said unasked, 1 time, ") && unasked.contains("another program"),
+        "{unasked}"
+    );
+    assert_eq!(text(&warnings, WarningKind::RateAssumed), "");
+    let unknown = Simulated { samples: 100, settings: Settings::default(), ..Simulated::default() }.record().0.warnings;
+    assert!(text(&unknown, WarningKind::RateAssumed).contains("40 Hz"));
+    for kind in [WarningKind::RejectedLines, WarningKind::UncheckedLines, WarningKind::LinkBudget] {
+        assert_eq!(text(&unknown, kind), "", "{kind:?}");
+    }
+}
