@@ -99,7 +99,6 @@ async fn attach_all(
     writer.finish()
 }
 
-/// What all sources of one command share.
 struct Job {
     args: AttachArgs,
     settings: Settings,

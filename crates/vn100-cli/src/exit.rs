@@ -83,7 +83,6 @@ const KILLED_BY_INTERRUPT: i32 = 130;
 pub(crate) enum HangUp {
     /// It ends the data too; not under `nohup`.
     Stops,
-    /// The view.
     HandledByView,
 }
 

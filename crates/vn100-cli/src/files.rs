@@ -66,7 +66,6 @@ async fn measure_all(
     Ok(())
 }
 
-/// The replay of a file at full speed.
 pub(crate) fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &CancellationToken) -> ReplaySpec {
     let spec = ReplaySpec {
         path: path.to_owned(),
@@ -81,7 +80,6 @@ pub(crate) fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &Ca
     ReplaySpec { observer: log.observer(&spec.name()), ..spec }
 }
 
-/// What all files of one command share.
 struct Job {
     evaluation: Arc<Evaluation>,
     progress: ProgressBar,
