@@ -26,7 +26,7 @@ pub struct UnsupportedRate {
     pub rate_hz: u32,
 }
 
-/// The endless, seeded stream of an emulated sensor's samples, in constant memory.
+/// The endless, seeded stream of an emulated sensor's samples.
 #[derive(Debug, Clone)]
 pub struct Generator {
     channels: [ChannelStream; 12],

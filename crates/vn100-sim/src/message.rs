@@ -72,7 +72,6 @@ impl Message {
         MESSAGES.iter().find(|message| message.header == header)
     }
 
-    /// Whether temperature and pressure stand in it.
     pub(crate) fn has_surroundings(&self) -> bool {
         self.groups.contains(&Uncompensated)
     }

@@ -7,10 +7,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::noise::normal;
 
-/// Rate at which the sensor refreshes gyro and accelerometer, Hz.
+/// Rates at which the sensor refreshes gyro and accelerometer, and the magnetometer, Hz.
 pub(crate) const IMU_REFRESH_HZ: u32 = 800;
-
-/// Rate at which the sensor refreshes the magnetometer, Hz.
 pub(crate) const MAG_REFRESH_HZ: u32 = 250;
 
 /// How white noise reaches the output.
@@ -51,8 +49,7 @@ pub(crate) struct Boxcar {
 }
 
 impl Boxcar {
-    /// Values of standard deviation `sigma`; a window of 0 and of 1 averages nothing. The window is
-    /// filled from the start.
+    /// The window is filled from the start; one of 0 and of 1 averages nothing.
     pub(crate) fn new(sigma: f64, samples: u32, mut rng: ChaCha8Rng) -> Self {
         let recent = (0..samples.max(1)).map(|_| sigma * normal(&mut rng)).collect();
         Self { sigma, recent, oldest: 0, rng }
@@ -73,19 +70,16 @@ impl Boxcar {
         self.recent.splice(..0, older);
     }
 
-    /// The sensor takes a new value.
     pub(crate) fn refresh(&mut self) {
         self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
         self.oldest = (self.oldest + 1) % self.recent.len();
     }
 
-    /// The newest value.
     pub(crate) fn latest(&self) -> f64 {
         let len = self.recent.len();
         self.recent[(self.oldest + len - 1) % len]
     }
 
-    /// The mean of the window.
     pub(crate) fn mean(&self) -> f64 {
         self.recent.iter().sum::<f64>() / self.recent.len() as f64
     }

@@ -258,7 +258,6 @@ impl SensorModel {
         }
     }
 
-    /// The present values.
     pub(crate) fn measure(&self, processing: &Processing) -> SensorValues {
         let filter = &processing.filter;
         let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));

@@ -6,10 +6,9 @@
 
 use std::time::Duration;
 
-/// Bytes of one packet behind its two bytes of status.
+/// Behind its two bytes of status.
 const PACKET_BYTES: usize = 62;
 
-/// Bytes between the line and the host.
 #[derive(Debug, Clone)]
 pub(crate) struct UsbBuffer {
     latency: Duration,

@@ -79,7 +79,7 @@ impl Wire {
         self.faults.open()
     }
 
-    /// The host has closed the port.
+    /// The host closes the port.
     pub fn close(&mut self, now: Duration) {
         _ = self.poll(now);
         self.host_is_there = false;

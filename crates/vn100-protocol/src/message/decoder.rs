@@ -7,6 +7,7 @@ use crate::{
     framing::sentence::{RejectedSentence, Sentence},
     framing::tally::Tally,
     message::sample::Sample,
+    message::table::read_quickly,
     message::template,
 };
 
@@ -173,9 +174,13 @@ impl Framer {
 
     #[inline]
     fn message<'a>(&mut self, sentence: Sentence<'a>) -> Item<'a> {
-        let (item, count) = match Sample::parse(&sentence) {
-            Some(Ok(sample)) => (Item::Sample(sample), &mut self.tally.samples),
-            Some(Err(kind)) => return Item::Rejected(self.reject(sentence, kind)),
+        // as `Sample::parse`, without moving the sample through its result: a twentieth of the time
+        let (item, count) = match read_quickly(&sentence) {
+            Some((_, Some(sample))) => (Item::Sample(sample), &mut self.tally.samples),
+            Some((layout, None)) => match Sample::read_exactly(&sentence, layout) {
+                Ok(sample) => (Item::Sample(sample), &mut self.tally.samples),
+                Err(kind) => return Item::Rejected(self.reject(sentence, kind)),
+            },
             None if sentence.is_reply() => (Item::Reply(sentence), &mut self.tally.replies),
             None => (Item::Other(sentence), &mut self.tally.other),
         };

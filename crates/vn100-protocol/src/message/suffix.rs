@@ -17,11 +17,14 @@ pub struct Suffix {
 
 impl Suffix {
     /// Reads all of `input`, which is empty or begins with a comma.
+    #[inline]
     pub(super) fn parse(input: &[u8]) -> Option<Self> {
+        if input.is_empty() { Some(Self::default()) } else { Self::parse_fields(input) }
+    }
+
+    #[inline(never)]
+    fn parse_fields(input: &[u8]) -> Option<Self> {
         let mut suffix = Self::default();
-        if input.is_empty() {
-            return Some(suffix);
-        }
         for field in input.strip_prefix(b",")?.split(|&byte| byte == b',') {
             let (kind, digits) = field.split_first()?;
             let text = str::from_utf8(digits).ok()?;

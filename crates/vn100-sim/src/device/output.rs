@@ -93,7 +93,6 @@ impl Device {
         }
     }
 
-    /// Appends the present values of a sentence.
     pub(super) fn print_values(&mut self, message: &Message, body: &mut String) {
         let deltas = if message.has_deltas() { self.take_deltas() } else { Deltas::default() };
         message.print(&self.sensor.measure(&self.processing), &deltas, body);
@@ -162,7 +161,6 @@ impl Device {
         }
     }
 
-    /// Answers a command now.
     pub(super) fn answer(&mut self, body: &str) {
         let line = self.closed(body);
         self.send(self.now_ns, line);

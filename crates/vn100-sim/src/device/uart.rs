@@ -30,7 +30,7 @@ struct Burst {
     start_ns: u64,
     baud: u32,
     bytes: Vec<u8>,
-    /// Bytes already handed out.
+    /// Already handed out.
     taken: usize,
 }
 

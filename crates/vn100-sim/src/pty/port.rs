@@ -80,7 +80,6 @@ impl PseudoTerminal {
         }
     }
 
-    /// The latest change since the last call.
     pub(super) fn host_change(&mut self) -> io::Result<Option<HostChange>> {
         let (closed, open) = self.read_watch()?;
         let before = self.host_is_there;
@@ -134,7 +133,6 @@ impl PseudoTerminal {
         Ok(NonZeroU32::new(tcgetattr(&self.master)?.output_speed()))
     }
 
-    /// What the host has written.
     pub(super) fn read(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut piece = [0; 512];
