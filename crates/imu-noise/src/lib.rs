@@ -1,7 +1,7 @@
 //! The noise of inertial sensor channels, streaming and exact, from samples to judgement: Allan and
 //! Hadamard deviation over octaves of averaging time with their confidence intervals, a noise model
 //! with N, B and K in intervals of their own, verdicts against a data sheet, and the time base of a
-//! stream with its dropped samples. Beside them moments, histogram, spectrum, and angles made continuous.
+//! stream with its dropped samples. Beside them moments, histogram, spectrum, unwrapped angles.
 //!
 //! ```
 //! use imu_noise::{

@@ -49,8 +49,7 @@ impl Goal {
     }
 
     /// Of the axes meant; `None` where the figure is not estimated.
-    #[must_use]
-    pub fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
+    fn relative_half_widths(&self, snapshot: &Snapshot, assessment: &Assessment) -> Vec<(String, Option<f64>)> {
         (snapshot.layout_channels().iter().zip(&assessment.channels))
             .filter(|(channel, _)| self.figure.concerns(channel))
             .map(|(channel, assessed)| {

@@ -34,7 +34,7 @@ pub use comparison::{
 };
 pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, Verdicts, not_passed};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
-pub use noise_figure::{FigureChannels, NoiseFigure, NoiseFigureError};
+pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};

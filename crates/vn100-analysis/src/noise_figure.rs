@@ -11,22 +11,19 @@ use crate::sensor::{SENSORS, axes_name, letter, sensor_of};
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoiseFigure {
-    /// Whose.
-    pub channels: FigureChannels,
+    channels: FigureChannels,
     /// Which.
     pub term: Term,
 }
 
-/// The channels a [`NoiseFigure`] is of.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FigureChannels {
+enum FigureChannels {
     /// All axes of a sensor: `gyro`, `accel` or `mag`.
     Sensor(Quantity),
     /// The axis of a sensor of that name.
     One(String),
 }
 
-/// The parameters that a figure may be.
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
 
 /// A text is no figure.
@@ -57,8 +54,7 @@ impl NoiseFigure {
     }
 
     /// Of which sensor, by what it measures.
-    #[must_use]
-    pub fn quantity(&self) -> Option<Quantity> {
+    pub(crate) fn quantity(&self) -> Option<Quantity> {
         match &self.channels {
             FigureChannels::Sensor(quantity) => Some(*quantity),
             FigureChannels::One(_) => {
@@ -69,8 +65,7 @@ impl NoiseFigure {
     }
 
     /// Why no record of `layout` shows it, however long; `None` where one may.
-    #[must_use]
-    pub fn absent_from(&self, layout: &Layout) -> Option<String> {
+    pub(crate) fn absent_from(&self, layout: &Layout) -> Option<String> {
         let message = &layout.message;
         let concerned: Vec<&Channel> = layout.channels.iter().filter(|channel| self.concerns(channel)).collect();
         if concerned.is_empty() {

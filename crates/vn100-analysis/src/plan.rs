@@ -99,7 +99,8 @@ impl FromStr for Want {
             true => WantError::Form(text.into()),
             false => WantError::NoiseFigure(error),
         })?;
-        let sensor = sensor(&figure).ok_or_else(|| NoiseFigureError::Channel(figure.to_string()))?;
+        let sensor =
+            figure.quantity().and_then(sensor_of).ok_or_else(|| NoiseFigureError::Channel(figure.to_string()))?;
         let name = || figure.to_string();
         let known = match (figure.term, known) {
             (_, Asked::Within(relative)) if figure.term != Term::RateRandomWalk => Known::Within(relative),
@@ -125,10 +126,6 @@ fn begins_with_figure(text: &str) -> bool {
     let mut words = text.split_whitespace();
     let figure = words.by_ref().take(2).collect::<Vec<_>>().join(" ");
     words.next().is_some() && figure.parse::<NoiseFigure>().is_ok()
-}
-
-fn sensor(figure: &NoiseFigure) -> Option<Sensor> {
-    sensor_of(figure.quantity()?)
 }
 
 /// A number with one of the units in use, or none for SI.

@@ -1,4 +1,4 @@
-//! What records of simulated sensors say: verdicts on figures, comparisons, warnings of a sensor at rest, plans.
+//! What records of simulated sensors say: verdicts, comparisons, warnings, plans.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::sync::Arc;

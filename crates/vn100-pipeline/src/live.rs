@@ -1,5 +1,4 @@
-//! The session of a live sensor: the recording is begun, the sensor set and measured, the recording
-//! ended, the sensor set back.
+//! The session of a live sensor: recorded, set, measured, and set back.
 
 use std::{collections::BTreeMap, error::Error};
 
@@ -137,8 +136,7 @@ async fn measure_and_record(
     SessionResult { recording: Some(state), unrecorded_bytes, ..result }
 }
 
-/// Waits until a link whose events are not taken has closed its port: whether an output that was
-/// found paused is so again.
+/// Waits until the link has closed its port: whether an output found paused is so again.
 async fn closed(link: &LinkHandle) -> Option<bool> {
     // a link that is gone has no state any more
     match link.state().wait_for(|state| matches!(state, LinkState::Closed { .. })).await.as_deref() {

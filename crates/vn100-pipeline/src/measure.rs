@@ -112,8 +112,21 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = time::interval(StreamWatchdog::PERIOD);
     let stop = channels.stop.clone();
-    let assessor = channels.state.borrow().assessor.clone();
-    let mut source = Measuring::new(settings, excluded, assessor);
+    let mut source = Measuring {
+        rate_hz: settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ),
+        analysis: Analysis::new(settings),
+        assessor: channels.state.borrow().assessor.clone(),
+        goals: GoalCheck::default(),
+        excluded,
+        pace: None,
+        watchdog: None,
+        link: None,
+        stored_bytes_read: None,
+        seconds: 0,
+        has_changed: false,
+        stream_ended: None,
+        end: None,
+    };
     let (mut link, mut recording) = (None, None);
     match origin {
         Origin::Live { link: handle, recording: state } => {
@@ -186,13 +199,12 @@ async fn next_due(events: &mut mpsc::Receiver<Event>, held: &mut Option<Event>, 
 
 /// Waits until a watched value changes; for ever where there is none, or it never will again.
 async fn changed<T>(watched: &mut Option<watch::Receiver<T>>) {
-    let has_changed = match watched {
-        Some(watched) => watched.changed().await.is_ok(),
-        None => false,
-    };
-    if !has_changed {
-        future::pending::<()>().await;
+    if let Some(watched) = watched
+        && watched.changed().await.is_ok()
+    {
+        return;
     }
+    future::pending().await
 }
 
 fn latest<T: Clone>(watched: &mut Option<watch::Receiver<T>>) -> Option<T> {
@@ -220,24 +232,6 @@ struct Measuring {
 }
 
 impl Measuring {
-    fn new(settings: Settings, excluded: Excluded, assessor: Assessor) -> Self {
-        Self {
-            rate_hz: settings.rate_hz.unwrap_or(DEFAULT_RATE_HZ),
-            analysis: Analysis::new(settings),
-            assessor,
-            goals: GoalCheck::default(),
-            excluded,
-            pace: None,
-            watchdog: None,
-            link: None,
-            stored_bytes_read: None,
-            seconds: 0,
-            has_changed: false,
-            stream_ended: None,
-            end: None,
-        }
-    }
-
     /// Takes what came; `None` when the task that reads is gone.
     async fn take(&mut self, event: Option<Event>, channels: &Channels) {
         let Some(event) = event else {

@@ -1,5 +1,5 @@
-//! The recording of a session, and what it keeps beside the bytes: the conditions of the measurement,
-//! and when it was to end. A replay ends there too: a line more may have come by the time that was over.
+//! The recording of a session, with the conditions of the measurement, and when it was to end. A
+//! replay ends there too: a line more may have come by the time that was over.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, time::Duration};
 
@@ -14,8 +14,7 @@ pub struct RecordingSpec {
     pub path: PathBuf,
     /// Whether to append to an existing recording, after a break; else the file must be new.
     pub resume: bool,
-    /// What to write behind the reason of the end where this data time was excluded by command: the
-    /// replay is to exclude the same.
+    /// Added to the reason of the end: the data time excluded by command, for the replay.
     pub excluded_note: fn(Duration) -> String,
 }
 
@@ -28,8 +27,7 @@ impl RecordingSpec {
         task::spawn_blocking(begin).await.map_err(failed)?
     }
 
-    /// A new recording in which nothing came is removed: it would stand in the way of the next
-    /// attempt.
+    /// A new recording in which nothing came is removed, not to be in the way of the next.
     pub(crate) async fn end(&self, recorder: Recorder, reason: &str, excluded: Duration) -> RecordingState {
         let state = match excluded {
             Duration::ZERO => recorder.finish(reason).await,

@@ -39,8 +39,7 @@ pub struct Session {
     pub commands: mpsc::Sender<Command>,
     /// What happens beside the measurement.
     pub events: mpsc::Receiver<SessionEvent>,
-    /// The state at every second of data time, where asked for. Taken too late they hold back the
-    /// measurement.
+    /// At every second of data time, if asked for. Taken too late they hold back the measurement.
     pub seconds: mpsc::Receiver<SourceState>,
     /// The result. It fails only by a fault of the program.
     pub result: JoinHandle<SessionResult>,

@@ -46,8 +46,7 @@ pub enum SessionEvent {
         /// Data time at the beginning.
         first: Duration,
     },
-    /// Nothing is excluded by command: the capture is replayed to a place before the end of what
-    /// was.
+    /// Nothing is excluded: the capture is replayed to a place before the end of what was.
     NoLongerExcluded {
         /// Data time until where it was.
         until: Duration,

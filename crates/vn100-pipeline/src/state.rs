@@ -69,8 +69,7 @@ impl SourceState {
         &self.source.name
     }
 
-    /// The assessment of the source, shared: see [`Assessor::latest`]. Making it anew takes
-    /// milliseconds.
+    /// The shared assessment, see [`Assessor::latest`]: milliseconds where it is made anew.
     #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)

@@ -1,5 +1,4 @@
-//! Detects a live sensor that sends no measurement any more, or not the message that is measured,
-//! or that at another rate. Pure: the time is an argument.
+//! Detects a live sensor that sends no measurement, another message, or at another rate. Pure.
 
 use std::time::Duration;
 

@@ -4,8 +4,8 @@ use super::counts;
 
 const BLOCK: usize = 256;
 
-/// Exact moments of a channel, in counts: the sums of the first four powers are integers that cannot
-/// overflow, so results do not depend on how the samples were divided, and are good to 1e-12.
+/// Exact moments of a channel in counts: sums of the first four powers are integers that cannot
+/// overflow, so results do not depend on how samples were divided, and are good to 1e-12.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Moments {
     sums: PowerSums,

@@ -6,8 +6,8 @@ use super::record::{Deviation, Estimator, Octave};
 use cascade::Cascade;
 use overlapping::Overlapping;
 
-/// Streaming octave sums of one channel of rate data (angular rate, specific force, ...), in counts:
-/// the same, bit by bit, for any division of the samples over calls of [`push`](Self::push).
+/// Streaming octave sums of one channel of rate data (angular rate, ...), in counts: the same, bit
+/// by bit, for any division of the samples over calls of [`push`](Self::push).
 #[derive(Clone, Debug)]
 pub struct Octaves {
     deviation: Deviation,

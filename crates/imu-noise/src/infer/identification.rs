@@ -7,9 +7,9 @@ use crate::accumulate::record::{Octave, RecordShape};
 const LEAST_BLOCKS: u64 = 30;
 
 impl LagOneSums {
-    /// Exponent α of the spectrum by blocks of `m` samples, not rounded: -2 (δ + differences), δ = r₁/(1 +
-    /// r₁), with the lag-1 autocorrelation r₁ of their sums, differenced until these are stationary.
-    /// `None` for lengths that are not kept, below 30 blocks, and for blocks that are all the same.
+    /// Exponent α of the spectrum by blocks of `m` samples: -2 (δ + differences), δ = r₁/(1 + r₁),
+    /// with the lag-1 autocorrelation r₁ of their sums, differenced until stationary. `None` for
+    /// lengths that are not kept, below 30 blocks, and for blocks that are all the same.
     fn alpha(&self, m: u64) -> Option<f64> {
         let series = self.series(m).filter(|series| series[0].count >= LEAST_BLOCKS)?;
         for (differences, series) in series.iter().enumerate() {
@@ -24,10 +24,10 @@ impl LagOneSums {
 }
 
 impl ChannelAccumulator {
-    /// The kind of noise of each of `octaves`, whose `variances` are in any unit: the power law nearest
-    /// to the lag-1 autocorrelation of block sums (Riley and Greenhall, 2004), or where these are not
-    /// kept to the slope of the variance to the next octave, α = -1 - log₂(V(2m)/V(m)). Kinds above
-    /// α = 1 look like α = 1 by the slope. `None` where neither has 30 blocks.
+    /// The kind of noise of each of `octaves`, whose `variances` are in any unit, by the lag-1
+    /// autocorrelation of block sums (Riley and Greenhall, 2004), else by the slope of the variance
+    /// to the next octave, α = -1 - log₂(V(2m)/V(m)), where kinds above α = 1 look like α = 1.
+    /// `None` where neither has 30 blocks.
     #[must_use]
     pub fn noise_types(&self, octaves: &[Octave], variances: &[f64], shape: &RecordShape) -> Vec<Option<PowerLaw>> {
         noise_types(octaves, variances, shape, |m| self.lag_one.alpha(m))

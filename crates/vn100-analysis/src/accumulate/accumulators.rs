@@ -130,8 +130,8 @@ impl Accumulators {
 /// How many rows are remembered: the first ones, because a loop returns to its beginning.
 const REMEMBERED: usize = 1024;
 
-/// Counts the rows that equal one of the first 1024 in every channel: a recording played in a loop, or
-/// rows stored twice. A live sensor never repeats a whole row.
+/// Counts the rows that equal one of the first 1024 in every channel: a recording played in a loop,
+/// or rows stored twice. A live sensor never repeats a whole row.
 #[derive(Debug, Clone, Default)]
 struct Repeats {
     first: HashSet<Box<[i32]>, BuildHasherDefault<RowHasher>>,

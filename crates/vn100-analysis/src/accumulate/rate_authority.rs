@@ -30,9 +30,9 @@ pub(crate) fn rates_hz(layout: Option<&Layout>) -> &'static [f64] {
     if is_output { &OUTPUT_RATES } else { &[] }
 }
 
-/// Who gave the sample rate of a record, when it was wrong, and when it changed. The user outranks the
-/// sensor, the sensor arrival times, and these the default. A deviation has
-/// one sample interval: samples at another rate are excluded.
+/// Who gave the sample rate of a record, when it was wrong, and when it changed. The user outranks
+/// the sensor, the sensor arrival times, and these the default. A deviation has one sample
+/// interval: samples at another rate are excluded.
 #[derive(Debug, Clone)]
 pub(crate) struct RateAuthority {
     rates_hz: &'static [f64],

@@ -1,4 +1,4 @@
-//! What the sensor reported of its registers within the stream, with the measurements of register 54.
+//! What the sensor reported of its registers within the stream, register 54 with measurements.
 
 use std::collections::BTreeMap;
 

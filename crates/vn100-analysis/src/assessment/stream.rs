@@ -1,5 +1,5 @@
-//! What stands between the sensor and its stream: averaging and decimation on board, a filter of the
-//! bias, rounding.
+//! What stands between the sensor and its stream: averaging and decimation on board, a filter of
+//! the bias, rounding.
 
 use imu_noise::{BoxcarWindow, counts_to_unit};
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
@@ -37,8 +37,7 @@ impl Onboard {
 
     /// [`UNCERTAINTY`](Self::UNCERTAINTY) where white noise folds. Where the windows cover all
     /// refreshes evenly, the density at low frequencies stays as it is, whatever the roll-off.
-    #[must_use]
-    pub fn uncertainty_of(window: BoxcarWindow) -> f64 {
+    pub(crate) fn uncertainty_of(window: BoxcarWindow) -> f64 {
         const EXACT: f64 = 1e-9;
         if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
     }

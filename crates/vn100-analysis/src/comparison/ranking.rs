@@ -41,7 +41,8 @@ pub struct RankedRecord {
 }
 
 impl RankedRecord {
-    /// N without the folding, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); N itself where that is not known.
+    /// N without the folding, to within [`Onboard::UNCERTAINTY`](crate::Onboard::UNCERTAINTY); N
+    /// itself where that is not known.
     #[must_use]
     pub fn own(&self) -> f64 {
         self.white / self.white_factor.unwrap_or(1.0)

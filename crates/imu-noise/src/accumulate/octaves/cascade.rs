@@ -72,8 +72,8 @@ impl Cascade {
         }
     }
 
-    /// The octave m = 2^k, if any sample reached it: squares, and the sum of the terms before they are
-    /// squared, of Allan differences, where they are kept.
+    /// The octave m = 2^k, if any sample reached it: squares, and the sum of the terms before they
+    /// are squared, of Allan differences, where they are kept.
     pub(super) fn octave(&self, k: usize) -> Option<(SquareSum, Option<i128>)> {
         self.levels.get(k).map(|level| (level.squares, self.keeps_terms.then_some(level.terms)))
     }

@@ -1,5 +1,5 @@
-//! What a link or a file brings instead of samples: no valid lines, errors of the device, stamps that
-//! are no time base.
+//! What a link or a file brings instead of samples: no valid lines, errors of the device, stamps
+//! that are no time base.
 
 use imu_noise::Refusal;
 use vn100_protocol::DeviceError;
