@@ -1,51 +1,14 @@
 //! No text of a library names an option or a command: what a user can do is data there, and each
 //! face calls it by its own names.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use crate::source::{source_files, strings};
 
-/// The driver still names options in the causes of a lost link, the capture a command in an error.
-const LIBRARIES: [&str; 6] =
-    ["vn100-protocol", "imu-noise", "vn100-analysis", "vn100-pipeline", "vn100-report", "vn100-sim"];
+/// The program, whose texts name them.
+const FACES: &str = "vn100-cli/";
 
 /// The commands of the program.
 const COMMANDS: [&str; 11] =
     ["attach", "compare", "completions", "configure", "info", "man", "plan", "ports", "record", "replay", "report"];
-
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let below = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
-    entries.flat_map(below).filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect()
-}
-
-/// The contents of all string literals, without those in comments.
-fn literals(code: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut letters = code.chars().peekable();
-    while let Some(letter) = letters.next() {
-        match letter {
-            '/' if letters.peek() == Some(&'/') => {
-                letters.by_ref().find(|letter| *letter == '\n');
-            }
-            // a quote as a character
-            '\'' if letters.peek() == Some(&'"') => {
-                letters.next();
-            }
-            '"' => {
-                let mut literal = String::new();
-                while let Some(letter) = letters.next().filter(|letter| *letter != '"') {
-                    literal.push(letter);
-                    literal.extend((letter == '\\').then(|| letters.next()).flatten());
-                }
-                found.push(literal);
-            }
-            _ => {}
-        }
-    }
-    found
-}
 
 /// The option or the command that a text names.
 fn named(text: &str) -> Option<&str> {
@@ -62,14 +25,14 @@ fn named(text: &str) -> Option<&str> {
 
 #[test]
 fn no_library_names_an_option_or_a_command() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut read = 0;
-    for library in LIBRARIES {
-        for path in sources(&crates.join(library).join("src")) {
-            for literal in literals(&fs::read_to_string(&path).unwrap()) {
-                read += 1;
-                assert_eq!(named(&literal), None, "{}: {literal}", path.display());
-            }
+    for (name, text) in source_files() {
+        if name.starts_with(FACES) {
+            continue;
+        }
+        for (line, literal) in strings(&text) {
+            read += 1;
+            assert_eq!(named(&literal), None, "{name}:{line}: {literal}");
         }
     }
     assert!(read > 1000, "{read} literals");
@@ -86,6 +49,4 @@ fn what_names_an_option_or_a_command_is_found() {
     ] {
         assert_eq!(named(text), found, "{text}");
     }
-    let code = "a(\"x \\\" y\", '\"', \"z\") // \"not this\"\n/// \"nor this\"\nb(\"w\")";
-    assert_eq!(literals(code), ["x \\\" y", "z", "w"]);
 }

@@ -1,7 +1,11 @@
-//! Rules of the source tree itself: layers, the compiler, and the names of tests in documents.
+//! Rules of the source tree itself: layers, words, the width of documentation, the compiler, and the
+//! names of tests in documents.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod compiler;
+mod doc_width;
 mod flags;
 mod layering;
 mod reliability;
+mod source;
+mod vocabulary;

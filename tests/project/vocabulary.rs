@@ -1,0 +1,108 @@
+//! Words that the project no longer uses, kept out of code and comments.
+
+use std::{fs, path::Path};
+
+use crate::source::{source_files, without_strings};
+
+/// A word or phrase, what stands for it now, and where it may still stand.
+struct Retired {
+    /// Words in lower case; a last one that ends in `*` stands for all that begin so.
+    phrase: Vec<String>,
+    instead: String,
+    /// Beginnings of the names of files in which they may stand.
+    allowed_files: Vec<String>,
+    /// Longer phrases in which the words mean something else.
+    allowed_phrases: Vec<Vec<String>>,
+}
+
+impl Retired {
+    /// A row of the file: words, what stands for them, and where they are allowed.
+    fn parse(row: &str) -> Self {
+        let mut columns = row.split('|').map(str::trim);
+        let phrase = columns.next().unwrap().split(' ').map(str::to_owned).collect();
+        let instead = columns.next().unwrap_or_else(|| panic!("no replacement: {row}")).to_owned();
+        let allowed = columns.next().unwrap_or_default().split(',').map(str::trim).filter(|text| !text.is_empty());
+        let (files, phrases): (Vec<&str>, Vec<&str>) = allowed.partition(|text| text.contains('/'));
+        let allowed_files = files.into_iter().map(str::to_owned).collect();
+        Self { phrase, instead, allowed_files, allowed_phrases: phrases.into_iter().map(words).collect() }
+    }
+}
+
+/// The rows of `retired-words.txt`.
+fn retired() -> Vec<Retired> {
+    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/project/retired-words.txt"));
+    let text = fs::read_to_string(file).unwrap();
+    text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).map(Retired::parse).collect()
+}
+
+/// The words of a line in lower case: `RowCounter`, `row_counter` and `row counter` are the same.
+fn words(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for c in line.chars() {
+        let begins = c.is_uppercase() && (before.is_lowercase() || before.is_numeric());
+        if !c.is_alphanumeric() || begins {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            words.last_mut().unwrap().extend(c.to_lowercase());
+        }
+        before = c;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+fn is_at(phrase: &[String], words: &[String]) -> bool {
+    phrase.len() <= words.len()
+        && phrase.iter().zip(words).all(|(wanted, word)| match wanted.strip_suffix('*') {
+            Some(beginning) => word.starts_with(beginning),
+            None => word == wanted,
+        })
+}
+
+/// Whether the phrase stands in a line outside the phrases that are allowed.
+fn stands_in(retired: &Retired, line: &[String]) -> bool {
+    let mut at = 0;
+    while at < line.len() {
+        let allowed = retired.allowed_phrases.iter().filter(|phrase| is_at(phrase, &line[at..]));
+        match allowed.map(Vec::len).max() {
+            Some(length) => at += length,
+            None if is_at(&retired.phrase, &line[at..]) => return true,
+            None => at += 1,
+        }
+    }
+    false
+}
+
+#[test]
+fn retired_words_are_gone_from_code_and_comments() {
+    let retired = retired();
+    assert!((1..=60).contains(&retired.len()), "{} retired words, 60 at most", retired.len());
+    let mut found = Vec::new();
+    for (name, text) in source_files() {
+        let here: Vec<&Retired> = retired
+            .iter()
+            .filter(|word| !word.allowed_files.iter().any(|file| name.starts_with(file.as_str())))
+            .collect();
+        for (number, line) in (1..).zip(without_strings(&text).lines()) {
+            let line_words = words(line);
+            for word in here.iter().filter(|word| stands_in(word, &line_words)) {
+                found.push(format!("{name}:{number}: \"{}\", say {}: {}", word.phrase.join(" "), word.instead, line.trim()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{} retired words:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn words_are_found_in_names_and_phrases() {
+    let retired = |phrase: &str, allowed: &str| Retired::parse(&format!("{phrase} | another | {allowed}"));
+    let stands = |word: &Retired, line: &str| stands_in(word, &words(line));
+    assert!(stands(&retired("told", ""), "fn is_told_over() {"));
+    assert!(stands(&retired("wish*", ""), "enum PaceWishes {"));
+    assert!(stands(&retired("set aside", ""), "self.set_aside(held)"));
+    assert!(!stands(&retired("told", "told apart"), "they cannot be told apart"));
+    assert!(stands(&retired("told", "told apart"), "told apart, or told"));
+    assert!(!stands(&retired("odd", ""), "an oddity"));
+}
