@@ -200,6 +200,8 @@ impl Server {
             }
             let written = port.read().map_err(PtyError::Open)?;
             if !written.is_empty() {
+                // who has written has opened: else the wire would drop the replies as if no host were there
+                self.follow_host(now)?;
                 self.wire.write(&written, now);
             }
         }
