@@ -88,7 +88,12 @@ fn retired_words_are_gone_from_code_and_comments() {
         for (number, line) in (1..).zip(without_strings(&text).lines()) {
             let line_words = words(line);
             for word in here.iter().filter(|word| stands_in(word, &line_words)) {
-                found.push(format!("{name}:{number}: \"{}\", say {}: {}", word.phrase.join(" "), word.instead, line.trim()));
+                found.push(format!(
+                    "{name}:{number}: \"{}\", say {}: {}",
+                    word.phrase.join(" "),
+                    word.instead,
+                    line.trim()
+                ));
             }
         }
     }

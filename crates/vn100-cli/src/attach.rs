@@ -122,18 +122,17 @@ impl Job {
         let mut link = args.link.clone();
         // two emulated sensors are two sensors
         link.sim.seed = link.sim.seed.wrapping_add(number);
-        let (source, emulated) = match live_source(name, &link, &self.log) {
+        // a result that is written between two reads must be the same however the bytes were read
+        let read = ReadOptions { line_by_line: self.format == OutputFormat::Ndjson, ..args.measure.read_options() };
+        let (source, emulated) = match live_source(name, &link, read, &self.log) {
             Ok((source, emulated)) => (Ok(source), emulated),
             Err(error) => (Err(error.into()), None),
         };
-        let read = args.measure.read_options();
         let spec = LiveSpec {
             name: name.to_string(),
             kind: (source.is_ok() || *name != SourceName::Sim).then(|| name.kind()),
             source,
             settings: self.settings.clone(),
-            // a result that is written between two reads must be the same however the bytes were read
-            read: ReadOptions { line_by_line: self.format == OutputFormat::Ndjson, ..read },
             temperature: args.temperature,
             output: args.change.settings(),
             conditions: self.conditions.clone(),

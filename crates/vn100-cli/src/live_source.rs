@@ -14,8 +14,9 @@ use std::{
 
 use anyhow::Result;
 use vn100_capture::Clock;
-use vn100_driver::{LinkHint, PortEntry, SerialPorts, TcpServer, UsbAdapter};
+use vn100_driver::{LinkHint, LinkOptions, PortEntry, SerialPorts, TcpServer, UsbAdapter};
 use vn100_pipeline::LiveSource;
+use vn100_protocol::stream::ReadOptions;
 use vn100_sim::pty::{PtyOptions, PtySensor, serve};
 
 use crate::{
@@ -28,6 +29,7 @@ use crate::{
 pub(crate) fn live_source(
     name: &SourceName,
     link: &LinkArgs,
+    read: ReadOptions,
     log: &Entries,
 ) -> Result<(LiveSource, Option<EmulatedPort>)> {
     let clock = Clock::start();
@@ -40,10 +42,13 @@ pub(crate) fn live_source(
             (LiveSource::link(emulated.ports(clock)), Some(emulated))
         }
     };
-    source.baud = link.baud.0;
-    source.hint_text = Some(link_hint);
-    source.listen_only = link.listen_only;
-    source.diagnostics = log.is_open();
+    source.options = LinkOptions {
+        baud: link.baud.0,
+        listen_only: link.listen_only,
+        read: log.asked(read),
+        hint_text: Some(link_hint),
+        ..LinkOptions::default()
+    };
     source.observer = log.observer(&name.to_string());
     Ok((source, emulated))
 }

@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_driver::{CommandError, Configured, LinkHandle, OutputSettings};
 use vn100_protocol::{
     AsyncRate, AsyncType, BaudRate, BinaryOutput, Check, ImuFilter, LineForm, LinkLoad, MESSAGES, OUTPUT_RATES_HZ,
-    ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure,
+    ProtocolControl, Register, RegisterContents, RegisterFields, RegisterValue, RequestFailure, stream::ReadOptions,
 };
 use vn100_report::{Completion, printable};
 
@@ -52,7 +52,7 @@ fn with_sensor<T>(
 ) -> Result<T> {
     run_logged(&mut Builder::new_multi_thread(), &args.log, async |log| {
         let stop = stop_on_interrupt(HangUp::Stops)?;
-        let (source, _emulated) = live_source(name, args, &log)?;
+        let (source, _emulated) = live_source(name, args, ReadOptions::default(), &log)?;
         source.with_link(None, &stop, |link| work(link, stop.clone())).await
     })
 }

@@ -19,7 +19,7 @@ use vn100_protocol::{
 use crate::{link_error::LinkHint, output_plan::Change, ports::LatencyTimer};
 
 /// How a link is opened and read.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct LinkOptions {
     /// The baud rate; `None` to try all that the sensor has.
     pub baud: Option<u32>,

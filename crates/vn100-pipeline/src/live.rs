@@ -1,17 +1,16 @@
 //! The session of a live sensor: recorded, set, measured, and set back.
 
-use std::{collections::BTreeMap, error::Error};
+use std::{collections::BTreeMap, error::Error, time::Duration};
 
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
 use vn100_capture::Recorder;
-use vn100_driver::{Change, LinkHandle, LinkState, OutputSettings};
-use vn100_protocol::stream::ReadOptions;
+use vn100_driver::{Change, LinkHandle, LinkOptions, LinkState, OutputSettings};
 
 use crate::{
     end_reason::{SessionResult, StartError},
     excluded::Excluded,
-    live_source::{LiveSource, MeasureLink},
+    live_source::LiveSource,
     measure::{Channels, EventObserver, Measurement, MeasurementEnd, Origin, measure},
     recording::{RecordingSpec, metadata},
     sensor_setup::SensorSetup,
@@ -19,6 +18,9 @@ use crate::{
     session_event::SessionEvent,
     state::Stage,
 };
+
+/// How often register 54 is read where the temperature is asked for.
+const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
 
 /// A live source, and how it is measured.
 pub struct LiveSpec {
@@ -30,8 +32,6 @@ pub struct LiveSpec {
     pub source: Result<LiveSource, Box<dyn Error + Send + Sync>>,
     /// How it is measured.
     pub settings: Settings,
-    /// How its bytes are read.
-    pub read: ReadOptions,
     /// Whether the temperature is read between the samples.
     pub temperature: bool,
     /// What the sensor is set to for the measurement; `None` to leave it as it is.
@@ -98,16 +98,15 @@ async fn measure_and_record(
     spec: &LiveSpec,
     channels: &mut Channels,
 ) -> SessionResult {
-    let opened = source.open(
-        MeasureLink {
-            read: read_options(spec.read, &spec.settings),
-            temperature: spec.temperature,
-            keep,
-            known_serial: recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned),
-            recording: recorder.as_ref().map(Recorder::inputs),
-        },
-        channels.stop.clone(),
-    );
+    let options = LinkOptions {
+        read: read_options(source.options.read, &spec.settings),
+        poll_temperature: spec.temperature.then_some(TEMPERATURE_PERIOD),
+        desired_settings: keep,
+        known_serial: recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned),
+        recording: recorder.as_ref().map(Recorder::inputs),
+        ..source.options.clone()
+    };
+    let opened = source.open(options, channels.stop.clone());
     let (link, events) = match opened {
         Ok(opened) => opened,
         Err(error) => return not_measured(error.into(), recorder, spec, channels).await,

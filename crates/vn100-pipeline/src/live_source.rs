@@ -2,31 +2,22 @@ use std::{
     future::Future,
     io::{self, Read},
     sync::{Mutex, PoisonError},
-    time::Duration,
 };
 
 use tokio::{sync::mpsc, task};
 use tokio_util::sync::CancellationToken;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
-use vn100_driver::{Change, Connect, LinkHandle, LinkHint, LinkOptions, LinkState, open_link};
-use vn100_protocol::stream::{ReadOptions, StreamInput};
+use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
+use vn100_protocol::stream::StreamInput;
 
 use crate::measure::EventObserver;
-
-/// How often register 54 is read where the temperature is asked for.
-const TEMPERATURE_PERIOD: Duration = Duration::from_secs(10);
 
 /// A source that can be opened, more than once if it is a link.
 pub struct LiveSource {
     input: LiveInput,
-    /// Baud rate; `None` for a search.
-    pub baud: Option<u32>,
-    /// Whether nothing is sent to the sensor.
-    pub listen_only: bool,
-    /// How a failure's hint is worded; `None` for the driver's own words.
-    pub hint_text: Option<fn(LinkHint) -> &'static str>,
-    /// Whether batches say what was refused and why.
-    pub diagnostics: bool,
+    /// How it is opened and read. A session sets what it needs itself: reading line by line, the
+    /// recording, the temperature, the desired settings and the serial number.
+    pub options: LinkOptions,
     /// Sees every event.
     pub observer: Option<EventObserver>,
 }
@@ -71,17 +62,6 @@ pub enum LiveError {
     LinkTask(#[from] task::JoinError),
 }
 
-pub(crate) struct MeasureLink {
-    pub(crate) read: ReadOptions,
-    pub(crate) temperature: bool,
-    /// Reapplied after a reconnect.
-    pub(crate) keep: Vec<Change>,
-    /// The sensor that is measured on, where that is known.
-    pub(crate) known_serial: Option<String>,
-    /// Gets all that is delivered, too.
-    pub(crate) recording: Option<mpsc::Sender<StreamInput>>,
-}
-
 impl LiveSource {
     /// A sensor behind a link that commands can be sent on.
     #[must_use]
@@ -96,7 +76,7 @@ impl LiveSource {
     }
 
     fn new(input: LiveInput) -> Self {
-        Self { input, baud: None, listen_only: false, hint_text: None, diagnostics: false, observer: None }
+        Self { input, options: LinkOptions::default(), observer: None }
     }
 
     /// Opens it for commands: waits until the sensor is connected or until `stop`, does `work`, and
@@ -117,7 +97,7 @@ impl LiveSource {
     {
         let closing = CancellationToken::new();
         let LiveInput::Link(connect) = &self.input else { return Err(LiveError::NoCommands.into()) };
-        let options = LinkOptions { known_serial: known_serial.map(str::to_owned), ..self.options() };
+        let options = LinkOptions { known_serial: known_serial.map(str::to_owned), ..self.options.clone() };
         let (link, mut events) = connect.open(options, closing.clone());
         let observer = self.observer.clone();
         // the link waits until its events are taken
@@ -151,42 +131,26 @@ impl LiveSource {
         }
     }
 
-    /// What comes of that, the events say. The link is `None` for a stream.
+    /// Opens it for a measurement. What comes of that, the events say. The link is `None` for a
+    /// stream.
     pub(crate) fn open(
         &self,
-        measured: MeasureLink,
+        options: LinkOptions,
         stop: CancellationToken,
     ) -> Result<(Option<LinkHandle>, mpsc::Receiver<Event>), LiveError> {
-        let MeasureLink { read, temperature, keep, known_serial, recording } = measured;
-        let read = ReadOptions { diagnostics: self.diagnostics, ..read };
         match &self.input {
             LiveInput::Link(connect) => {
-                let poll_temperature = temperature.then_some(TEMPERATURE_PERIOD);
-                let options = LinkOptions {
-                    read,
-                    recording,
-                    poll_temperature,
-                    desired_settings: keep,
-                    known_serial,
-                    ..self.options()
-                };
                 let (link, events) = connect.open(options, stop);
                 Ok((Some(link), events))
             }
-            LiveInput::Stream(_) if temperature => Err(LiveError::NoTemperature),
+            LiveInput::Stream(_) if options.poll_temperature.is_some() => Err(LiveError::NoTemperature),
             LiveInput::Stream(stream) => {
                 let reader = stream.lock().unwrap_or_else(PoisonError::into_inner).take();
                 let reader = reader.unwrap_or_else(|| Box::new(io::empty()));
                 let source = ReaderSource::spawn(reader, Some(Clock::start())).map_err(LiveError::Read)?;
-                Ok((None, read_samples(Tee { source, recording }, read, stop)))
+                Ok((None, read_samples(Tee { source, recording: options.recording }, options.read, stop)))
             }
         }
-    }
-
-    fn options(&self) -> LinkOptions {
-        let read = ReadOptions { diagnostics: self.diagnostics, ..ReadOptions::default() };
-        let Self { baud, listen_only, hint_text, .. } = *self;
-        LinkOptions { baud, listen_only, hint_text, read, ..LinkOptions::default() }
     }
 }
 

@@ -32,13 +32,12 @@ fn sensor() -> Sensor {
 }
 
 fn spec(mut source: LiveSource) -> LiveSpec {
-    source.baud = Some(115_200);
+    source.options.baud = Some(115_200);
     LiveSpec {
         name: "imu".into(),
         kind: Some("serial"),
         source: Ok(source),
         settings: Settings::default(),
-        read: ReadOptions::default(),
         temperature: false,
         output: None,
         conditions: BTreeMap::new(),
@@ -171,8 +170,8 @@ async fn what_is_recorded_can_be_replayed_to_the_same_end() {
     let spec = vn100_pipeline::ReplaySpec {
         path: recording.path,
         columns: None,
-        settings: Settings::default(),
         read: ReadOptions::default(),
+        settings: Settings::default(),
         speed: None,
         each_second: false,
         observer: None,
@@ -431,10 +430,49 @@ async fn an_input_that_is_none_ends_the_session_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_source_is_opened_as_its_options_say() {
+    let sensor = sensor();
+    let rejections = Arc::new(Mutex::new(0));
+    let count = Arc::clone(&rejections);
+    let mut source = LiveSource::link(sensor.clone());
+    source.options.listen_only = true;
+    source.options.read.diagnostics = true;
+    source.observer = Some(Arc::new(move |event: &Event| {
+        if let Event::Batch(batch) = event {
+            *count.lock().unwrap() += batch.diagnostics.len();
+        }
+    }));
+    let mut session = Session::live(LiveSpec { settings: duration(2), ..spec(source) });
+    until(&mut session, |state| state.snapshot.timing.samples > 10).await;
+    sensor.world().stray = b"$VNYMR,1*00\r\n".to_vec();
+    let (result, _) = ended(session).await;
+    assert!(matches!(*result.end, EndReason::DurationReached));
+    assert!(sensor.world().written.is_empty(), "nothing is sent where the link only listens");
+    assert_eq!(*rejections.lock().unwrap(), 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_sensor_is_opened_for_commands_at_its_rate_and_by_its_serial_number() {
+    let sensor = sensor();
+    sensor.world().registers.insert(3, "0100011981".into());
+    let mut source = LiveSource::link(sensor.clone());
+    source.options.hint_text = Some(|_| "look at the lamp");
+    let stop = CancellationToken::new();
+    let connected =
+        async |source: &LiveSource, serial| source.with_link(serial, &stop, async |_| Ok::<_, LiveError>(())).await;
+    source.options.baud = Some(9600);
+    let at_another_rate = connected(&source, None).await.unwrap_err().to_string();
+    assert!(at_another_rate.contains("look at the lamp"), "{at_another_rate}");
+    source.options.baud = Some(115_200);
+    connected(&source, Some("0100011981")).await.unwrap();
+    assert!(matches!(connected(&source, Some("42")).await, Err(LiveError::NoSensor(_))));
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_source_is_opened_for_a_few_commands() {
     let sensor = sensor();
     let mut source = LiveSource::link(sensor.clone());
-    source.baud = Some(115_200);
+    source.options.baud = Some(115_200);
     let stop = CancellationToken::new();
     let model = source.with_link(None, &stop, async |link| {
         let model = link.read(vn100_protocol::Register::MODEL).await;
