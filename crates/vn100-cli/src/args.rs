@@ -93,9 +93,9 @@ pub(crate) struct AttachArgs {
     /// Serial ports such as /dev/ttyUSB0 or COM3, "sim" for an emulated sensor, tcp://host:port for
     /// a serial server, or "-" for bytes on standard input
     ///
-    /// A serial server is trusted as a cable is: what passes between is neither encrypted nor
-    /// authenticated, so that whoever is on the way can read, forge or change it, commands too. The
-    /// checksums of the lines find accidents only. Keep it to a network you trust, or tunnel it.
+    /// The connection to a serial server is neither encrypted nor authenticated: anyone on the
+    /// network path can read or modify the data and commands. The checksums detect accidents only.
+    /// Use a network you trust, or a tunnel.
     #[arg(required = true, value_name = "SOURCE")]
     pub(crate) sources: Vec<SourceName>,
 
@@ -195,11 +195,11 @@ pub(crate) struct ConfigureArgs {
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
 
-    /// Set the speed of the line in baud: 9600 19200 38400 57600 115200 128000 230400 460800 921600
+    /// Set the baud rate: 9600 19200 38400 57600 115200 128000 230400 460800 921600
     #[arg(long, value_name = "N", value_parser = |text: &str| baud_rate(text).map(BaudRate::bits_per_s))]
     pub(crate) set_baud: Option<u32>,
 
-    /// Append a counter to each line, so that lost lines are counted exactly; "off" ends that
+    /// Append a counter to each line, so that dropped samples are counted exactly; "off" ends that
     #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = on_or_off)]
     pub(crate) count: Option<bool>,
 
@@ -211,12 +211,11 @@ pub(crate) struct ConfigureArgs {
 /// Diagnostics; without them, warnings only.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct LogArgs {
-    /// Tell on stderr what befalls the link, what is asked and answered, and which lines are
-    /// refused and why; no view is shown on a terminal that this goes to
+    /// Log link events, commands and rejected lines to stderr (disables the live view)
     #[arg(short, long)]
     pub(crate) verbose: bool,
 
-    /// Write that to a new file; an existing one is never replaced
+    /// Write the log to FILE (must not exist)
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
 }
@@ -232,7 +231,7 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "HZ", value_parser = output_rate)]
     pub(crate) rate: Option<AsyncRate>,
 
-    /// Speed of the line in baud, if it is fixed
+    /// Baud rate, if it is fixed
     #[arg(long, value_name = "N", value_parser = baud_rate)]
     pub(crate) baud: Option<BaudRate>,
 

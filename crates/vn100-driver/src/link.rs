@@ -32,7 +32,7 @@ pub struct LinkOptions {
     /// [`Overrun`](vn100_protocol::stream::LinkEventKind::Overrun).
     pub recording: Option<mpsc::Sender<StreamInput>>,
     /// Read register 54, with the temperature, this often, where the line has room for it. The
-    /// answers are among the [`registers`](vn100_protocol::stream::Batch::registers) of the batches.
+    /// answers are in [`Batch::registers`](vn100_protocol::stream::Batch::registers).
     pub poll_temperature: Option<Duration>,
     /// What [`configure`](crate::configure()) has changed: written again after a reconnect, before
     /// the link is up, as the sensor may have lost its power; but for the baud rate, as it is found

@@ -2,7 +2,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
 
-/// The assessment of one source, made by whoever looks first, on its own thread, and again when the
+/// The assessment of one source, made by the first reader, on its own thread, and again when the
 /// record has grown by a twentieth: making one costs as much as many seconds of measuring, and the
 /// measurement never waits for it. Clones share it.
 #[derive(Debug, Clone)]

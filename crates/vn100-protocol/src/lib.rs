@@ -8,7 +8,7 @@
 //! let mut decoder = Decoder::new(Options::default());
 //! decoder.push(bytes, |item| match item {
 //!     Item::Sample(sample) => {
-//!         assert_eq!((&*sample.layout.message, sample.counts()[5]), ("VNIMU", 9948)); // in units of its last printed digit
+//!         assert_eq!((&*sample.layout.message, sample.counts()[5]), ("VNIMU", 9948)); // in last digits
 //!         assert_eq!(sample.values().nth(5), Some(9.948)); // the same in the unit of its channel
 //!     }
 //!     Item::Rejected(line) => panic!("at byte {}: {}", line.offset, line.kind),
@@ -29,13 +29,14 @@
 //!
 //! # Asking the sensor
 //!
-//! A [`RequestQueue`] sends one [`SensorCommand`] after the other and finds each [`Reply`] among the
-//! lines that keep coming; it has neither link nor clock. [`LinkLoad`] says beforehand whether lines
-//! and packets fit the baud rate.
+//! A [`RequestQueue`] sends one [`SensorCommand`] after the other and finds each [`Reply`] among
+//! the lines that keep arriving; it has neither link nor clock. [`LinkLoad`] says whether lines and
+//! packets fit the baud rate.
 //!
 //! ```
 //! use std::time::Duration;
-//! use vn100_protocol::{Response, AsyncRate, Check, SensorCommand, Decoder, Item, Options, Register, Reply, RequestQueue};
+//! use vn100_protocol::{AsyncRate, Check, Decoder, Item, Options, Register, Reply, RequestQueue};
+//! use vn100_protocol::{Response, SensorCommand};
 //!
 //! let mut session = RequestQueue::new(Check::Xor8);
 //! let asked = session.submit(SensorCommand::ReadRegister(Register::ASYNC_RATE))?;

@@ -40,7 +40,8 @@ struct Timing {
     offset_ppm: Option<f64>,
     duration_s: f64,
     samples: u64,
-    left_out: u64,
+    #[serde(rename = "left_out")]
+    excluded: u64,
     segments: u64,
     gaps: u64,
     missing: u64,
@@ -66,7 +67,8 @@ struct Link {
     skipped_bytes: u64,
     overrun_bytes: u64,
     /// Unsolicited device errors: how often each code was reported.
-    unasked_errors: BTreeMap<String, u64>,
+    #[serde(rename = "unasked_errors")]
+    unsolicited_errors: BTreeMap<String, u64>,
     /// How often its output was found paused, and was resumed.
     outputs_resumed: u64,
     reconnects: u64,
@@ -195,7 +197,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
         offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
         duration_s: timing.duration_s(),
         samples: timing.samples,
-        left_out: timing.excluded,
+        excluded: timing.excluded,
         segments: timing.segments,
         gaps: timing.gaps,
         missing: timing.missing,
@@ -223,7 +225,7 @@ fn link(snapshot: &Snapshot) -> Link {
         binary_packets: tally.packets,
         skipped_bytes: link.skipped_bytes(),
         overrun_bytes: link.overrun_bytes,
-        unasked_errors: link
+        unsolicited_errors: link
             .unsolicited_errors
             .iter()
             .map(|(error, count)| (format!("{:02X}", error.code()), count))

@@ -76,7 +76,7 @@ impl FromStr for Baud {
 /// How the link is opened.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LinkArgs {
-    /// Speed of the line in baud, or "auto": the nine speeds of the sensor are tried
+    /// Baud rate, or "auto" to probe all nine of the sensor
     #[arg(long, value_name = "N", default_value = "auto")]
     pub(crate) baud: Baud,
 
@@ -103,13 +103,13 @@ pub(crate) struct SimSensorArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// What befalls the emulated sensor's link, as in "flip@1% unplug@20s+3s"; times count from its
+    /// Faults to inject into the emulated link, as in "flip@1% unplug@20s+3s"; times count from
     /// power-up
     #[arg(long, value_name = "PLAN", default_value_t, hide_default_value = true)]
     pub(crate) faults: FaultPlan,
 }
 
-/// What is to be changed on the sensor before it is measured, and put back after.
+/// Settings of the sensor during the measurement, restored afterwards.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ChangeArgs {
     /// Set the output rate in hertz: 1 2 4 5 10 20 25 40 50 100 200
@@ -120,8 +120,8 @@ pub(crate) struct ChangeArgs {
     #[arg(long, value_name = "NAME", conflicts_with = "listen_only", value_parser = message)]
     pub(crate) set_message: Option<String>,
 
-    /// Average so many refreshes of 800 Hz in gyroscope and accelerometer; 800 divided by the rate
-    /// is the honest setting
+    /// Averaging window of gyroscope and accelerometer, in samples at 800 Hz; 800/rate avoids
+    /// aliasing
     #[arg(long, value_name = "N", conflicts_with = "listen_only", value_parser = clap::value_parser!(u32).range(1..=800))]
     pub(crate) window: Option<u32>,
 }
@@ -152,7 +152,7 @@ impl ChangeArgs {
 /// What goes into a recording beside the bytes.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RecordingArgs {
-    /// Go on with recordings that exist, behind a break
+    /// Append to existing recordings, after a gap
     #[arg(long)]
     pub(crate) resume: bool,
 
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sources_come_back_by_their_names() {
+    fn sources_are_known_by_their_names() {
         for (text, source) in [
             ("/dev/ttyUSB0", SourceName::Port("/dev/ttyUSB0".into())),
             ("COM3", SourceName::Port("COM3".into())),

@@ -17,7 +17,7 @@ use super::LogArgs;
 /// What is measured and how, the same for every command that measures.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct MeasureArgs {
-    /// Nominal sample rate of the data in hertz, where the capture cannot tell [default: 40, with a
+    /// Nominal sample rate in hertz, where the capture does not contain it [default: 40, with a
     /// warning]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<f64>,
@@ -93,7 +93,7 @@ impl MeasureArgs {
     }
 }
 
-/// What is told of one source, and how.
+/// What the result of one source contains, and in which form.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct ResultArgs {
     /// Also give, for filters, a first-order Gauss-Markov process, and the white noise and random

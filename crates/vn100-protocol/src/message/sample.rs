@@ -23,7 +23,7 @@ pub(super) const MAX_CHANNELS: usize = 13;
 ///
 /// ```text
 /// $VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63 CR LF
-///        '- yaw   pitch    roll     '- magnetic field x y z    '- acceleration x y z  '- angular rate x y z            '- check
+///        '- yaw   pitch    roll     '- magnetic field x y z    '- acceleration x y z  '- angular rate x y z
 ///           deg                        gauss                      m/s²                   rad/s
 /// ```
 ///

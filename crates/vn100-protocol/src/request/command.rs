@@ -50,8 +50,8 @@ pub enum SensorCommand {
     Tare,
 }
 
-/// The waits of the maker's libraries for an answer, for the settings to be saved, which takes about
-/// half a second, and for a restart.
+/// The waits of the maker's libraries for an answer, for the settings to be saved, which takes
+/// about half a second, and for a restart.
 const ANSWER_TIME: Duration = Duration::from_millis(500);
 const SAVE_TIME: Duration = Duration::from_millis(1200);
 const RESTART_TIME: Duration = Duration::from_millis(2500);

@@ -70,7 +70,8 @@ struct Csv {
     lines: u64,
     rows: u64,
     skipped_lines: u64,
-    odd: Vec<RejectedDocument>,
+    #[serde(rename = "odd")]
+    rejected: Vec<RejectedDocument>,
     ignored_columns: Vec<String>,
     rounded: Vec<String>,
 }
@@ -84,17 +85,18 @@ struct RejectedDocument {
 }
 
 fn csv(facts: &CsvReport) -> Csv {
-    let rejected = facts.rejected.iter().map(|rejected| RejectedDocument {
-        reason: rejected.reason.to_string(),
-        count: rejected.count,
-        first_line: rejected.first_line,
-        first_text: rejected.first_text.clone(),
+    let rejected = facts.rejected.iter().map(|row| RejectedDocument {
+        reason: row.reason.to_string(),
+        count: row.count,
+        first_line: row.first_line,
+        first_text: row.first_text.clone(),
     });
+    let rejected = rejected.collect();
     Csv {
         lines: facts.lines,
         rows: facts.rows,
         skipped_lines: facts.skipped_lines,
-        odd: rejected.collect(),
+        rejected,
         ignored_columns: facts.ignored_columns.clone(),
         rounded: facts.rounded.clone(),
     }

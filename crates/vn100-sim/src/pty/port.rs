@@ -1,5 +1,5 @@
-//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the link that
-//! leads to it.
+//! One pseudo-terminal, from the side of the sensor; what it does not take at once, and the link
+//! that leads to it.
 
 use std::{
     collections::VecDeque,
