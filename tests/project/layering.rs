@@ -16,12 +16,12 @@ const RULES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "vn100-pipeline",
-        &["vn100-protocol", "vn100-capture", "vn100-driver", "vn100-analysis"],
+        &["vn100-capture", "vn100-driver", "vn100-analysis"],
         &["serialport", "clap", "ratatui", "indicatif", "anyhow", "serde"],
     ),
     (
         "vn100-report",
-        &["vn100-protocol", "imu-noise", "vn100-analysis"],
+        &["vn100-analysis"],
         &["tokio", "tokio-util", "serialport", "clap", "ratatui", "indicatif", "anyhow"],
     ),
     (

@@ -5,6 +5,11 @@
 //! [`Assessment`] is what a snapshot says at one level of confidence. [`Datasheet`],
 //! [`Comparison`], [`Plan`] and [`Goal`] build on both.
 
+/// The statistics whose results snapshots and assessments hold.
+pub use imu_noise as noise;
+/// The channels, quantities and batches that an analysis takes.
+pub use vn100_protocol as protocol;
+
 mod accumulate;
 mod assessment;
 mod comparison;

@@ -60,7 +60,7 @@ impl GoalCheck {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::Settings;
-    use vn100_protocol::{VNIMU, stream::Batch};
+    use vn100_analysis::protocol::{VNIMU, stream::Batch};
 
     use super::*;
 

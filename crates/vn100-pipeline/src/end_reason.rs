@@ -1,8 +1,8 @@
 use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
+use vn100_analysis::protocol::stream::MessageName;
 use vn100_analysis::{Assessment, RateChange, Snapshot, SourceFacts, UnmetGoal};
 use vn100_capture::{OpenError, RecordError, RecordingState};
-use vn100_protocol::stream::MessageName;
 
 use crate::{live_source::LiveError, sensor_setup::SetupError};
 

@@ -9,7 +9,7 @@
 //! use vn100_analysis::{Settings, SourceFacts};
 //! use vn100_capture::Capture;
 //! use vn100_pipeline::{EndReason, Session};
-//! use vn100_protocol::stream::ReadOptions;
+//! use vn100_analysis::protocol::stream::ReadOptions;
 //!
 //! # #[tokio::main(flavor = "current_thread")] async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let line = b"$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";

@@ -6,9 +6,9 @@ use std::{
 
 use tokio::{sync::mpsc, task};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::stream::StreamInput;
 use vn100_capture::{Clock, Event, ReaderSource, Source, read_samples};
 use vn100_driver::{Connect, LinkHandle, LinkOptions, LinkState, open_link};
-use vn100_protocol::stream::StreamInput;
 
 use crate::measure::EventObserver;
 

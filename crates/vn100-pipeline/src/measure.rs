@@ -23,10 +23,10 @@ use tokio::{
     time::{self, Instant, MissedTickBehavior, sleep_until},
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::stream::CsvReport;
 use vn100_analysis::{Analysis, DEFAULT_RATE_HZ, Settings, Snapshot};
 use vn100_capture::{Event, RecordingState};
 use vn100_driver::{LinkHandle, LinkState};
-use vn100_protocol::stream::CsvReport;
 
 use crate::{
     assessor::{Assessor, GoalCheck},
@@ -418,8 +418,8 @@ impl Measuring {
 #[cfg(test)]
 mod tests {
     use vn100_analysis::SourceFacts;
+    use vn100_analysis::protocol::{VNYMR, stream::Batch};
     use vn100_capture::End;
-    use vn100_protocol::{VNYMR, stream::Batch};
 
     use super::*;
     use crate::{pace::Speed, session::open};

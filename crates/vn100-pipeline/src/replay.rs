@@ -7,9 +7,9 @@ use std::{
 
 use tokio::{sync::watch, task};
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::stream::ReadOptions;
 use vn100_analysis::{Settings, SourceFacts};
 use vn100_capture::{Capture, ColumnMap, Event, Format, OpenError};
-use vn100_protocol::stream::ReadOptions;
 
 use crate::{
     end_reason::{EndReason, SessionResult, StartError},

@@ -1,6 +1,6 @@
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::{Register, SensorCommand};
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};
-use vn100_protocol::{Register, SensorCommand};
 
 use crate::{
     live_source::{LiveError, LiveSource},

@@ -5,9 +5,9 @@ use tokio::{
     task::JoinHandle,
 };
 use tokio_util::sync::CancellationToken;
+use vn100_analysis::protocol::stream::ReadOptions;
 use vn100_analysis::{Goal, Settings, SourceFacts, UnmetGoal};
 use vn100_capture::Event;
-use vn100_protocol::stream::ReadOptions;
 
 use crate::{
     command::Command,

@@ -116,8 +116,8 @@ impl StreamWatchdog {
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::protocol::VNYMR;
     use vn100_analysis::{Analysis, Settings};
-    use vn100_protocol::VNYMR;
 
     use super::*;
 

@@ -2,13 +2,13 @@
 
 use std::{fmt, ops::Range};
 
-use imu_noise::{Claim, Sensor, Sides, Term, conventions};
 use serde::{
     Deserialize, Deserializer,
     de::{self, IgnoredAny, SeqAccess, Visitor},
 };
 use thiserror::Error;
 use toml::Spanned;
+use vn100_analysis::noise::{Claim, Sensor, Sides, Term, conventions};
 use vn100_analysis::{Datasheet, DatasheetFigure, SheetOnboard};
 
 use crate::toml_text::{TomlError, line, parse_toml};

@@ -8,8 +8,8 @@ pub(crate) mod source;
 
 use std::collections::BTreeMap;
 
-use imu_noise::{Deviation, Estimator};
 use serde::Serialize;
+use vn100_analysis::noise::{Deviation, Estimator};
 use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts};
 
 use crate::{

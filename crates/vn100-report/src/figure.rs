@@ -14,8 +14,8 @@ mod spectrum;
 mod svg;
 
 use thiserror::Error;
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{SENSORS, axes_name};
-use vn100_protocol::Quantity;
 
 pub use allan::allan_in_unit;
 pub(crate) use axes::{Axis, Scale, superscript};

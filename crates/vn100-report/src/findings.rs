@@ -1,6 +1,6 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
-use imu_noise::{FitQuality, LevelShape, Parameter, Sensor, SpectralLine, Status, Term, Verdict};
+use vn100_analysis::noise::{FitQuality, LevelShape, Parameter, Sensor, SpectralLine, Status, Term, Verdict};
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, SENSORS, WarningKind, sensor_name,
 };

@@ -4,12 +4,12 @@
 
 use std::sync::Arc;
 
-use imu_noise::Verdict;
+use vn100_analysis::noise::Verdict;
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
     Assessment, ComparedRecord, Datasheet, FigureVerdict, FilterModels, NoiseFigure, Snapshot, SourceFacts, UnmetGoal,
     Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
-use vn100_protocol::Quantity;
 
 use crate::{
     datasheet::{DatasheetError, vn100_datasheet},
@@ -260,8 +260,8 @@ pub fn record_letter(number: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use vn100_analysis::protocol::VNIMU;
     use vn100_analysis::{Analysis, Settings};
-    use vn100_protocol::VNIMU;
 
     use super::*;
 

@@ -1,8 +1,8 @@
 //! Names of what is measured and found, in words: the same in text, documents and reports.
 
-use imu_noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
+use vn100_analysis::noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
+use vn100_analysis::protocol::{Quantity, Tally};
 use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Ranking, StreamUnknown};
-use vn100_protocol::{Quantity, Tally};
 
 use crate::{measured::record_letter, numbers::plain::four_digits};
 

@@ -1,11 +1,11 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
-use imu_noise::{Block, Density, Normality, NotJudged, Sensor, Sides, Term, conventions, counts_to_unit};
 use serde::Serialize;
+use vn100_analysis::noise::{Block, Density, Normality, NotJudged, Sensor, Sides, Term, conventions, counts_to_unit};
+use vn100_analysis::protocol::{Channel, Quantity};
 use vn100_analysis::{
     Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
 };
-use vn100_protocol::{Channel, Quantity};
 
 /// One channel's results in its own unit. `None` is what is not known.
 #[derive(Debug, Clone)]
@@ -287,7 +287,7 @@ fn points(
             let deviation = octave.deviation_counts().map(&value);
             let assessed = assessed.and_then(|assessed| assessed.octaves.get(index));
             let relative = assessed.and_then(|assessed| assessed.relative);
-            let bound = |of: fn(&imu_noise::Interval) -> f64| Some(deviation? * of(&relative?));
+            let bound = |of: fn(&vn100_analysis::noise::Interval) -> f64| Some(deviation? * of(&relative?));
             Point {
                 m: octave.m,
                 tau_s: octave.m as f64 / snapshot.timing.rate_hz,

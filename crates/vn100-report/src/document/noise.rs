@@ -1,7 +1,7 @@
 //! The noise parameters of one channel and the verdicts on them, as in the JSON document.
 
-use imu_noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
 use serde::Serialize;
+use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
 use vn100_analysis::{ChannelNoise, FigureVerdict, FilterModels, StreamUnknown};
 
 use crate::names::{grade, grade_name, sentence, verdict_name};

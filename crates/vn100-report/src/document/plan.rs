@@ -2,8 +2,8 @@
 //!
 //! SI units (magnetic field in gauss); what is out of reach within 100 days is `null`.
 
-use imu_noise::Term;
 use serde::Serialize;
+use vn100_analysis::noise::Term;
 use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant, SENSORS, axes_name};
 
 /// The JSON document of a plan.

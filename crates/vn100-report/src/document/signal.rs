@@ -2,8 +2,8 @@
 //! of the record, in seconds of data since the first sample, those skipped included: `skipped_s`
 //! lie before the first sample that counts.
 
-use imu_noise::{LevelChange, LevelShape, Normality, NotJudged};
 use serde::Serialize;
+use vn100_analysis::noise::{LevelChange, LevelShape, Normality, NotJudged};
 
 use crate::units::{BlockValues, SignalValues};
 

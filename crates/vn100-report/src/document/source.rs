@@ -7,8 +7,8 @@ use std::{
 };
 
 use serde::Serialize;
+use vn100_analysis::protocol::stream::CsvReport;
 use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
-use vn100_protocol::stream::CsvReport;
 
 #[derive(Debug, Serialize)]
 pub(crate) struct SourceDocument {

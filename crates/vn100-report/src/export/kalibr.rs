@@ -3,9 +3,9 @@
 //!
 //! Names and units as in the page "Yaml formats" of its documentation.
 
-use imu_noise::{Sensor, Status, Term, over_bound};
 use thiserror::Error;
-use vn100_protocol::Quantity;
+use vn100_analysis::noise::{Sensor, Status, Term, over_bound};
+use vn100_analysis::protocol::Quantity;
 
 use crate::{
     findings::{Findings, SensorFindings, Worst},

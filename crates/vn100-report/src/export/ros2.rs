@@ -12,7 +12,7 @@ use mcap::{
     write::NoSeek,
 };
 use thiserror::Error;
-use vn100_protocol::{Layout, Quantity, stream::Batch};
+use vn100_analysis::protocol::{Layout, Quantity, stream::Batch};
 
 use crate::measured::Record;
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use imu_noise::Term;
+use vn100_analysis::noise::Term;
 
 use crate::{
     document::noise::{status, term_name},

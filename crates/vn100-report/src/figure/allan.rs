@@ -1,10 +1,10 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
-use imu_noise::{
+use vn100_analysis::ChannelNoise;
+use vn100_analysis::noise::{
     Deviation,
     Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
 };
-use vn100_analysis::ChannelNoise;
 
 use super::{
     Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,

@@ -1,13 +1,13 @@
 //! What was measured, with what, and how: everything needed to repeat it. As tables with a name and
 //! a value in each row.
 
-use imu_noise::{Arrivals, Deviation, Estimator};
 use maud::{Markup, html};
-use vn100_analysis::{MissingFrom, RateFrom};
-use vn100_protocol::{
+use vn100_analysis::noise::{Arrivals, Deviation, Estimator};
+use vn100_analysis::protocol::{
     AsyncRate, AsyncType, BaudRate, Calibration, ImuFilter, Quantity, ReferenceFrameRotation, Register,
     RegisterContents, RegisterFields, RegisterValue, StartupGyroBias, VpeControl,
 };
+use vn100_analysis::{MissingFrom, RateFrom};
 
 use super::{PageOptions, Program};
 use crate::{

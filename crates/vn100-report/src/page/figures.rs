@@ -1,8 +1,8 @@
 //! The figures, each with what it shows in words, and their numbers.
 
-use imu_noise::Deviation;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
+use vn100_analysis::noise::Deviation;
 
 use super::table;
 use crate::{

@@ -1,8 +1,8 @@
 //! The noise parameters, each sensor's axes side by side, in every unit in use; and beside the
 //! figures of the data sheet.
 
-use imu_noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use maud::{Markup, html};
+use vn100_analysis::noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
 use vn100_analysis::{
     ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };

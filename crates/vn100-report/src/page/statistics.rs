@@ -3,10 +3,10 @@
 
 use std::cmp::Ordering;
 
-use imu_noise::STANDARD_GRAVITY_M_S2;
 use maud::{Markup, html};
+use vn100_analysis::noise::STANDARD_GRAVITY_M_S2;
+use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{Remedy, RemedyWords};
-use vn100_protocol::Quantity;
 
 use super::EARTH_RATE_RAD_S;
 use super::{row, table};

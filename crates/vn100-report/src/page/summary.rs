@@ -1,8 +1,8 @@
 //! The answers in one table, for those who read no further.
 
-use imu_noise::{Parameter, Sensor, Status, Term, Verdict};
 use maud::{Markup, html};
 use vn100_analysis::Motion;
+use vn100_analysis::noise::{Parameter, Sensor, Status, Term, Verdict};
 
 use crate::{
     figure::pretty_unit,

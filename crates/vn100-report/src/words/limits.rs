@@ -1,6 +1,6 @@
 //! What stands between the record and the sensor, and what would make a better record.
 
-use imu_noise::{Sensor, Status, Term, Verdict, conventions};
+use vn100_analysis::noise::{Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::{LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, letter};
 
 use super::listed;

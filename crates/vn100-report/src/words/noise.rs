@@ -1,6 +1,6 @@
 //! How noisy each axis is, and what a filter that uses the stream is given.
 
-use imu_noise::{Parameter, Sensor, Status, Term, conventions};
+use vn100_analysis::noise::{Parameter, Sensor, Status, Term, conventions};
 use vn100_analysis::{LongTauValidity, Motion, Remedy, RemedyWords};
 
 use super::listed;

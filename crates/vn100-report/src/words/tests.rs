@@ -1,6 +1,6 @@
 //! Every sentence, and that it is said only where it holds.
 
-use imu_noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
 use vn100_analysis::{LongTauValidity, Motion, Onboard, Outages, RateFrom, Remedy, WarningKind};
 
 use super::*;

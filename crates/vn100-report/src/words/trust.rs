@@ -1,6 +1,6 @@
 //! How far the numbers can be trusted.
 
-use imu_noise::{Parameter, Status};
+use vn100_analysis::noise::{Parameter, Status};
 use vn100_analysis::{RateFrom, WarningKind};
 
 use super::listed;
