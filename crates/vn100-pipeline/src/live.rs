@@ -113,7 +113,8 @@ async fn measure_and_record(
     };
     let origin = Origin::Live { link: link.clone(), recording: recorder.as_ref().map(Recorder::state) };
     let settings = spec.settings.clone();
-    let measured = measure(Measurement { events, settings, excluded: Excluded::default(), origin }, channels).await;
+    let excluded = Excluded::default();
+    let measured = measure(Measurement { events, settings, excluded, origin, ends_as_recorded: false }, channels).await;
     channels.stage(Stage::Finishing);
     if let Some(link) = &link {
         match closed(link).await {

@@ -77,6 +77,9 @@ pub(crate) struct Measurement {
     /// What was excluded before, as `settings` say already.
     pub(crate) excluded: Excluded,
     pub(crate) origin: Origin,
+    /// Whether the settings end it where its recording ended: what little follows there is read,
+    /// too, for how that was.
+    pub(crate) ends_as_recorded: bool,
 }
 
 pub(crate) enum Origin {
@@ -107,7 +110,7 @@ pub(crate) struct Ending {
 }
 
 pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -> MeasurementEnd {
-    let Measurement { mut events, settings, excluded, origin } = measurement;
+    let Measurement { mut events, settings, excluded, origin, ends_as_recorded } = measurement;
     let mut ticks = time::interval(settings.watch_every.max(Duration::from_millis(1)));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = time::interval(StreamWatchdog::PERIOD);
@@ -167,7 +170,8 @@ pub(crate) async fn measure(measurement: Measurement, channels: &mut Channels) -
             event = next_due(&mut events, &mut held, source.pace.as_ref()), if source.end.is_none() => {
                 source.take(event, channels).await;
                 if source.end.is_some() {
-                    // what is still on its way is of no use
+                    // else what is still on its way is of no use
+                    while ends_as_recorded && events.recv().await.is_some() {}
                     events.close();
                     if source.pace.is_none() {
                         return source.finish(channels);
@@ -441,7 +445,8 @@ mod tests {
         face.commands.send(Command::GoTo(0.0)).await.unwrap();
         let stop = channels.stop.clone();
         let work = tokio::spawn(async move {
-            measure(Measurement { events: inbox, settings, excluded, origin }, &mut channels).await
+            measure(Measurement { events: inbox, settings, excluded, origin, ends_as_recorded: false }, &mut channels)
+                .await
         });
         assert!(matches!(face.events.recv().await, Some(SessionEvent::Refused(CommandRefusal::NotCounted))));
         face.state.wait_for(|state| state.playback.is_some_and(|playback| playback.at_end)).await.unwrap();

@@ -3,6 +3,7 @@
 use std::{
     io,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use tokio::{sync::watch, task};
@@ -145,7 +146,17 @@ async fn measure_capture(
     match capture.read(read, channels.stop.clone()) {
         Ok(events) => {
             let origin = pace.map_or(Origin::Capture { stored_bytes_read }, Origin::Paced);
-            measure(Measurement { events, settings, excluded, origin }, channels).await
+            let ends_as_recorded = spec.settings.duration.is_none() && spec.settings.until.is_empty();
+            let end = measure(Measurement { events, settings, excluded, origin, ends_as_recorded }, channels).await;
+            if let MeasurementEnd::Ended(Ending { reason, .. }) = &end
+                && !(ends_as_recorded || matches!(reason, EndReason::SourceEnded | EndReason::SourceFailed(_)))
+            {
+                // whether the end of the recording was read ahead is chance
+                channels
+                    .state
+                    .send_modify(|state| state.recorded.iter_mut().for_each(|recorded| recorded.end = Arc::default()));
+            }
+            end
         }
         Err(error) => {
             let snapshot = channels.state.borrow().snapshot.clone();

@@ -91,7 +91,7 @@ impl Session {
 
 async fn run_events(events: mpsc::Receiver<Event>, settings: Settings, mut channels: Channels) -> SessionResult {
     let (goals, excluded) = (settings.until.clone(), Excluded::default());
-    let measurement = Measurement { events, settings, excluded, origin: Origin::Events };
+    let measurement = Measurement { events, settings, excluded, origin: Origin::Events, ends_as_recorded: false };
     match measure(measurement, &mut channels).await {
         MeasurementEnd::Ended(ending) => channels.end(result(ending, &goals, &channels)),
         // only a paced replay goes back

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::{
+    fs,
     io::Write,
     path::{Path, PathBuf},
     sync::{
@@ -16,12 +17,12 @@ use tempfile::NamedTempFile;
 use tokio::time;
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::Settings;
-use vn100_capture::{Event, OpenError};
+use vn100_capture::{Event, OpenError, RecordingWriter};
 use vn100_pipeline::{
     Command, CommandRefusal, EndReason, Playback, ReplaySpec, Session, SessionEvent, SourceState, Speed, Stage,
     StartError,
 };
-use vn100_protocol::stream::ReadOptions;
+use vn100_protocol::stream::{Chunk, ReadOptions, StreamInput};
 
 const LINE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63\r\n";
 
@@ -215,6 +216,33 @@ async fn as_much_as_was_to_be_measured_is_the_end_too() {
     assert_eq!(end.samples, 200);
     command(&session, Command::Stop).await;
     assert!(matches!(*session.result.await.unwrap().end, EndReason::DurationReached));
+}
+
+#[tokio::test]
+async fn the_end_of_a_recording_is_known_where_the_replay_ends_with_it() {
+    let metadata = [("measured.duration".to_owned(), "1s".to_owned())].into();
+    let mut recording = RecordingWriter::new(Vec::new(), &metadata).unwrap();
+    // far more than is read ahead
+    for at_s in 0..100 {
+        let bytes = LINE.repeat(400).into();
+        recording.write(&StreamInput::Chunk(Chunk { bytes, at_ns: Some(at_s * 10_000_000_000) })).unwrap();
+    }
+    let file = NamedTempFile::with_suffix(".mcap").unwrap();
+    fs::write(&file, recording.finish(Some("done")).unwrap()).unwrap();
+    let replayed = async |duration| {
+        let settings = Settings { duration, ..Settings::default() };
+        let session = Session::replay(ReplaySpec { settings, ..spec(file.path()) });
+        let state = session.state.clone();
+        let result = session.result.await.unwrap();
+        assert!(matches!(*result.end, EndReason::DurationReached), "{:?}", result.end);
+        state.borrow().facts().recording.unwrap().end
+    };
+    let end = replayed(None).await.unwrap();
+    assert_eq!((end.complete, end.ended_ns, end.reason.as_deref()), (true, Some(990_000_000_000), Some("done")));
+    // whether the end was read ahead is chance, and counts for nothing
+    for seconds in [1, 2, 900] {
+        assert_eq!(replayed(Some(Duration::from_secs(seconds))).await, None);
+    }
 }
 
 #[tokio::test(start_paused = true)]
