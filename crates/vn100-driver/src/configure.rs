@@ -341,3 +341,19 @@ async fn read_back(link: &LinkHandle, change: &Change) -> Result<(), ConfigureEr
     let got = got.map_or_else(|| "nothing".into(), |contents| contents.fields.to_string());
     Err(ConfigureError::ReadBack { register: *register, asked: after.clone(), got })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_is_kept_within_one_frame_and_a_twentieth() {
+        // a frame in two seconds is 0.5 Hz, a twentieth of 40 Hz is 2 Hz
+        for (measured_hz, is_kept) in
+            [(40.0, true), (42.5, true), (42.6, false), (37.5, true), (37.4, false), (0.0, false)]
+        {
+            let configured = Configured { measured_hz, rate_hz: 40, ..Configured::default() };
+            assert_eq!(configured.rate_is_kept(), is_kept, "{measured_hz}");
+        }
+    }
+}

@@ -255,6 +255,15 @@ mod tests {
         assert!(message(Unknown, "I/O error", "/dev/null").ends_with("/dev/null at 115200 baud: I/O error"));
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_port_in_use_is_no_missing_port() {
+        let busy = message(serialport::ErrorKind::NoDevice, "Device or resource busy", "/dev/null");
+        assert!(busy.contains("in use"), "{busy}");
+        // a character device may be a port whatever its error says; a file is none
+        assert!(may_be_port(Path::new("/dev/null")) && !may_be_port(Path::new("/")));
+    }
+
     #[test]
     fn candidates_are_listed_with_the_likely_marked() {
         let port = |name: &str, likely| PortEntry { name: name.into(), stable_name: None, usb: None, likely };
@@ -274,6 +283,15 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn joining_the_group_of_root_is_never_advised() {
+        // a group without rights to write gives none, that of others does
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let mode = |mode| fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
+        mode(0o640);
+        assert_eq!(group_of(file.path()), None);
+        mode(0o660);
+        let own = std::os::unix::fs::MetadataExt::gid(&fs::metadata(file.path()).unwrap());
+        assert_eq!(group_of(file.path()).is_some(), own != 0);
+        assert_eq!(group_of(Path::new("/nowhere")).as_deref(), Some("dialout"));
         // of root, and for no other
         assert_eq!(group_of(Path::new("/proc/kmsg")), None);
         assert!(!permission_advice(None).contains("usermod"));

@@ -1,10 +1,13 @@
 //! What files are taken for, and what comes out of them, through [`Capture`] alone.
 
-use std::io::{Cursor, Read, Write};
+use std::{
+    collections::BTreeMap,
+    io::{self, Cursor, Read, Write},
+};
 
 use tokio_util::sync::CancellationToken;
-use vn100_capture::{Capture, End, Event, Format, MapHint, OpenError};
-use vn100_protocol::stream::{Batch, MarkKind, ReadOptions, RejectedRow};
+use vn100_capture::{Capture, End, Event, Format, MapHint, OpenError, RecordingWriter};
+use vn100_protocol::stream::{Batch, Chunk, MarkKind, ReadOptions, RejectedRow, StreamInput};
 
 /// A line of the sensor's manual.
 const SENTENCE: &str = "$VNYMR,-085.469,+074.972,+063.752,-00.5551,+00.4403,+00.9048,+08.971,-02.145,-01.093,+00.000040,-00.000301,-00.000391*63";
@@ -141,4 +144,30 @@ fn line_by_line_gives_each_row_of_a_file_the_bytes_up_to_its_end() {
     let line = "0.000,0.000000,9.000\n".len() as u64;
     let (header, rejected) = ("t,gyro_x,accel_x\n".len() as u64, "soon,0.1,9.1\n".len() as u64);
     assert_eq!(told.collect::<Vec<_>>(), [header + line, header + 2 * line, header + rejected + 3 * line]);
+}
+
+/// A reader whose every other call is interrupted by a signal, and brings nothing.
+struct Interrupted {
+    bytes: Cursor<Vec<u8>>,
+    is_interrupted: bool,
+}
+
+impl Read for Interrupted {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.is_interrupted = !self.is_interrupted;
+        if self.is_interrupted { Err(io::ErrorKind::Interrupted.into()) } else { self.bytes.read(buffer) }
+    }
+}
+
+#[test]
+fn an_interrupted_read_is_tried_again() {
+    let text = format!("{SENTENCE}\r\n").repeat(50).into_bytes();
+    let mut recording = RecordingWriter::new(Vec::new(), &BTreeMap::new()).unwrap();
+    recording.write(&StreamInput::Chunk(Chunk { bytes: text.clone().into(), at_ns: Some(1) })).unwrap();
+    for bytes in [text, csv(50).into_bytes(), recording.finish(None).unwrap()] {
+        let reader = Interrupted { bytes: Cursor::new(bytes), is_interrupted: false };
+        let (batches, end) = read(Capture::from_reader(reader, None).unwrap(), ReadOptions::default());
+        assert!(end.error.is_none(), "{:?}", end.error);
+        assert_eq!(batches.iter().map(Batch::row_count).sum::<usize>(), 50);
+    }
 }

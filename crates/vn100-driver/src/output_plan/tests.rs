@@ -260,3 +260,19 @@ proptest! {
         prop_assert_eq!(output(&state), output(&sensor));
     }
 }
+
+#[test]
+fn a_change_names_what_is_changed() {
+    let fields = |text| RegisterFields::new(text).unwrap();
+    for (register, name) in [
+        (Register::BAUD_RATE, "the speed of the line (register 05) from 1 to 2"),
+        (Register::ASYNC_TYPE, "the message (register 06) from 1 to 2"),
+        (Register::ASYNC_RATE, "the rate (register 07) from 1 to 2"),
+        (Register::PROTOCOL_CONTROL, "the form of the lines (register 30) from 1 to 2"),
+        (Register::SYNC_CONTROL, "the synchronisation (register 32) from 1 to 2"),
+        (Register::IMU_FILTER, "the averaging windows (register 85) from 1 to 2"),
+        (Register::BINARY_OUTPUT_1, "register 75 from 1 to 2"),
+    ] {
+        assert_eq!(Change { register, before: fields("1"), after: fields("2") }.to_string(), name);
+    }
+}
