@@ -79,7 +79,7 @@ fn string(text: &str) -> Option<(usize, (usize, usize))> {
     let is_raw = prefix > 0 && text[..prefix].ends_with('r');
     let hashes = if is_raw { text[prefix..].find(|c| c != '#')? } else { 0 };
     let begin = prefix + hashes + 1;
-    if prefix > 2 || text[prefix + hashes..].chars().next() != Some('"') {
+    if prefix > 2 || !text[prefix + hashes..].starts_with('"') {
         return None;
     }
     if is_raw {

@@ -22,8 +22,8 @@ pub trait Connect: Send + 'static {
     /// Why not, and what to do about it.
     fn open(&mut self, baud: u32) -> impl Future<Output = Result<Self::Connection, ConnectError>> + Send;
 
-    /// The time now, in nanoseconds from the origin that the connection's [`Chunk`](crate::Chunk)s
-    /// are stamped from.
+    /// The time now, in nanoseconds from the origin that the stamps of the connection's
+    /// [`Chunk`](vn100_protocol::stream::Chunk)s count from.
     fn now_ns(&self) -> i64;
 
     /// The link by the name the user gave it.

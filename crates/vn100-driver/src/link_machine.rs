@@ -117,6 +117,7 @@ pub(crate) enum LinkOutput {
 }
 
 /// What a link is doing.
+#[expect(clippy::large_enum_variant, reason = "there is one for each link")]
 enum Phase {
     /// Waits for the port.
     Opening,

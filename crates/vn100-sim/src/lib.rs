@@ -36,4 +36,5 @@ pub mod wire;
 pub use capture::{Generator, UnsupportedRate, write_capture};
 pub use device::{Device, DeviceConfig};
 pub use message::Message;
+pub use onboard::Window;
 pub use profile::{Profile, UnknownProfile};

@@ -268,7 +268,7 @@ fn a_scale_that_is_a_power_of_two_scales_every_value_exactly() {
 fn a_quaternion_that_changes_its_sign_stands_still() {
     let attitude = [300_000, -400_000, 500_000, 707_107];
     let row = |index: usize| {
-        let sign = if index % 3 == 0 { -1 } else { 1 };
+        let sign = if index.is_multiple_of(3) { -1 } else { 1 };
         let mut row = vec![0; VNQMR.channels.len()];
         // one count of noise, so that nothing is stuck
         row[..4].copy_from_slice(&attitude.map(|count| sign * (count + (index % 5) as i32)));

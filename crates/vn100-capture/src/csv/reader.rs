@@ -37,6 +37,7 @@ pub(crate) struct CsvReader<R> {
 }
 
 /// What rows become.
+#[expect(clippy::large_enum_variant, reason = "there is one for each file")]
 enum Content {
     /// Numbers, already counts.
     Values { layout: Arc<Layout>, open: Batch },

@@ -84,7 +84,7 @@ fn a_live_stream_that_begins_within_a_sentence_is_known_by_its_first_whole_one()
     /// Two lines, and then nothing for ever.
     struct Live(Cursor<Vec<u8>>);
     impl Read for Live {
-        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
             let n = self.0.read(buffer)?;
             assert!(n > 0, "waits for more than it needs");
             Ok(n)

@@ -245,6 +245,5 @@ impl Link {
 
 /// A command as it is sent.
 pub(crate) fn line(command: &SensorCommand) -> String {
-    let line = command.sentence(Check::Xor8);
-    line
+    command.sentence(Check::Xor8)
 }
