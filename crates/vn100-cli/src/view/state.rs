@@ -12,8 +12,9 @@ use super::{
 };
 
 /// A part of the screen that may have it to itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum Panel {
+    #[default]
     Allan,
     Parameters,
     Statistics,
@@ -35,8 +36,9 @@ impl Panel {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum Axes {
+    #[default]
     All,
     One(usize),
 }
@@ -63,7 +65,7 @@ pub(crate) enum ViewRequest {
     Control(Command),
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct ViewState {
     pub(crate) overview: bool,
     /// The source shown, or chosen among all.
@@ -94,23 +96,7 @@ const MOST_ZOOM: u8 = 4;
 
 impl ViewState {
     pub(crate) fn new(sources: usize) -> Self {
-        Self {
-            overview: sources > 1,
-            source: 0,
-            panel: Panel::Allan,
-            expanded: false,
-            sensor: 0,
-            axes: Axes::All,
-            cursor: None,
-            units: 0,
-            zoom: 0,
-            history_zoom: 0,
-            frozen: false,
-            help: None,
-            question: None,
-            warning: 0,
-            message: None,
-        }
+        Self { overview: sources > 1, ..Self::default() }
     }
 
     /// The sensor shown, of those the source has.
