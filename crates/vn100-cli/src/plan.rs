@@ -44,7 +44,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Completion> {
     let plan = Plan::new(&wants, given, &sheet)?;
     if args.json {
         let commands = commands(&plan, given, asked);
-        print_json(&PlanDocument::new(&plan, given, &sheet, asked, &commands))?;
+        print_json(&PlanDocument::new(&plan, given, &sheet, asked, commands))?;
     } else {
         print(&text(|out| write_plan(out, &plan, given, &sheet, asked)))?;
     }

@@ -119,7 +119,7 @@ impl ResultWriter {
 
 /// Writes the document of a session under way in a line.
 pub(crate) fn print_state(state: &SourceState) -> Result<()> {
-    print_json_line(&Document::so_far(&state.facts(), &state.snapshot, &state.assessment(), remedy_words))
+    print_json_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
 }
 
 /// The results of all sources of a command, in their order.

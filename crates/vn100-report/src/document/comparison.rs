@@ -6,152 +6,263 @@
 //! correction; `differs` is `corrected` < 1 - `confidence`.
 
 use serde::Serialize;
-use serde_json::{Value, json};
-use vn100_analysis::{ChannelMeans, Comparison, OctaveTest, Ranking, RemedyWords, axes_name, sensor_of};
+use vn100_analysis::{Chance, ChannelMeans, Comparison, OctaveTest, Ranking, RemedyWords, axes_name, sensor_of};
 
 use crate::{measured::Measured, units::tests_by_channel};
 
 /// The JSON document of several records side by side.
 #[derive(Debug, Serialize)]
-pub struct ComparisonDocument(Value);
+pub struct ComparisonDocument {
+    schema: &'static str,
+    confidence: f64,
+    /// In the order given, those that could not be read too.
+    records: Vec<RecordDocument>,
+    /// F-tests of the octaves that two records share; corrected for all of them together.
+    channels: Vec<ChannelDocument>,
+    sensors: Vec<SensorDocument>,
+    /// Means of the channels of sensors, and how far they lie apart.
+    means: Vec<MeansDocument>,
+    disturbances: Vec<DisturbanceDocument>,
+    /// What could not be compared, or only in part.
+    caveats: Vec<CaveatDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct RecordDocument {
+    name: String,
+    kind: Option<&'static str>,
+    error: Option<String>,
+    message: Option<String>,
+    compensated: Option<bool>,
+    rate_hz: f64,
+    duration_s: f64,
+    samples: u64,
+    /// Kinds of all warnings of its own analysis.
+    warnings: Vec<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelDocument {
+    name: String,
+    unit: String,
+    octaves: Vec<OctaveDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct OctaveDocument {
+    tau_s: f64,
+    records: [usize; 2],
+    deviations: [f64; 2],
+    edf: [f64; 2],
+    #[serde(flatten)]
+    verdict: Verdict,
+}
+
+#[derive(Debug, Serialize)]
+struct Verdict {
+    p: f64,
+    corrected: f64,
+    differs: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct SensorDocument {
+    /// `gyro`, `accel` or `mag`.
+    sensor: &'static str,
+    unit: &'static str,
+    /// The quietest first, by N over its factor.
+    ranked: Vec<RankedDocument>,
+    /// White noise folds alike in all of them; otherwise none is the quietest.
+    folds_alike: bool,
+    /// Of those where it folds alike, corrected for all pairs of all sensors.
+    tests: Vec<TestDocument>,
+    /// The quietest record, where it is significantly quieter than every other one.
+    quietest: Option<usize>,
+    /// Records where N is not estimated on every axis.
+    not_ranked: Vec<usize>,
+}
+
+#[derive(Debug, Serialize)]
+struct RankedDocument {
+    record: usize,
+    /// N: root of the mean square over the axes.
+    white: f64,
+    lower: f64,
+    upper: f64,
+    axes: Vec<AxisDocument>,
+    /// What averaging and decimation on board make of white noise; `null` where unknown.
+    white_factor: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AxisDocument {
+    name: String,
+    white: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct TestDocument {
+    records: [usize; 2],
+    #[serde(flatten)]
+    verdict: Verdict,
+}
+
+#[derive(Debug, Serialize)]
+struct MeansDocument {
+    name: String,
+    unit: String,
+    means: Vec<MeanDocument>,
+    /// Standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle.
+    spread: Option<SpreadDocument>,
+    /// The sensor takes the bias out of one record at least.
+    bias_removed: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct MeanDocument {
+    record: usize,
+    mean: f64,
+    /// The deviation at `tau_s`, the longest known.
+    standard_error: Option<f64>,
+    edf: Option<f64>,
+    tau_s: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct SpreadDocument {
+    deviation: f64,
+    lower: f64,
+    upper: f64,
+    dof: f64,
+    /// What noise within the records alone would spread them by.
+    from_noise: f64,
+    p: f64,
+    /// Holm's correction for all channels with a spread.
+    corrected: f64,
+    beyond_noise: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct DisturbanceDocument {
+    record: usize,
+    kind: &'static str,
+    channels: Vec<String>,
+    text: String,
+}
+
+#[derive(Debug, Serialize)]
+struct CaveatDocument {
+    kind: &'static str,
+    records: Vec<usize>,
+    text: String,
+}
 
 impl ComparisonDocument {
-    /// The results in the order in which they were compared, those that could not be read too.
+    /// The results in the order in which they were compared.
     #[must_use]
     pub fn new(all: &[Measured], comparison: &Comparison, words: RemedyWords) -> Self {
-        let channels = tests_by_channel(&comparison.octaves);
-        let disturbances = comparison.disturbances.iter().map(|disturbance| {
-            json!({
-                "record": disturbance.record,
-                "kind": disturbance.warning.kind.name(),
-                "channels": disturbance.warning.channels,
-                "text": disturbance.warning.text.in_words(words),
-            })
+        let verdict = |chance: Chance| Verdict {
+            p: chance.p,
+            corrected: chance.corrected,
+            differs: comparison.is_significant(chance),
+        };
+        let octave = |test: &OctaveTest| OctaveDocument {
+            tau_s: test.tau_s,
+            records: test.records,
+            deviations: test.deviations,
+            edf: test.edf,
+            verdict: verdict(test.chance),
+        };
+        let channels = tests_by_channel(&comparison.octaves).into_iter().filter_map(|tests| {
+            let OctaveTest { channel, unit, .. } = tests.first()?;
+            let octaves = tests.iter().map(|test| octave(test)).collect();
+            Some(ChannelDocument { name: channel.clone(), unit: unit.clone(), octaves })
         });
-        let caveats = comparison.caveats.iter().map(|caveat| {
-            json!({ "kind": caveat.kind.name(), "records": caveat.records, "text": caveat.text.in_words(words) })
+        let disturbances = comparison.disturbances.iter().map(|disturbance| DisturbanceDocument {
+            record: disturbance.record,
+            kind: disturbance.warning.kind.name(),
+            channels: disturbance.warning.channels.clone(),
+            text: disturbance.warning.text.in_words(words),
         });
-        Self(json!({
-            "schema": "vn100.comparison/1",
-            "confidence": comparison.confidence,
-            "records": all.iter().map(record).collect::<Vec<_>>(),
-            // F-tests of the octaves that two records share; corrected for all of them together
-            "channels": channels.iter().filter_map(|tests| channel(tests, comparison)).collect::<Vec<_>>(),
-            "sensors": comparison.rankings.iter().map(|ranking| sensor(ranking, comparison)).collect::<Vec<_>>(),
-            // means of the channels of sensors, and how far they lie apart
-            "means": comparison.means.iter().map(|means| means_of(means, comparison)).collect::<Vec<_>>(),
-            "disturbances": disturbances.collect::<Vec<_>>(),
-            // what could not be compared, or only in part
-            "caveats": caveats.collect::<Vec<_>>(),
-        }))
+        let caveats = comparison.caveats.iter().map(|caveat| CaveatDocument {
+            kind: caveat.kind.name(),
+            records: caveat.records.clone(),
+            text: caveat.text.in_words(words),
+        });
+        Self {
+            schema: "vn100.comparison/1",
+            confidence: comparison.confidence,
+            records: all.iter().map(record).collect(),
+            channels: channels.collect(),
+            sensors: comparison.rankings.iter().map(|ranking| sensor(ranking, comparison, verdict)).collect(),
+            means: comparison.means.iter().map(|means| means_of(means, comparison)).collect(),
+            disturbances: disturbances.collect(),
+            caveats: caveats.collect(),
+        }
     }
 }
 
-fn record(measured: &Measured) -> Value {
+fn record(measured: &Measured) -> RecordDocument {
     let Measured { facts, snapshot, assessment, .. } = measured;
-    let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
-    json!({
-        "name": facts.name,
-        "kind": facts.kind,
-        "error": facts.error,
-        "message": snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
-        "compensated": snapshot.layout.as_ref().map(|layout| layout.compensated),
-        "rate_hz": snapshot.timing.rate_hz,
-        "duration_s": snapshot.timing.duration_s(),
-        "samples": snapshot.timing.samples,
-        // kinds of all warnings of its own analysis
-        "warnings": warnings.map(|warning| warning.kind.name()).collect::<Vec<_>>(),
-    })
+    RecordDocument {
+        name: facts.name.clone(),
+        kind: facts.kind,
+        error: facts.error.clone(),
+        message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
+        compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
+        rate_hz: snapshot.timing.rate_hz,
+        duration_s: snapshot.timing.duration_s(),
+        samples: snapshot.timing.samples,
+        warnings: snapshot.warnings.iter().chain(&assessment.warnings).map(|warning| warning.kind.name()).collect(),
+    }
 }
 
-fn channel(tests: &[&OctaveTest], comparison: &Comparison) -> Option<Value> {
-    let OctaveTest { channel, unit, .. } = tests.first()?;
-    let octaves = tests.iter().map(|test| {
-        json!({
-            "tau_s": test.tau_s,
-            "records": test.records,
-            "deviations": test.deviations,
-            "edf": test.edf,
-            "p": test.chance.p,
-            "corrected": test.chance.corrected,
-            "differs": comparison.is_significant(test.chance),
-        })
-    });
-    Some(json!({ "name": channel, "unit": unit, "octaves": octaves.collect::<Vec<_>>() }))
-}
-
-fn sensor(ranking: &Ranking, comparison: &Comparison) -> Value {
-    let ranked = ranking.records.iter().map(|ranked| {
-        let axes = ranked.axes.iter().map(|(name, white)| json!({ "name": name, "white": white }));
-        json!({
-            "record": ranked.record,
-            // N: root of the mean square over the axes
-            "white": ranked.white,
-            "lower": ranked.lower,
-            "upper": ranked.upper,
-            "axes": axes.collect::<Vec<_>>(),
-            // what averaging and decimation on board make of white noise
-            "white_factor": ranked.white_factor,
-        })
-    });
-    let tests = ranking.tests.iter().map(|test| {
-        json!({
-            "records": test.records,
-            "p": test.chance.p,
-            "corrected": test.chance.corrected,
-            "differs": comparison.is_significant(test.chance),
-        })
+fn sensor(ranking: &Ranking, comparison: &Comparison, verdict: impl Fn(Chance) -> Verdict) -> SensorDocument {
+    let ranked = ranking.records.iter().map(|ranked| RankedDocument {
+        record: ranked.record,
+        white: ranked.white,
+        lower: ranked.lower,
+        upper: ranked.upper,
+        axes: ranked.axes.iter().map(|(name, white)| AxisDocument { name: name.clone(), white: *white }).collect(),
+        white_factor: ranked.white_factor,
     });
     let leads = ranking.lead().is_some_and(|lead| comparison.is_significant(lead));
-    json!({
-        // gyro, accel or mag
-        "sensor": sensor_of(ranking.quantity).map_or("", axes_name),
-        "unit": ranking.unit,
-        // the quietest first, by N over its factor
-        "ranked": ranked.collect::<Vec<_>>(),
-        // white noise folds alike in all of them; otherwise none is the quietest
-        "folds_alike": ranking.folds_alike,
-        // of those where it folds alike, corrected for all pairs of all sensors
-        "tests": tests.collect::<Vec<_>>(),
-        // the quietest record, where it is significantly quieter than every other one
-        "quietest": ranking.records.first().filter(|_| leads).map(|first| first.record),
-        // records where N is not estimated on every axis
-        "not_ranked": ranking.not_ranked,
-    })
+    SensorDocument {
+        sensor: sensor_of(ranking.quantity).map_or("", axes_name),
+        unit: ranking.unit,
+        ranked: ranked.collect(),
+        folds_alike: ranking.folds_alike,
+        tests: (ranking.tests.iter())
+            .map(|test| TestDocument { records: test.records, verdict: verdict(test.chance) })
+            .collect(),
+        quietest: ranking.records.first().filter(|_| leads).map(|first| first.record),
+        not_ranked: ranking.not_ranked.clone(),
+    }
 }
 
-fn means_of(means: &ChannelMeans, comparison: &Comparison) -> Value {
-    let of_records = means.means.iter().map(|mean| {
-        json!({
-            "record": mean.record,
-            "mean": mean.mean,
-            // the deviation at `tau_s`, the longest known
-            "standard_error": mean.error.map(|error| error.standard_error),
-            "edf": mean.error.map(|error| error.edf),
-            "tau_s": mean.error.map(|error| error.tau_s),
-        })
-    });
-    let spread = means.spread.zip(means.chance).map(|(spread, chance)| {
-        json!({
-            "deviation": spread.deviation,
-            "lower": spread.interval.lower,
-            "upper": spread.interval.upper,
-            "dof": spread.interval.edf,
-            // what noise within the records alone would spread them by
-            "from_noise": spread.from_noise,
-            "p": chance.p,
-            // for all channels with a spread
-            "corrected": chance.corrected,
-            "beyond_noise": comparison.is_significant(chance),
-        })
-    });
-    json!({
-        "name": means.channel,
-        "unit": means.unit,
-        "means": of_records.collect::<Vec<_>>(),
-        // standard deviation of the means: turn-on to turn-on bias, if each record is a power cycle
-        "spread": spread,
-        // the sensor takes the bias out of one record at least
-        "bias_removed": means.bias_removed,
-    })
+fn means_of(means: &ChannelMeans, comparison: &Comparison) -> MeansDocument {
+    MeansDocument {
+        name: means.channel.clone(),
+        unit: means.unit.clone(),
+        means: (means.means.iter())
+            .map(|mean| MeanDocument {
+                record: mean.record,
+                mean: mean.mean,
+                standard_error: mean.error.map(|error| error.standard_error),
+                edf: mean.error.map(|error| error.edf),
+                tau_s: mean.error.map(|error| error.tau_s),
+            })
+            .collect(),
+        spread: means.spread.zip(means.chance).map(|(spread, chance)| SpreadDocument {
+            deviation: spread.deviation,
+            lower: spread.interval.lower,
+            upper: spread.interval.upper,
+            dof: spread.interval.edf,
+            from_noise: spread.from_noise,
+            p: chance.p,
+            corrected: chance.corrected,
+            beyond_noise: comparison.is_significant(chance),
+        }),
+        bias_removed: means.bias_removed,
+    }
 }

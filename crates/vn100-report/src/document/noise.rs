@@ -1,111 +1,209 @@
 //! The noise parameters of one channel and the verdicts on them, as in the JSON document.
 
-use serde_json::{Value, json};
-use vn100_analysis::noise::{Claim, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{ChannelNoise, FigureVerdict, FilterModels, StreamUnknown, Verdicts};
+use serde::Serialize;
+use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
+use vn100_analysis::{ChannelNoise, FigureVerdict, FilterModels, StreamUnknown};
 
-use crate::{
-    names::{grade, grade_name, sentence, verdict_name},
-    units::si_unit,
-};
+use crate::names::{grade, grade_name, sentence, verdict_name};
 
-/// `samples` are those the parameters rest on: in a growing record up to a twentieth fewer than it
-/// has.
-pub(super) fn noise(noise: &ChannelNoise, samples: u64, models: Option<&FilterModels>) -> Value {
-    let parameter = |term| noise.parameter(term).map(|found| parameter(found, noise.sensor, term));
-    let unit = |term| si_unit(noise.sensor, term);
-    let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
-    let mut correlations = Vec::new();
-    for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
-        for &b in Term::ALL[index + 1..].iter().filter(|term| shown(**term)) {
-            let value = noise.fit.correlation(a, b);
-            correlations.extend(value.map(|value| json!({ "of": [term_name(a), term_name(b)], "value": value })));
-        }
-    }
-    let fit = noise.fit.quality.map(|fit| {
-        json!({
-            "tau_min_s": fit.tau_min_s,
-            "tau_max_s": fit.tau_max_s,
-            "chi2": fit.chi2,
-            "dof": fit.dof,
-            "p": fit.p,
-        })
-    });
-    let later = noise.detectable_rrw;
-    let mut document = json!({
-        "samples": samples,
-        "fit": fit,
-        "white": parameter(Term::White),
-        "bias_instability": parameter(Term::BiasInstability),
-        "rate_random_walk": parameter(Term::RateRandomWalk),
-        "rate_ramp": parameter(Term::RateRamp),
-        "quantization": parameter(Term::Quantization),
-        // where the record is too short for a random walk: the smallest a longer one would show
-        "rate_random_walk_seen_later":
-            later.map(|later| json!({ "duration_s": later.duration_s, "at_least": later.at_least })),
-        // of the squared amplitudes of two terms
-        "correlations": correlations,
-        // by the graphical rules; all `null` unless of the Allan deviation
-        "classical": {
-            "white": noise.classical.white,
-            "white_unit": unit(Term::White),
-            "bias_instability": noise.classical.bias_instability,
-            "bias_instability_unit": unit(Term::BiasInstability),
-            "rate_random_walk": noise.classical.rate_random_walk,
-            "rate_random_walk_unit": unit(Term::RateRandomWalk),
-        },
-    });
-    // only where asked for
-    if let Some(models) = models {
-        document["filter_models"] = filter_models(models);
-    }
-    document
+#[derive(Debug, Serialize)]
+pub(crate) struct NoiseDocument {
+    /// Samples the parameters rest on, in a growing record up to a twentieth fewer than it has.
+    samples: u64,
+    fit: Option<Fit>,
+    white: Option<ParameterDocument>,
+    bias_instability: Option<ParameterDocument>,
+    rate_random_walk: Option<ParameterDocument>,
+    rate_ramp: Option<ParameterDocument>,
+    quantization: Option<ParameterDocument>,
+    /// Where the record is too short for a random walk: the smallest a longer one would show.
+    rate_random_walk_seen_later: Option<SeenLater>,
+    correlations: Vec<Correlation>,
+    classical: Classical,
+    /// Only where asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filter_models: Option<FilterModelsDocument>,
 }
 
 /// In the SI units of the parameters; sigma in that of the channel.
-fn filter_models(models: &FilterModels) -> Value {
-    let gauss_markov = models.gauss_markov.map(|fit| {
-        json!({
-            "white": bounds(fit.white),
-            "sigma": bounds(fit.sigma),
-            "correlation_time_s": bounds(fit.correlation_time_s),
-            "chi2": fit.chi2,
-            "dof": fit.dof,
-            "p": fit.p,
-        })
-    });
-    let over_bound =
-        models.over_bound.map(|bound| json!({ "white": bound.white, "rate_random_walk": bound.rate_random_walk }));
-    json!({ "gauss_markov": gauss_markov, "over_bound": over_bound })
+#[derive(Debug, Serialize)]
+struct FilterModelsDocument {
+    gauss_markov: Option<GaussMarkov>,
+    over_bound: Option<OverBoundDocument>,
 }
 
-fn bounds(Parameter { status, value, lower, upper }: Parameter) -> Value {
-    json!({ "status": status_name(status), "value": value, "lower": lower, "upper": upper })
+#[derive(Debug, Serialize)]
+struct GaussMarkov {
+    white: Bounds,
+    sigma: Bounds,
+    correlation_time_s: Bounds,
+    chi2: f64,
+    dof: usize,
+    p: f64,
 }
 
-/// In SI units, and where it says something in every other unit in use.
-fn parameter(parameter: Parameter, sensor: Sensor, term: Term) -> Value {
-    let says_something = parameter.value.is_some() || parameter.upper.is_some();
-    let others = conventions(sensor, term).iter().skip(1).filter(|_| says_something);
-    let others = others.map(|convention| {
-        let sides = convention.sides.map(|sides| match sides {
-            Sides::One => "one",
-            Sides::Two => "two",
+#[derive(Debug, Serialize)]
+struct Bounds {
+    status: &'static str,
+    #[serde(flatten)]
+    range: Range,
+}
+
+#[derive(Debug, Serialize)]
+struct Range {
+    value: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct OverBoundDocument {
+    white: f64,
+    rate_random_walk: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Fit {
+    tau_min_s: f64,
+    tau_max_s: f64,
+    chi2: f64,
+    dof: usize,
+    p: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct ParameterDocument {
+    #[serde(flatten)]
+    bounds: Bounds,
+    unit: &'static str,
+    /// The same in every other unit in use.
+    conventions: Vec<InUnit>,
+}
+
+#[derive(Debug, Serialize)]
+struct InUnit {
+    unit: &'static str,
+    /// Of a density, which frequencies it counts.
+    sides: Option<&'static str>,
+    #[serde(flatten)]
+    range: Range,
+}
+
+#[derive(Debug, Serialize)]
+struct SeenLater {
+    duration_s: f64,
+    at_least: f64,
+}
+
+/// Of the squared amplitudes of two terms.
+#[derive(Debug, Serialize)]
+struct Correlation {
+    of: [&'static str; 2],
+    value: f64,
+}
+
+/// N, B and K by the graphical rules; all `null` unless of the Allan deviation.
+#[derive(Debug, Serialize)]
+struct Classical {
+    white: Option<f64>,
+    white_unit: &'static str,
+    bias_instability: Option<f64>,
+    bias_instability_unit: &'static str,
+    rate_random_walk: Option<f64>,
+    rate_random_walk_unit: &'static str,
+}
+
+impl NoiseDocument {
+    pub(crate) fn new(noise: &ChannelNoise, samples: u64) -> Self {
+        let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
+        let unit = |term| conventions(noise.sensor, term).first().map_or("", |si| si.unit);
+        let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
+        let mut correlations = Vec::new();
+        for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
+            for &b in Term::ALL[index + 1..].iter().filter(|term| shown(**term)) {
+                let value = noise.fit.correlation(a, b);
+                correlations.extend(value.map(|value| Correlation { of: [term_name(a), term_name(b)], value }));
+            }
+        }
+        Self {
+            samples,
+            fit: noise.fit.quality.map(|quality| Fit {
+                tau_min_s: quality.tau_min_s,
+                tau_max_s: quality.tau_max_s,
+                chi2: quality.chi2,
+                dof: quality.dof,
+                p: quality.p,
+            }),
+            white: parameter(Term::White),
+            bias_instability: parameter(Term::BiasInstability),
+            rate_random_walk: parameter(Term::RateRandomWalk),
+            rate_ramp: parameter(Term::RateRamp),
+            quantization: parameter(Term::Quantization),
+            rate_random_walk_seen_later: noise
+                .detectable_rrw
+                .map(|later| SeenLater { duration_s: later.duration_s, at_least: later.at_least }),
+            correlations,
+            classical: Classical {
+                white: noise.classical.white,
+                white_unit: unit(Term::White),
+                bias_instability: noise.classical.bias_instability,
+                bias_instability_unit: unit(Term::BiasInstability),
+                rate_random_walk: noise.classical.rate_random_walk,
+                rate_random_walk_unit: unit(Term::RateRandomWalk),
+            },
+            filter_models: None,
+        }
+    }
+
+    pub(crate) fn add_filter_models(&mut self, models: &FilterModels) {
+        self.filter_models = Some(FilterModelsDocument {
+            gauss_markov: models.gauss_markov.map(|fit| GaussMarkov {
+                white: Bounds::new(fit.white),
+                sigma: Bounds::new(fit.sigma),
+                correlation_time_s: Bounds::new(fit.correlation_time_s),
+                chi2: fit.chi2,
+                dof: fit.dof,
+                p: fit.p,
+            }),
+            over_bound: models
+                .over_bound
+                .map(|bound| OverBoundDocument { white: bound.white, rate_random_walk: bound.rate_random_walk }),
         });
-        let in_unit = |value: Option<f64>| value.map(|value| value * convention.factor);
-        json!({
-            "unit": convention.unit,
-            // of a density, which frequencies it counts
-            "sides": sides,
-            "value": in_unit(parameter.value),
-            "lower": in_unit(parameter.lower),
-            "upper": in_unit(parameter.upper),
-        })
-    });
-    let mut document = bounds(parameter);
-    document["unit"] = si_unit(sensor, term).into();
-    document["conventions"] = others.collect();
-    document
+    }
+}
+
+impl Bounds {
+    fn new(parameter: Parameter) -> Self {
+        Self { status: status(parameter.status), range: Range::new(parameter, 1.0) }
+    }
+}
+
+impl Range {
+    /// In a unit of which one of the parameter's is `factor`.
+    fn new(Parameter { value, lower, upper, .. }: Parameter, factor: f64) -> Self {
+        let [value, lower, upper] = [value, lower, upper].map(|value| value.map(|value| value * factor));
+        Self { value, lower, upper }
+    }
+}
+
+impl ParameterDocument {
+    /// The SI unit comes first among `conventions`.
+    fn new(parameter: Parameter, conventions: &[Convention]) -> Self {
+        let says_something = parameter.value.is_some() || parameter.upper.is_some();
+        let in_unit = |convention: &Convention| InUnit {
+            unit: convention.unit,
+            sides: convention.sides.map(|sides| match sides {
+                Sides::One => "one",
+                Sides::Two => "two",
+            }),
+            range: Range::new(parameter, convention.factor),
+        };
+        Self {
+            bounds: Bounds::new(parameter),
+            unit: conventions.first().map_or("", |si| si.unit),
+            conventions: conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect(),
+        }
+    }
 }
 
 pub(crate) fn term_name(term: Term) -> &'static str {
@@ -118,7 +216,7 @@ pub(crate) fn term_name(term: Term) -> &'static str {
     }
 }
 
-pub(crate) fn status_name(status: Status) -> &'static str {
+pub(crate) fn status(status: Status) -> &'static str {
     match status {
         Status::Estimated => "estimated",
         Status::Bounded => "bounded",
@@ -128,56 +226,84 @@ pub(crate) fn status_name(status: Status) -> &'static str {
     }
 }
 
-/// The figures of the data sheet for the channel at `place`; `None` where it has none.
-pub(super) fn verdicts(sensor: Sensor, sheet: &Verdicts, place: usize) -> Option<Value> {
-    let figures = sheet.channels.get(place).filter(|figures| !figures.is_empty())?;
-    Some(figures.iter().map(|figure| verdict(&sheet.datasheet, sensor, figure)).collect())
+/// One figure of the data sheet and what the measurement says of it, in SI units.
+#[derive(Debug, Serialize)]
+pub(crate) struct VerdictDocument {
+    datasheet: String,
+    parameter: &'static str,
+    verdict: &'static str,
+    figure: String,
+    claim: &'static str,
+    /// A bias instability that is the minimum of the deviation, as is what it is compared with.
+    is_minimum: bool,
+    source: Option<String>,
+    unit: &'static str,
+    measured: Option<f64>,
+    measured_lower: Option<f64>,
+    measured_upper: Option<f64>,
+    /// What averaging and decimation make of the sensor's own figure, and how sure that is.
+    factor: f64,
+    factor_uncertainty: f64,
+    window_known: bool,
+    expected_low: f64,
+    expected_high: f64,
+    text: String,
 }
 
-/// One figure of the data sheet and what the measurement says of it, in SI units.
-fn verdict(datasheet: &str, sensor: Sensor, verdict: &FigureVerdict) -> Value {
-    let figure = &verdict.figure;
-    let claim = match figure.claim {
-        Claim::Limit(_) => "limit",
-        Claim::Typical { .. } => "typical",
-    };
-    json!({
-        "datasheet": datasheet,
-        "parameter": term_name(figure.term),
-        "verdict": verdict_name(verdict.verdict),
-        "figure": figure.printed,
-        "claim": claim,
-        // a bias instability that is the minimum of the deviation, as is what it is compared with
-        "is_minimum": figure.is_minimum && figure.term == Term::BiasInstability,
-        "source": figure.source,
-        "unit": si_unit(sensor, figure.term),
-        "measured": verdict.measured.value,
-        "measured_lower": verdict.measured.lower,
-        "measured_upper": verdict.measured.upper,
-        // what averaging and decimation make of the sensor's own figure, and how sure that is
-        "factor": verdict.stream.factor,
-        "factor_uncertainty": verdict.stream.uncertainty,
-        "window_known": verdict.unknown != Some(StreamUnknown::Window),
-        "expected_low": verdict.expected.0,
-        "expected_high": verdict.expected.1,
-        "text": sentence(sensor, verdict),
-    })
+impl VerdictDocument {
+    pub(crate) fn new(datasheet: &str, sensor: Sensor, verdict: &FigureVerdict) -> Self {
+        let Parameter { value, lower, upper, .. } = verdict.measured;
+        let figure = &verdict.figure;
+        Self {
+            datasheet: datasheet.into(),
+            parameter: term_name(figure.term),
+            verdict: verdict_name(verdict.verdict),
+            figure: figure.printed.clone(),
+            claim: match figure.claim {
+                Claim::Limit(_) => "limit",
+                Claim::Typical { .. } => "typical",
+            },
+            is_minimum: figure.is_minimum && figure.term == Term::BiasInstability,
+            source: figure.source.clone(),
+            unit: conventions(sensor, figure.term).first().map_or("", |si| si.unit),
+            measured: value,
+            measured_lower: lower,
+            measured_upper: upper,
+            factor: verdict.stream.factor,
+            factor_uncertainty: verdict.stream.uncertainty,
+            window_known: verdict.unknown != Some(StreamUnknown::Window),
+            expected_low: verdict.expected.0,
+            expected_high: verdict.expected.1,
+            text: sentence(sensor, verdict),
+        }
+    }
+}
+
+/// A class of gyroscopes and its limits.
+#[derive(Debug, Serialize)]
+pub(crate) struct GradeDocument {
+    scheme: &'static str,
+    /// Equal where the interval decides; `null` where it cannot be said.
+    best: Option<&'static str>,
+    worst: Option<&'static str>,
+    /// Bias instability up to which a gyroscope is of that grade; the last has none.
+    limits_deg_h: [(&'static str, Option<f64>); 3],
+    reason: Option<&'static str>,
 }
 
 const SCHEME: &str = "El-Sheimy and Youssef (2020), table 1, by bias instability";
 
-/// A class of gyroscopes and its limits; `None` for any other sensor.
-pub(super) fn graded(noise: &ChannelNoise) -> Option<Value> {
-    let graded = grade(noise)?;
-    let range = graded.ok();
-    let limit = |grade: Grade| (grade_name(grade), Some(grade.limit_deg_h()).filter(|limit| limit.is_finite()));
-    Some(json!({
-        "scheme": SCHEME,
-        // equal where the interval decides
-        "best": range.map(|(best, _)| grade_name(best)),
-        "worst": range.map(|(_, worst)| grade_name(worst)),
-        // bias instability up to which a gyroscope is of that grade; the last has none
-        "limits_deg_h": Grade::ALL.map(limit),
-        "reason": graded.err(),
-    }))
+impl GradeDocument {
+    pub(crate) fn new(noise: &ChannelNoise) -> Option<Self> {
+        let graded = grade(noise)?;
+        let range = graded.ok();
+        let limit = |grade: Grade| (grade_name(grade), Some(grade.limit_deg_h()).filter(|limit| limit.is_finite()));
+        Some(Self {
+            scheme: SCHEME,
+            best: range.map(|(best, _)| grade_name(best)),
+            worst: range.map(|(_, worst)| grade_name(worst)),
+            limits_deg_h: Grade::ALL.map(limit),
+            reason: graded.err(),
+        })
+    }
 }

@@ -3,13 +3,54 @@
 //! SI units (magnetic field in gauss); what is out of reach within 100 days is `null`.
 
 use serde::Serialize;
-use serde_json::{Value, json};
 use vn100_analysis::noise::Term;
 use vn100_analysis::{Datasheet, Given, Known, Plan, PlannedWant, SENSORS, axes_name};
 
 /// The JSON document of a plan.
 #[derive(Debug, Serialize)]
-pub struct PlanDocument(Value);
+pub struct PlanDocument {
+    schema: &'static str,
+    confidence: f64,
+    settings: Settings,
+    /// Excluded at the beginning.
+    warm_up_s: f64,
+    /// Length behind it for all that was asked for.
+    record_s: Option<f64>,
+    wants: Vec<WantDocument>,
+    /// The data sheet that says what noise the sensor is taken to have.
+    datasheet: String,
+    /// That noise, with B as the model has it.
+    assumed: Vec<AssumedDocument>,
+    commands: PlanCommands,
+}
+
+#[derive(Debug, Serialize)]
+struct Settings {
+    message: Option<&'static str>,
+    rate_hz: u32,
+    window: u32,
+    baud: u32,
+    line_bytes: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct WantDocument {
+    want: String,
+    relative_half_width: Option<f64>,
+    at_least: Option<f64>,
+    record_s: Option<f64>,
+    /// Of a random walk: without bias instability.
+    without_bias_instability_s: Option<f64>,
+    /// Of a random walk: 20 sqrt(3) N/K.
+    by_rule_s: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AssumedDocument {
+    sensor: &'static str,
+    white: Option<f64>,
+    bias_instability: Option<f64>,
+}
 
 /// How to do what was planned, as a user would type it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -25,53 +66,48 @@ pub struct PlanCommands {
 impl PlanDocument {
     /// Of `plan`; with a length only if it was `asked` for something in particular.
     #[must_use]
-    pub fn new(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool, commands: &PlanCommands) -> Self {
+    pub fn new(plan: &Plan, given: Given, datasheet: &Datasheet, asked: bool, commands: PlanCommands) -> Self {
         let assumed = SENSORS.into_iter().map(|(_, sensor)| {
             let noise = datasheet.typical_noise(sensor);
             let of = |term| noise.iter().find(|(named, _)| *named == term).map(|(_, value)| *value);
-            json!({
-                "sensor": axes_name(sensor),
-                "white": of(Term::White),
-                "bias_instability": of(Term::BiasInstability),
-            })
+            AssumedDocument {
+                sensor: axes_name(sensor),
+                white: of(Term::White),
+                bias_instability: of(Term::BiasInstability),
+            }
         });
-        Self(json!({
-            "schema": "vn100.plan/1",
-            "confidence": given.confidence,
-            "settings": {
-                "message": plan.message.header(),
-                "rate_hz": plan.rate.hz(),
-                "window": plan.window,
-                "baud": plan.baud.bits_per_s(),
-                "line_bytes": plan.line_length,
+        Self {
+            schema: "vn100.plan/1",
+            confidence: given.confidence,
+            settings: Settings {
+                message: plan.message.header(),
+                rate_hz: plan.rate.hz(),
+                window: plan.window,
+                baud: plan.baud.bits_per_s(),
+                line_bytes: plan.line_length,
             },
-            // excluded at the beginning
-            "warm_up_s": plan.warm_up_s,
-            // length behind it for all that was asked for
-            "record_s": plan.record_s.filter(|_| asked),
-            "wants": plan.wants.iter().map(want).collect::<Vec<_>>(),
-            // the data sheet that says what noise the sensor is taken to have
-            "datasheet": datasheet.name,
-            // that noise, with B as the model has it
-            "assumed": assumed.collect::<Vec<_>>(),
-            "commands": commands,
-        }))
+            warm_up_s: plan.warm_up_s,
+            record_s: plan.record_s.filter(|_| asked),
+            wants: plan.wants.iter().map(want).collect(),
+            datasheet: datasheet.name.clone(),
+            assumed: assumed.collect(),
+            commands,
+        }
     }
 }
 
-fn want(planned: &PlannedWant) -> Value {
+fn want(planned: &PlannedWant) -> WantDocument {
     let (relative_half_width, at_least) = match planned.want.known {
         Known::Seen => (None, None),
         Known::Within(half_width) => (Some(half_width), None),
         Known::AtLeast(value) => (None, Some(value)),
     };
-    json!({
-        "want": planned.want.to_string(),
-        "relative_half_width": relative_half_width,
-        "at_least": at_least,
-        "record_s": planned.record_s,
-        // of a random walk: without bias instability, and 20 sqrt(3) N/K
-        "without_bias_instability_s": planned.without_bias_instability_s,
-        "by_rule_s": planned.by_rule_s,
-    })
+    WantDocument {
+        want: planned.want.to_string(),
+        relative_half_width,
+        at_least,
+        record_s: planned.record_s,
+        without_bias_instability_s: planned.without_bias_instability_s,
+        by_rule_s: planned.by_rule_s,
+    }
 }

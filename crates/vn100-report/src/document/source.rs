@@ -7,57 +7,99 @@ use std::{
 };
 
 use serde::Serialize;
-use serde_json::{Value, json};
 use vn100_analysis::protocol::stream::CsvReport;
 use vn100_analysis::{RecordingFacts, Snapshot, SourceFacts};
 
-/// What is known of it so far.
-pub(super) fn source(facts: &SourceFacts, snapshot: &Snapshot) -> Value {
-    json!({
-        "kind": facts.kind,
-        "name": facts.name,
-        "message": snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
-        "compensated": snapshot.layout.as_ref().map(|layout| layout.compensated),
-        "device": device(&snapshot.registers),
-        "recorded": facts.recording.as_ref().map(RecordingDocument::new),
-        "meta": facts.meta,
-        "error": facts.error,
-        "csv": facts.csv.as_ref().map(csv),
-    })
+#[derive(Debug, Serialize)]
+pub(crate) struct SourceDocument {
+    kind: Option<&'static str>,
+    name: String,
+    message: Option<String>,
+    compensated: Option<bool>,
+    device: Option<Device>,
+    recorded: Option<RecordingDocument>,
+    meta: Option<BTreeMap<String, String>>,
+    error: Option<String>,
+    csv: Option<Csv>,
+}
+
+impl SourceDocument {
+    /// What is known of it so far.
+    pub(crate) fn new(facts: &SourceFacts, snapshot: &Snapshot) -> Self {
+        Self {
+            kind: facts.kind,
+            name: facts.name.clone(),
+            message: snapshot.layout.as_ref().map(|layout| layout.message.to_string()),
+            compensated: snapshot.layout.as_ref().map(|layout| layout.compensated),
+            device: Device::new(&snapshot.registers),
+            recorded: facts.recording.as_ref().map(RecordingDocument::new),
+            meta: facts.meta.clone(),
+            error: facts.error.clone(),
+            csv: facts.csv.as_ref().map(csv),
+        }
+    }
 }
 
 /// The sensor, as far as it was asked within the stream.
-fn device(registers: &BTreeMap<u8, String>) -> Option<Value> {
-    (!registers.is_empty()).then(|| {
-        json!({
-            "model": registers.get(&1),
-            "hardware_revision": registers.get(&2),
-            "serial_number": registers.get(&3),
-            "firmware": registers.get(&4),
-            // every register that was read, by number, as printed
-            "registers": registers,
+#[derive(Debug, Serialize)]
+struct Device {
+    model: Option<String>,
+    hardware_revision: Option<String>,
+    serial_number: Option<String>,
+    firmware: Option<String>,
+    /// Every register that was read, by number, as printed.
+    registers: BTreeMap<u8, String>,
+}
+
+impl Device {
+    fn new(registers: &BTreeMap<u8, String>) -> Option<Self> {
+        let register = |number| registers.get(&number).cloned();
+        (!registers.is_empty()).then(|| Self {
+            model: register(1),
+            hardware_revision: register(2),
+            serial_number: register(3),
+            firmware: register(4),
+            registers: registers.clone(),
         })
-    })
+    }
 }
 
 /// The lines of a CSV file: `lines` are `rows`, `skipped_lines` and every odd count.
-fn csv(facts: &CsvReport) -> Value {
-    let rejected = facts.rejected.iter().map(|row| {
-        json!({
-            "reason": row.reason.to_string(),
-            "count": row.count,
-            "first_line": row.first_line,
-            "first_text": row.first_text,
-        })
+#[derive(Debug, Serialize)]
+struct Csv {
+    lines: u64,
+    rows: u64,
+    skipped_lines: u64,
+    #[serde(rename = "odd")]
+    rejected: Vec<RejectedDocument>,
+    ignored_columns: Vec<String>,
+    rounded: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct RejectedDocument {
+    reason: String,
+    count: u64,
+    first_line: u64,
+    first_text: String,
+}
+
+fn csv(facts: &CsvReport) -> Csv {
+    let rejected = facts.rejected.iter().map(|row| RejectedDocument {
+        reason: row.reason.to_string(),
+        count: row.count,
+        first_line: row.first_line,
+        first_text: row.first_text.clone(),
     });
-    json!({
-        "lines": facts.lines,
-        "rows": facts.rows,
-        "skipped_lines": facts.skipped_lines,
-        "odd": rejected.collect::<Vec<_>>(),
-        "ignored_columns": facts.ignored_columns,
-        "rounded": facts.rounded,
-    })
+    let rejected = rejected.collect();
+    Csv {
+        lines: facts.lines,
+        rows: facts.rows,
+        skipped_lines: facts.skipped_lines,
+        rejected,
+        ignored_columns: facts.ignored_columns.clone(),
+        rounded: facts.rounded.clone(),
+    }
 }
 
 /// A recording, with its times in UTC.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use vn100_analysis::noise::Term;
 
 use crate::{
-    document::noise::{status_name, term_name},
+    document::noise::{status, term_name},
     measured::Record,
     units::si_unit,
 };
@@ -105,7 +105,7 @@ fn parameters(record: &Record<'_>) -> String {
         let Some(noise) = &channel.noise else { continue };
         for term in Term::ALL {
             let Some(parameter) = noise.parameter(term) else { continue };
-            let (name, status) = (term_name(term), status_name(parameter.status));
+            let (name, status) = (term_name(term), status(parameter.status));
             let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
             table.row(&[&channel.name, name, status, &value, &lower, &upper, si_unit(noise.sensor, term)]);
         }
