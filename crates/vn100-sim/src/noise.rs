@@ -99,8 +99,9 @@ impl ChannelStream {
     pub fn next_sample(&mut self) -> f64 {
         let time_s = self.index as f64 / self.rate_hz;
         self.index += 1;
+        self.white.advance();
         self.noise.steady(time_s, self.line_phase_turns)
-            + self.white.advance()
+            + self.white.mean()
             + self.flicker.advance()
             + self.walk.advance()
     }

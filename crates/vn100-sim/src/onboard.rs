@@ -38,21 +38,34 @@ impl Window {
     pub const MAG_DEFAULT: Self = Self::Boxcar { refresh_hz: MAG_REFRESH_HZ, samples: 0 };
 }
 
-/// The latest white values of the sensor, as many as its window averages.
+/// White noise behind the window, one value per output sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Boxcar {
+pub(crate) struct White {
     sigma: f64,
-    /// A ring; never empty.
+    /// The latest values of the sensor, as many as the window averages: a ring, never empty.
     recent: Vec<f64>,
     oldest: usize,
+    refresh_hz: u64,
+    rate_hz: u64,
+    /// Output samples sent.
+    sent: u64,
     rng: ChaCha8Rng,
 }
 
-impl Boxcar {
-    /// The window is filled from the start; one of 0 and of 1 averages nothing.
-    pub(crate) fn new(sigma: f64, samples: u32, mut rng: ChaCha8Rng) -> Self {
+impl White {
+    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, rng: ChaCha8Rng) -> Self {
+        let (refresh_hz, samples) = match window {
+            Window::None => (rate_hz.get(), 1),
+            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples),
+        };
+        Self::of_values(density * f64::from(refresh_hz).sqrt(), refresh_hz, samples, rate_hz.get(), rng)
+    }
+
+    /// Of values with the standard deviation `sigma`. The window is filled from the start; one of 0
+    /// and of 1 averages nothing.
+    pub(crate) fn of_values(sigma: f64, refresh_hz: u32, samples: u32, rate_hz: u32, mut rng: ChaCha8Rng) -> Self {
         let recent = (0..samples.max(1)).map(|_| sigma * normal(&mut rng)).collect();
-        Self { sigma, recent, oldest: 0, rng }
+        Self { sigma, recent, oldest: 0, refresh_hz: refresh_hz.into(), rate_hz: rate_hz.into(), sent: 0, rng }
     }
 
     /// Another window from here on: the latest values stay, values before the beginning are drawn
@@ -70,9 +83,16 @@ impl Boxcar {
         self.recent.splice(..0, older);
     }
 
-    pub(crate) fn refresh(&mut self) {
-        self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
-        self.oldest = (self.oldest + 1) % self.recent.len();
+    /// Draws the values up to the next output sample.
+    pub(crate) fn advance(&mut self) {
+        let refreshes_until = |sent: u64| sent * self.refresh_hz / self.rate_hz;
+        let fresh = refreshes_until(self.sent + 1) - refreshes_until(self.sent);
+        self.sent += 1;
+        // values that would leave the window before it is read need not be drawn
+        for _ in 0..fresh.min(self.recent.len() as u64) {
+            self.recent[self.oldest] = self.sigma * normal(&mut self.rng);
+            self.oldest = (self.oldest + 1) % self.recent.len();
+        }
     }
 
     pub(crate) fn latest(&self) -> f64 {
@@ -82,42 +102,6 @@ impl Boxcar {
 
     pub(crate) fn mean(&self) -> f64 {
         self.recent.iter().sum::<f64>() / self.recent.len() as f64
-    }
-}
-
-/// White noise behind the window, one value per output sample.
-#[derive(Debug, Clone)]
-pub(crate) struct White {
-    boxcar: Boxcar,
-    refresh_hz: u64,
-    rate_hz: u64,
-    /// Output samples sent.
-    sent: u64,
-}
-
-impl White {
-    pub(crate) fn new(density: f64, window: Window, rate_hz: NonZeroU32, rng: ChaCha8Rng) -> Self {
-        let (refresh_hz, samples) = match window {
-            Window::None => (rate_hz.get(), 1),
-            Window::Boxcar { refresh_hz, samples } => (refresh_hz, samples),
-        };
-        Self {
-            boxcar: Boxcar::new(density * f64::from(refresh_hz).sqrt(), samples, rng),
-            refresh_hz: u64::from(refresh_hz),
-            rate_hz: u64::from(rate_hz.get()),
-            sent: 0,
-        }
-    }
-
-    pub(crate) fn advance(&mut self) -> f64 {
-        let refreshes_until = |sent: u64| sent * self.refresh_hz / self.rate_hz;
-        let fresh = refreshes_until(self.sent + 1) - refreshes_until(self.sent);
-        self.sent += 1;
-        // values that would leave the window before it is read need not be drawn
-        for _ in 0..fresh.min(self.boxcar.recent.len() as u64) {
-            self.boxcar.refresh();
-        }
-        self.boxcar.mean()
     }
 }
 

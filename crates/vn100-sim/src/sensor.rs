@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     flicker::Flicker,
     noise::{NoiseComponent, NoiseTruth, RandomWalk, normal, random_stream},
-    onboard::{Boxcar, IMU_REFRESH_HZ, MAG_REFRESH_HZ, Window},
+    onboard::{IMU_REFRESH_HZ, MAG_REFRESH_HZ, White, Window},
     profile::{Profile, STANDARD_GRAVITY_M_S2},
 };
 
@@ -148,8 +148,7 @@ pub(crate) struct Deltas {
 #[derive(Debug, Clone)]
 struct SensorChannel {
     truth: NoiseTruth,
-    refresh_hz: u64,
-    white: Boxcar,
+    white: White,
     flicker: Flicker,
     walk: RandomWalk,
     line_phase_turns: f64,
@@ -174,8 +173,7 @@ impl SensorChannel {
         };
         Self {
             truth: channel.noise,
-            refresh_hz: u64::from(refresh_hz),
-            white: Boxcar::new(sigma, delivered, rng(NoiseComponent::White)),
+            white: White::of_values(sigma, refresh_hz, delivered, IMU_REFRESH_HZ, rng(NoiseComponent::White)),
             flicker: Flicker::new(channel.noise.bias_instability, SLOW_INTERVAL_S, rng(NoiseComponent::Flicker)),
             walk: RandomWalk::new(channel.noise.random_walk, SLOW_INTERVAL_S, rng(NoiseComponent::Walk)),
             line_phase_turns: rand::RngExt::random(&mut rng(NoiseComponent::LinePhase)),
@@ -185,10 +183,7 @@ impl SensorChannel {
     }
 
     fn advance(&mut self, tick: u64) {
-        let refreshes = |ticks: u64| ticks * self.refresh_hz / u64::from(IMU_REFRESH_HZ);
-        if refreshes(tick + 1) > refreshes(tick) {
-            self.white.refresh();
-        }
+        self.white.advance();
         if tick.is_multiple_of(SLOW_TICKS) {
             self.slow = self.flicker.advance() + self.walk.advance();
         }

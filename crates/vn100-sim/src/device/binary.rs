@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use vn100_protocol::{DeviceError, crc16};
 
+use super::command::check_count;
 use crate::sensor::{Deltas, SensorValues, single, transposed};
 
 /// What one packet can say.
@@ -55,13 +56,7 @@ impl PacketOutput {
         let mode = mode.parse().ok().filter(|mode| *mode <= 3).ok_or(DeviceError::InvalidParameter)?;
         let divisor: u16 = divisor.parse().map_err(|_| DeviceError::InvalidParameter)?;
         let groups = u8::from_str_radix(groups, 16).map_err(|_| DeviceError::InvalidParameter)?;
-        let expected = groups.count_ones() as usize;
-        if words.len() < expected {
-            return Err(DeviceError::TooFewParameters);
-        }
-        if words.len() > expected {
-            return Err(DeviceError::TooManyParameters);
-        }
+        check_count(words, groups.count_ones() as usize)?;
         let words: Result<Vec<u16>, _> = words.iter().map(|word| u16::from_str_radix(word, 16)).collect();
         let words = words.map_err(|_| DeviceError::InvalidParameter)?;
         let output = Self { mode, divisor: u32::from(divisor), groups, words };

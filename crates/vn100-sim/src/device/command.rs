@@ -1,5 +1,7 @@
 //! Commands on their way in: lines out of bytes, and the parts of a line.
 
+use std::cmp::Ordering;
+
 use vn100_protocol::{DeviceError, crc16, xor8};
 
 /// Bytes that a command can have.
@@ -70,6 +72,15 @@ impl<'a> ReceivedCommand<'a> {
         let mut parts = text.ok_or(DeviceError::InvalidCommand)?.split(',');
         let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(DeviceError::InvalidCommand)?;
         Ok(Self { name, parameters: parts.collect() })
+    }
+}
+
+/// Whether a command, or a register, has as many parameters as it should.
+pub(super) fn check_count(parameters: &[&str], expected: usize) -> Result<(), DeviceError> {
+    match parameters.len().cmp(&expected) {
+        Ordering::Less => Err(DeviceError::TooFewParameters),
+        Ordering::Equal => Ok(()),
+        Ordering::Greater => Err(DeviceError::TooManyParameters),
     }
 }
 

@@ -2,7 +2,13 @@
 
 use vn100_protocol::DeviceError;
 
-use super::{Device, FLASH_WRITE, Firmware, PORT, command::ReceivedCommand, ns, output::SyncOut, registers::Registers};
+use super::{
+    Device, FLASH_WRITE, Firmware, PORT,
+    command::{ReceivedCommand, check_count},
+    ns,
+    output::SyncOut,
+    registers::Registers,
+};
 use crate::message::MESSAGES;
 
 /// The ports as commands name them.
@@ -32,17 +38,17 @@ impl Device {
             "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
             "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
             "SGB" => {
-                nothing(&command.parameters)?;
+                check_count(&command.parameters, 0)?;
                 self.registers.set_start_up_bias(self.sensor.bias_rad_s);
             }
-            "TAR" if self.registers.firmware == Firmware::V2_1 => nothing(&command.parameters)?,
+            "TAR" if self.registers.firmware == Firmware::V2_1 => check_count(&command.parameters, 0)?,
             "WNV" => {
-                nothing(&command.parameters)?;
+                check_count(&command.parameters, 0)?;
                 self.run.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
                 return Ok(());
             }
             "RST" | "RFS" => {
-                nothing(&command.parameters)?;
+                check_count(&command.parameters, 0)?;
                 if name == "RFS" {
                     self.flash = Registers::delivered(self.config.firmware, self.config.serial);
                 }
@@ -115,12 +121,11 @@ impl Device {
 
     /// Register 33 takes nothing but zeros.
     fn clear_sync_status(&mut self, parameters: &[&str]) -> Result<(), DeviceError> {
-        match parameters {
-            ["0", "0", "0"] => self.run.sync_out = SyncOut { count: 0, since_tick: self.run.ticks },
-            [_, _, _] => return Err(DeviceError::InvalidParameter),
-            [_, _, _, _, ..] => return Err(DeviceError::TooManyParameters),
-            _ => return Err(DeviceError::TooFewParameters),
+        check_count(parameters, 3)?;
+        if parameters != ["0"; 3] {
+            return Err(DeviceError::InvalidParameter);
         }
+        self.run.sync_out = SyncOut { count: 0, since_tick: self.run.ticks };
         Ok(())
     }
 
@@ -138,17 +143,10 @@ fn register_number<'a, 'b>(parameters: &'a [&'b str]) -> Result<(u16, &'a [&'b s
 
 /// The place of the only parameter among those that are allowed.
 fn one_of(parameters: &[&str], allowed: &[&str]) -> Result<usize, DeviceError> {
-    match parameters {
-        [] => Err(DeviceError::TooFewParameters),
-        [one] => allowed.iter().position(|text| text == one).ok_or(DeviceError::InvalidParameter),
-        _ => Err(DeviceError::TooManyParameters),
-    }
+    check_count(parameters, 1)?;
+    allowed.iter().position(|text| parameters == [*text]).ok_or(DeviceError::InvalidParameter)
 }
 
 fn flag(parameters: &[&str]) -> Result<bool, DeviceError> {
     Ok(one_of(parameters, &["0", "1"])? == 1)
-}
-
-fn nothing(parameters: &[&str]) -> Result<(), DeviceError> {
-    if parameters.is_empty() { Ok(()) } else { Err(DeviceError::TooManyParameters) }
 }

@@ -6,6 +6,7 @@ use vn100_protocol::{BaudRate, DeviceError, OUTPUT_RATES_HZ};
 
 use super::{
     binary::PacketOutput,
+    command::check_count,
     register_table::{Field, Firmware, ROWS},
 };
 use crate::{
@@ -110,14 +111,8 @@ impl Registers {
     }
 
     fn write_port(&mut self, number: u16, parameters: &[&str], port: usize) -> Result<(), DeviceError> {
-        let [value] = parameters else {
-            return Err(if parameters.is_empty() {
-                DeviceError::TooFewParameters
-            } else {
-                DeviceError::TooManyParameters
-            });
-        };
-        let value: u32 = value.parse().map_err(|_| DeviceError::InvalidParameter)?;
+        check_count(parameters, 1)?;
+        let value: u32 = parameters[0].parse().map_err(|_| DeviceError::InvalidParameter)?;
         let before = self.ports[port];
         let (setting, allowed) = match number {
             5 => (&mut self.ports[port].baud, BaudRate::new(value).is_some()),
@@ -189,12 +184,7 @@ impl Registers {
 }
 
 fn parse_values(fields: &[Field], parameters: &[&str]) -> Result<Vec<Value>, DeviceError> {
-    if parameters.len() < fields.len() {
-        return Err(DeviceError::TooFewParameters);
-    }
-    if parameters.len() > fields.len() {
-        return Err(DeviceError::TooManyParameters);
-    }
+    check_count(parameters, fields.len())?;
     fields
         .iter()
         .zip(parameters)

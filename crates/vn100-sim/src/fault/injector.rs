@@ -106,11 +106,16 @@ impl Injector {
         let rng = &mut self.rng;
         let splice = &mut self.splice;
         self.faults.retain(|fault| {
-            let (strikes, once) = match *fault {
-                Fault::Drop(bytes) | Fault::Flip(bytes, _) => strikes_now(bytes, at, rng),
-                Fault::Splice(time) => (at >= time, true),
-                Fault::Stall(from, length) => (at >= from && at < from.saturating_add(length), false),
-                _ => (false, false),
+            let when = match *fault {
+                Fault::Drop(bytes) | Fault::Flip(bytes, _) => bytes,
+                Fault::Splice(time) => Bytes::At(time),
+                Fault::Stall(from, length) => Bytes::During(from, length),
+                _ => return true,
+            };
+            let strikes = match when {
+                Bytes::At(time) => at >= time,
+                Bytes::During(from, length) => at >= from && at < from.saturating_add(length),
+                Bytes::Chance(chance) => rng.random::<f64>() < chance,
             };
             if !strikes {
                 return true;
@@ -122,7 +127,7 @@ impl Injector {
                 Fault::Stall(from, length) => release = release.max(from.saturating_add(length)),
                 _ => {}
             }
-            !once
+            !matches!(when, Bytes::At(_))
         });
         if self.bad_session {
             byte ^= 1 << BAD_SESSION_BIT;
@@ -145,14 +150,5 @@ impl Injector {
             Splice::SecondLine(count) => Some(Splice::SecondLine(count - 1)),
         };
         true
-    }
-}
-
-/// Whether a fault strikes this byte, and whether it ends with it.
-fn strikes_now(bytes: Bytes, at: Duration, rng: &mut ChaCha8Rng) -> (bool, bool) {
-    match bytes {
-        Bytes::At(time) => (at >= time, true),
-        Bytes::During(from, length) => (at >= from && at < from.saturating_add(length), false),
-        Bytes::Chance(chance) => (rng.random::<f64>() < chance, false),
     }
 }

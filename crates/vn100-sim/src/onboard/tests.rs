@@ -9,7 +9,11 @@ const SIGMAS: f64 = 4.5;
 fn white(window: Window, rate_hz: u32, samples: usize) -> Vec<f64> {
     let rng = ChaCha8Rng::seed_from_u64(7);
     let mut white = White::new(1.0, window, NonZeroU32::new(rate_hz).unwrap(), rng);
-    (0..samples).map(|_| white.advance()).collect()
+    let mut next = || {
+        white.advance();
+        white.mean()
+    };
+    (0..samples).map(|_| next()).collect()
 }
 
 fn autocorrelation(values: &[f64], lag: usize) -> f64 {
