@@ -14,7 +14,8 @@
 //! [`handle_input`](LinkMachine::handle_input) or [`handle_timeout`](LinkMachine::handle_timeout):
 //! perform what [`poll_port`](LinkMachine::poll_port) gives, send what
 //! [`poll_transmit`](LinkMachine::poll_transmit) gives, forward what
-//! [`poll_event`](LinkMachine::poll_event) gives, and wait for an input or until
+//! [`poll_event`](LinkMachine::poll_event) and
+//! [`poll_answer`](LinkMachine::poll_answer) give, and wait for an input or until
 //! [`poll_timeout`](LinkMachine::poll_timeout). Times are those since the origin of the stamps of
 //! the stream; nothing breaks if a call is late.
 //!
@@ -110,8 +111,6 @@ pub(crate) enum LinkOutput {
     Recorded(StreamInput),
     /// To the receiver of the stream.
     Stream(StreamEvent),
-    /// The result of the user's command with this number.
-    Answered { id: u64, result: Result<Response, CommandError> },
     /// To those who watch the state.
     State(LinkState),
 }
@@ -234,6 +233,12 @@ impl LinkMachine {
         self.context.events.pop_front()
     }
 
+    /// The next result of a command of the user, with its number. To be polled when
+    /// [`poll_event`](Self::poll_event) has nothing more: the samples before a reply come first.
+    pub(crate) fn poll_answer(&mut self) -> Option<(u64, Result<Response, CommandError>)> {
+        self.context.requests.answers.pop_front()
+    }
+
     /// When to call [`handle_timeout`](Self::handle_timeout) and
     /// [`poll_transmit`](Self::poll_transmit) again; `None` when only an input can bring anything
     /// new.
@@ -349,7 +354,7 @@ impl LinkMachine {
 
     /// Handles what follows from replies and timeouts.
     fn handle_request_events(&mut self, now: Duration) -> Result<(), LinkError> {
-        while let Some(event) = self.context.poll_request_event() {
+        while let Some(event) = self.context.requests.poll_event() {
             match (&mut self.phase, event) {
                 (
                     Phase::Identifying { verification, .. } | Phase::Connected { verification: Some(verification), .. },
@@ -381,8 +386,6 @@ impl LinkMachine {
         let handled = handled.and_then(|()| self.advance(now));
         if let Err(error) = handled.and_then(|()| self.handle_request_events(now)) {
             self.disconnect(now, error);
-            // the user's open commands have ended
-            _ = self.handle_request_events(now);
         }
     }
 

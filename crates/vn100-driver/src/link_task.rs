@@ -221,15 +221,13 @@ impl<C: Connect> LinkTask<C> {
                     // the machine learns of a receiver that was dropped when it waits for inputs
                     let _ = self.stream.send(event).await;
                 }
-                LinkOutput::Answered { id, result } => {
-                    if let Some(receiver) = self.open_commands.remove(&id) {
-                        // the user may have stopped waiting
-                        let _ = receiver.send(result);
-                    }
-                }
                 LinkOutput::State(state @ LinkState::Closed { .. }) => self.closed = Some(state),
                 LinkOutput::State(state) => _ = self.state.send_replace(state),
             }
+        }
+        while let Some((id, result)) = self.machine.poll_answer() {
+            // the user may have stopped waiting
+            let _ = self.open_commands.remove(&id).map(|receiver| receiver.send(result));
         }
     }
 

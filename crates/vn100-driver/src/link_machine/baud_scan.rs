@@ -51,17 +51,17 @@ struct BaudAttempt {
     settle: Duration,
 }
 
-/// What an attempt waits for.
+/// What an attempt waits for: the port alone without a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AttemptStage {
     /// The port to switch to the baud rate.
     Switching,
     /// The end of the bytes of the rate before.
-    Settling { until: Duration },
+    Settling,
     /// A frame.
-    Listening { until: Duration },
+    Listening,
     /// The answer to the question, or a frame.
-    Asking { until: Duration },
+    Asking,
 }
 
 /// Tries baud rates one after the other until a good frame arrives. At the first rate a silent
@@ -75,6 +75,8 @@ pub(super) struct BaudScan {
     attempts: VecDeque<BaudAttempt>,
     attempt: BaudAttempt,
     stage: AttemptStage,
+    /// When the stage ends.
+    until: Duration,
     is_first: bool,
     is_found: bool,
     /// Whether bytes may be held back.
@@ -96,6 +98,7 @@ impl BaudScan {
             attempts,
             attempt: first.unwrap_or(BaudAttempt { baud: None, settle: Duration::ZERO }),
             stage: AttemptStage::Switching,
+            until: now,
             is_first: true,
             is_found: false,
             may_be_stalled: false,
@@ -116,7 +119,7 @@ impl BaudScan {
     /// Handles what was received, all of it pending.
     pub(super) fn handle_received(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
         match self.stage {
-            AttemptStage::Listening { .. } | AttemptStage::Asking { .. } if context.pending.has_sensor() => {
+            AttemptStage::Listening | AttemptStage::Asking if context.pending.has_sensor() => {
                 self.finish_attempt(context, now)
             }
             _ => Ok(()),
@@ -134,37 +137,33 @@ impl BaudScan {
             self.bytes += context.discard_pending(now);
             return self.next_attempt(context, now);
         }
-        self.stage = AttemptStage::Settling { until: now + self.attempt.settle };
+        (self.stage, self.until) = (AttemptStage::Settling, now + self.attempt.settle);
         self.handle_timeout(context, now)
     }
 
     /// Handles the end of a stage.
     pub(super) fn handle_timeout(&mut self, context: &mut LinkContext, now: Duration) -> Result<(), LinkError> {
+        if now < self.until {
+            return Ok(());
+        }
         match self.stage {
-            AttemptStage::Settling { until } if now >= until => {
+            AttemptStage::Switching => {}
+            AttemptStage::Settling => {
                 self.bytes += context.discard_pending(now);
                 self.begin_attempt(context, now);
             }
-            AttemptStage::Listening { until } if now >= until && !context.options.listen_only => {
+            AttemptStage::Listening if !context.options.listen_only => {
                 context.requests.submit_for_phase(QUESTION);
                 context.requests.expect_spurious_errors();
-                self.stage = AttemptStage::Asking { until: now + ANSWER + self.line_time() };
+                (self.stage, self.until) = (AttemptStage::Asking, now + ANSWER + self.line_time());
             }
-            AttemptStage::Listening { until } | AttemptStage::Asking { until } if now >= until => {
-                return self.finish_attempt(context, now);
-            }
-            _ => {}
+            AttemptStage::Listening | AttemptStage::Asking => return self.finish_attempt(context, now),
         }
         Ok(())
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Duration> {
-        match self.stage {
-            AttemptStage::Switching => None,
-            AttemptStage::Settling { until } | AttemptStage::Listening { until } | AttemptStage::Asking { until } => {
-                Some(until)
-            }
-        }
+        (self.stage != AttemptStage::Switching).then_some(self.until)
     }
 
     fn begin_attempt(&mut self, context: &mut LinkContext, now: Duration) {
@@ -176,7 +175,7 @@ impl BaudScan {
 
     fn listen(&mut self, context: &LinkContext, now: Duration) {
         let listen = if context.options.listen_only { LISTEN_ONLY + self.line_time() } else { LISTEN };
-        self.stage = AttemptStage::Listening { until: now + listen };
+        (self.stage, self.until) = (AttemptStage::Listening, now + listen);
     }
 
     /// How long the bytes before the answer, and the answer, are on the way.

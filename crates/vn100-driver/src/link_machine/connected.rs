@@ -174,10 +174,8 @@ impl Connected {
         let counts = context.frame_counts();
         if let Some((at_ns, length)) = read {
             context.requests.handle_read(length);
-            match self.health.handle_read(at_ns, length, counts) {
-                Reading::Good => context.reconnect_delay = FIRST_DELAY,
-                Reading::Undecided => {}
-                Reading::Garbled { bytes, lasted } => return Err(LinkError::Garbled { bytes, ms: lasted.as_millis() }),
+            if self.health.handle_read(at_ns, length, counts)? {
+                context.reconnect_delay = FIRST_DELAY;
             }
         }
         let has_output = counts.output > before.output;
@@ -198,7 +196,7 @@ impl Connected {
                 context.requests.read_next(Register::SERIAL_NUMBER);
             }
             context.requests.handle_reply(&reply, now);
-            while let Some(event) = context.poll_request_event() {
+            while let Some(event) = context.requests.poll_event() {
                 self.handle_request_event(context, now, event)?;
             }
         }
@@ -240,7 +238,7 @@ impl Connected {
                 // it boots, and answers nothing: it is up again with its next frame
                 self.is_restarting = true;
             }
-            RequestEvent::BaudChanged(_) | RequestEvent::PhaseAnswered(_) | RequestEvent::Answered { .. } => {}
+            RequestEvent::BaudChanged(_) | RequestEvent::PhaseAnswered(_) => {}
         }
         Ok(())
     }
@@ -291,24 +289,25 @@ impl StreamHealth {
         Self { counts, bad_since_ns: None, bad_bytes: 0, last_output_ns: None, period_s: None }
     }
 
-    /// Judges a read by its time, its length and the frames carried up to its end.
-    fn handle_read(&mut self, at_ns: i64, length: usize, counts: FrameCounts) -> Reading {
+    /// Judges a read by its time, its length and the frames carried up to its end: whether it
+    /// brought a good frame. A single damaged or incomplete frame explains that it did not, until no
+    /// frame has been good for too long.
+    fn handle_read(&mut self, at_ns: i64, length: usize, counts: FrameCounts) -> Result<bool, LinkError> {
         let before = mem::replace(&mut self.counts, counts);
         if counts.output > before.output {
             self.update_period(at_ns, counts.output - before.output);
         }
         if counts.good > before.good {
             (self.bad_since_ns, self.bad_bytes) = (None, 0);
-            return Reading::Good;
+            return Ok(true);
         }
         let since_ns = *self.bad_since_ns.get_or_insert(at_ns);
         self.bad_bytes += length as u64;
         let lasted = duration_ns(at_ns, since_ns);
         if self.bad_bytes >= GARBLED_BYTES && lasted >= GARBLED_AFTER {
-            Reading::Garbled { bytes: self.bad_bytes, lasted }
-        } else {
-            Reading::Undecided
+            return Err(LinkError::Garbled { bytes: self.bad_bytes, ms: lasted.as_millis() });
         }
+        Ok(false)
     }
 
     /// How long after its last frame the output counts as silent.
@@ -330,17 +329,6 @@ impl StreamHealth {
     }
 }
 
-/// What a read says of the link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Reading {
-    /// It brought a good frame.
-    Good,
-    /// It did not, which a single damaged or incomplete frame explains.
-    Undecided,
-    /// No frame has been good for too long.
-    Garbled { bytes: u64, lasted: Duration },
-}
-
 fn duration_ns(later_ns: i64, earlier_ns: i64) -> Duration {
     Duration::from_nanos(later_ns.saturating_sub(earlier_ns).try_into().unwrap_or(0))
 }
@@ -358,12 +346,13 @@ mod tests {
     #[test]
     fn a_garbled_stream_is_detected_within_a_third_of_a_second() {
         let mut health = StreamHealth::new(lines(7));
-        assert_eq!(health.handle_read(0, 122, lines(8)), Reading::Good);
+        assert!(health.handle_read(0, 122, lines(8)).unwrap());
         let reads = (1..).map(|line| (line * 25 * MS, health.handle_read(line * 25 * MS, 122, lines(8))));
-        let (at_ns, reading) = { reads }.find(|(_, reading)| *reading != Reading::Undecided).unwrap();
+        let (at_ns, reading) = { reads }.find(|(_, reading)| !matches!(reading, Ok(false))).unwrap();
         // 0.3 s after the first bad byte
         assert_eq!(at_ns, 325 * MS);
-        assert_eq!(reading, Reading::Garbled { bytes: 13 * 122, lasted: Duration::from_millis(300) });
+        let Err(LinkError::Garbled { bytes, ms }) = reading else { panic!("{reading:?}") };
+        assert_eq!((bytes, ms), (13 * 122, 300));
     }
 
     #[test]
@@ -373,10 +362,10 @@ mod tests {
         // lines a second apart in two reads each, one of three damaged
         for line in 0..30 {
             let at_ns = line * 1000 * MS;
-            assert_eq!(health.handle_read(at_ns, 62, lines(good)), Reading::Undecided);
+            assert!(!health.handle_read(at_ns, 62, lines(good)).unwrap());
             good += u64::from(line % 3 > 0);
             let whole = health.handle_read(at_ns + 6 * MS, 60, lines(good));
-            assert_eq!(whole, if line % 3 > 0 { Reading::Good } else { Reading::Undecided });
+            assert_eq!(whole.unwrap(), line % 3 > 0);
         }
     }
 
@@ -396,10 +385,7 @@ mod tests {
     fn replies_do_not_change_the_period() {
         let mut health = StreamHealth::new(FrameCounts::default());
         for answer in 0..10 {
-            assert_eq!(
-                health.handle_read(answer * 20 * MS, 20, FrameCounts { good: answer as u64 + 1, output: 0 }),
-                Reading::Good
-            );
+            assert!(health.handle_read(answer * 20 * MS, 20, FrameCounts { good: answer as u64 + 1, output: 0 }).unwrap());
         }
         assert_eq!(health.silence_timeout(), SILENT_UNKNOWN);
     }

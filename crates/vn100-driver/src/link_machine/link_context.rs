@@ -6,7 +6,7 @@ use vn100_capture::Event as StreamEvent;
 use vn100_protocol::stream::{Chunk, LinkEvent, LinkEventKind, SampleReader, StreamInput};
 use vn100_protocol::{Frame, Framer, Options, Register, RegisterContents, Reply};
 
-use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::RequestEvent, requests::Requests};
+use super::{LinkOutput, OpenPort, PortAction, connected::FrameCounts, requests::Requests};
 use crate::{
     link::{LinkOptions, LinkState},
     link_error::LinkError,
@@ -149,16 +149,6 @@ impl LinkContext {
             Some(_) => self.unconfirmed_serial = Some(serial),
         }
         Ok(self.unconfirmed_serial.is_some())
-    }
-
-    /// The next event of the requests that concerns the phase; those of the user are passed on.
-    pub(super) fn poll_request_event(&mut self) -> Option<RequestEvent> {
-        loop {
-            match self.requests.poll_event()? {
-                RequestEvent::Answered { id, result } => self.events.push_back(LinkOutput::Answered { id, result }),
-                event => return Some(event),
-            }
-        }
     }
 }
 

@@ -68,8 +68,6 @@ pub(super) enum Requester {
 /// What follows from a reply or a timeout.
 #[derive(Debug, PartialEq)]
 pub(super) enum RequestEvent {
-    /// A request of the user has ended.
-    Answered { id: u64, result: Result<Response, CommandError> },
     /// The command of the phase has ended.
     PhaseAnswered(Result<Response, RequestFailure>),
     /// The sensor has carried out the user's command to change its baud rate.
@@ -137,6 +135,8 @@ pub(super) struct Requests {
     spurious_errors_expected: usize,
     temperature: Option<TemperaturePoll>,
     events: VecDeque<RequestEvent>,
+    /// The results of the user's commands, with their numbers.
+    pub(super) answers: VecDeque<(u64, Result<Response, CommandError>)>,
 }
 
 impl Requests {
@@ -154,6 +154,7 @@ impl Requests {
             spurious_errors_expected: 0,
             temperature: poll_temperature.filter(|_| !listen_only).map(poll),
             events: VecDeque::new(),
+            answers: VecDeque::new(),
         }
     }
 
@@ -198,7 +199,7 @@ impl Requests {
 
     pub(super) fn submit_for_user(&mut self, id: u64, command: SensorCommand) {
         if self.listen_only {
-            self.events.push_back(RequestEvent::Answered { id, result: Err(CommandError::ListenOnly) });
+            self.answers.push_back((id, Err(CommandError::ListenOnly)));
         } else {
             self.submit(command, Requester::User(id));
         }
@@ -307,7 +308,7 @@ impl Requests {
         self.is_paused_by_user = false;
         self.session.handle_link_down();
         self.take_completions();
-        self.events.retain(|event| matches!(event, RequestEvent::Answered { .. }));
+        self.events.clear();
     }
 
     fn submit(&mut self, command: SensorCommand, requester: Requester) {
@@ -317,9 +318,7 @@ impl Requests {
         };
         match (submitted, requester) {
             (Ok(id), requester) => _ = self.open.insert(id, (command, requester)),
-            (Err(full), Requester::User(id)) => {
-                self.events.push_back(RequestEvent::Answered { id, result: Err(full.into()) });
-            }
+            (Err(full), Requester::User(id)) => self.answers.push_back((id, Err(full.into()))),
             (Err(_), Requester::Phase) => {
                 // to be taken as one that the sensor has not answered
                 let failure = RequestFailure::LinkDown { line: String::new(), attempts: 0 };
@@ -346,7 +345,7 @@ impl Requests {
             match requester {
                 Requester::User(id) => {
                     self.note_effects(&command, &result);
-                    self.events.push_back(RequestEvent::Answered { id, result: result.map_err(CommandError::from) });
+                    self.answers.push_back((id, result.map_err(CommandError::from)));
                 }
                 Requester::Phase => self.events.push_back(RequestEvent::PhaseAnswered(result)),
                 // a one-way cable carries no replies; one missing register says nothing of the others
@@ -431,10 +430,7 @@ mod tests {
         assert_eq!(requests.poll_event(), None);
         assert_eq!(transmit(&mut requests, s(0), None).as_deref(), Some(&b"$VNRRG,54*72\r\n"[..]));
         requests.handle_reply(&register(Register::IMU, "+21.6"), s(0));
-        let Some(RequestEvent::Answered { id: 1, result: Ok(Response::Register(contents)) }) = requests.poll_event()
-        else {
-            panic!("no answer")
-        };
+        let Some((1, Ok(Response::Register(contents)))) = requests.answers.pop_front() else { panic!("no answer") };
         assert_eq!(contents.fields.as_str(), "+21.6");
         // the next register waits until the line has made up for the reply
         assert_eq!(transmit(&mut requests, READ_INTERVAL - Duration::from_millis(1), None), None);
@@ -472,13 +468,13 @@ mod tests {
         requests.handle_reply(&register(Register::IMU, "1"), s(0));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(&b"$VNRRG,03*70\r\n"[..]));
         requests.handle_reply(&register(Register::SERIAL_NUMBER, "1"), s(0));
-        assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { id: 1, result: Ok(_) })));
+        assert!(matches!(requests.answers.pop_front(), Some((1, Ok(_)))));
         assert!(matches!(requests.poll_event(), Some(RequestEvent::PhaseAnswered(Ok(_)))));
         assert_eq!(requests.poll_transmit(s(0)).as_deref(), Some(MODEL));
         // a lost link ends what is open, and only the user is informed
         requests.submit_for_phase(SensorCommand::ReadRegister(Register::SERIAL_NUMBER));
         requests.handle_link_down();
-        assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { id: 2, result: Err(_) })));
+        assert!(matches!(requests.answers.pop_front(), Some((2, Err(_)))));
         assert_eq!((requests.poll_event(), requests.poll_transmit(s(9))), (None, None));
     }
 
@@ -496,8 +492,7 @@ mod tests {
             assert_eq!(reported(&mut requests, error, s(0)), expected);
         }
         requests.submit_for_user(1, SensorCommand::Async(true));
-        let refused = RequestEvent::Answered { id: 1, result: Err(CommandError::ListenOnly) };
-        assert_eq!(requests.poll_event(), Some(refused));
+        assert_eq!(requests.answers.pop_front(), Some((1, Err(CommandError::ListenOnly))));
         requests.identify(s(0));
         requests.read_next(Register::MODEL);
         assert_eq!(transmit(&mut requests, s(0), None), None);
@@ -517,7 +512,7 @@ mod tests {
         }
         assert!(requests.poll_transmit(s(0)).is_some());
         requests.handle_reply(&register(Register::MODEL, "VN-100S-CR"), s(0));
-        assert!(matches!(requests.poll_event(), Some(RequestEvent::Answered { result: Ok(_), .. })));
+        assert!(matches!(requests.answers.pop_front(), Some((1, Ok(_)))));
         assert_eq!(reported(&mut requests, refusal, s(1)), [RequestEvent::Unsolicited(refusal)]);
         // and a sensor that always refuses is not asked without end: one error for each baud rate
         for questions in [1, BAUD_RATES.len() + 3] {
@@ -525,7 +520,8 @@ mod tests {
             read(&mut requests);
             for attempt in 0.. {
                 assert!(requests.poll_transmit(s(1)).is_some());
-                if let [RequestEvent::Answered { result: Err(_), .. }] = reported(&mut requests, refusal, s(1))[..] {
+                assert_eq!(reported(&mut requests, refusal, s(1)), []);
+                if let Some((1, Err(_))) = requests.answers.pop_front() {
                     assert_eq!(attempt, BAUD_RATES.len() + questions - 1);
                     break;
                 }

@@ -141,6 +141,7 @@ impl Bench {
             while let Some(event) = self.machine.poll_event() {
                 self.take(event);
             }
+            self.answers.extend(std::iter::from_fn(|| self.machine.poll_answer()));
             if let Some(action) = self.machine.poll_port() {
                 self.port.push(action);
                 let input = match action {
@@ -172,7 +173,6 @@ impl Bench {
             }
             LinkOutput::Stream(StreamEvent::Link(event)) => self.link.push(event.kind),
             LinkOutput::Stream(StreamEvent::End(end)) => self.error = end.error.map(|error| error.to_string()),
-            LinkOutput::Answered { id, result } => self.answers.push((id, result)),
             LinkOutput::State(state) => self.states.push(state),
         }
     }
