@@ -385,7 +385,9 @@ mod tests {
     fn replies_do_not_change_the_period() {
         let mut health = StreamHealth::new(FrameCounts::default());
         for answer in 0..10 {
-            assert!(health.handle_read(answer * 20 * MS, 20, FrameCounts { good: answer as u64 + 1, output: 0 }).unwrap());
+            assert!(
+                health.handle_read(answer * 20 * MS, 20, FrameCounts { good: answer as u64 + 1, output: 0 }).unwrap()
+            );
         }
         assert_eq!(health.silence_timeout(), SILENT_UNKNOWN);
     }
