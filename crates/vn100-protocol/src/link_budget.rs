@@ -29,8 +29,8 @@ pub struct LinkLoad {
     pub bytes_per_s: f64,
 }
 
-/// What register 30 adds to every line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What register 30 adds to every line; the default, no suffix and XOR-8, is that of the factory.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LineForm {
     /// `,T` with ten digits.
     pub count: bool,
@@ -38,13 +38,6 @@ pub struct LineForm {
     pub status: bool,
     /// What protects the line.
     pub check: Check,
-}
-
-/// No suffix, XOR-8: the factory default.
-impl Default for LineForm {
-    fn default() -> Self {
-        Self { count: false, status: false, check: Check::Xor8 }
-    }
 }
 
 /// An unknown kind of check counts as the longer one.

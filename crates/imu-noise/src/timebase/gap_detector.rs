@@ -27,7 +27,7 @@ use super::sample_counter::SampleCounter;
 /// let rate = GapEvent::Rate(NominalRate::Snapped(40.0));
 /// assert_eq!(events, [rate, GapEvent::Samples(300), GapEvent::Missing(5), GapEvent::Samples(195)]);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct GapDetector {
     arrivals: Option<ArrivalTimes>,
     counter: Option<SampleCounter>,
@@ -55,16 +55,8 @@ impl GapDetector {
 
     /// A detector for a stream without arrival stamps: only counters show what is missing.
     #[must_use]
-    pub const fn without_stamps() -> Self {
-        Self {
-            arrivals: None,
-            counter: None,
-            counter_in_use: false,
-            pushed: 0,
-            reported: 0,
-            by_arrival: 0,
-            by_counter: 0,
-        }
+    pub fn without_stamps() -> Self {
+        Self::default()
     }
 
     /// Sets the rate that the sensor is said to have, from the samples on that are still held.

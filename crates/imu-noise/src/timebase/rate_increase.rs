@@ -15,7 +15,7 @@ const EARLY_STRETCH_PERIODS: f64 = 2.0;
 const MAX_HELD: usize = 4096;
 
 /// The samples from the first early one on, and the events that hold if the rate has not changed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct SuspectedIncrease {
     rates_hz: &'static [f64],
     period_s: f64,
@@ -43,20 +43,8 @@ impl SuspectedIncrease {
         due_before_s: f64,
         fitted_before_s: Option<f64>,
     ) -> Self {
-        Self {
-            rates_hz,
-            period_s,
-            due_before_s,
-            fitted_before_s,
-            stamps_s: Vec::new(),
-            events: Vec::new(),
-            cutter: StretchCutter::default(),
-            early_s: 0.0,
-            last_early: (0, due_before_s),
-            higher_hz: None,
-            too_fast: 0,
-            judgement: None,
-        }
+        let last_early = (0, due_before_s);
+        Self { rates_hz, period_s, due_before_s, fitted_before_s, last_early, ..Self::default() }
     }
 
     /// The next sample, at `at_s`, is early by `early_s`; whether by more than the tolerance.

@@ -51,7 +51,7 @@ impl TrackedRate {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct RateSearch {
     /// The sensor's rates, and the known one.
     listed_hz: Vec<f64>,
@@ -70,10 +70,7 @@ impl RateSearch {
             listed_hz: rates_hz.iter().copied().chain(known_hz).collect(),
             fastest_hz: fastest(rates_hz),
             known_hz,
-            unstamped: 0,
-            held_s: Vec::new(),
-            cutter: StretchCutter::default(),
-            stretches: Vec::new(),
+            ..Self::default()
         }
     }
 

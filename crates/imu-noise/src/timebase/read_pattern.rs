@@ -32,7 +32,7 @@ const MIXED_EMPTY: u32 = 5;
 /// that lateness is the phase of the read. If the time between reads is close to a multiple of the
 /// period the phase drifts and then jumps by a whole period, which looks like a dropped sample;
 /// phases spread over the whole period cannot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ReadPattern {
     together_s: f64,
     /// Longest time a group of reads may take to define the window.
@@ -59,14 +59,8 @@ impl ReadPattern {
             max_window_s: BUNCHING_S.max(f64::from(GROUP_READS) * period_s.max(BUNCHING_S)),
             sixteenths_per_s: 16.0 / period_s,
             previous_s: f64::NEG_INFINITY,
-            samples: 0,
-            bunched_share: 0.0,
-            averaged_reads: 0.0,
-            group_reads: 0,
-            group_start_s: 0.0,
-            phases: 0,
-            is_mixed: false,
             window_s: BUNCHING_S,
+            ..Self::default()
         }
     }
 

@@ -15,7 +15,7 @@ use crate::{settings::Settings, snapshot::ChannelSnapshot, warning::advice::Stre
 /// Rows of so many channels never repeat while a sensor works; a few coarse ones do by chance.
 const MIN_CHANNELS_OF_REPEATS: usize = 9;
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Accumulators {
     pub(super) layout: Option<Arc<Layout>>,
     channels: Vec<ChannelState>,
@@ -33,21 +33,6 @@ pub(crate) struct Accumulators {
 }
 
 impl Accumulators {
-    pub(crate) fn new() -> Self {
-        Self {
-            layout: None,
-            channels: Vec::new(),
-            magnitudes: Vec::new(),
-            quaternion: None,
-            recent: None,
-            column: Vec::new(),
-            repeats: Repeats::default(),
-            printed: None,
-            coarsest: PrintFormat::Current,
-            print_changes: 0,
-        }
-    }
-
     /// Begins the channels of this message anew.
     pub(crate) fn begin(&mut self, layout: Arc<Layout>, settings: &Settings) {
         let plan = SpectrumPlan::new();
@@ -177,7 +162,7 @@ mod tests {
 
     /// Channels of as many of the message's columns.
     fn of(channels: usize) -> Accumulators {
-        let mut accumulators = Accumulators::new();
+        let mut accumulators = Accumulators::default();
         let layout = Layout { channels: VNYMR.channels[..channels].to_vec().into(), ..VNYMR.clone() };
         accumulators.begin(Arc::new(layout), &Settings::default());
         accumulators
@@ -193,7 +178,7 @@ mod tests {
 
     #[test]
     fn columns_become_channels() {
-        assert_eq!(Accumulators::new().width(), 0);
+        assert_eq!(Accumulators::default().width(), 0);
         let mut accumulators = of(3);
         accumulators.push(&[1, 20, 300, 3, 40, 500], 0, 40.0, false);
         assert_eq!(accumulators.width(), 3);

@@ -82,9 +82,10 @@ pub(super) enum RequestEvent {
 }
 
 /// What this link has done about an output that was silent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum InitialOutputState {
     /// Nothing, or the user has set the output since.
+    #[default]
     Untouched,
     /// The sensor was commanded to send. The next frame shows whether its output was paused.
     Commanded,
@@ -117,6 +118,7 @@ impl TemperaturePoll {
     }
 }
 
+#[derive(Default)]
 pub(super) struct Requests {
     listen_only: bool,
     session: RequestQueue,
@@ -145,16 +147,8 @@ impl Requests {
         Self {
             listen_only,
             session: RequestQueue::new(Check::Xor8),
-            open: BTreeMap::new(),
-            to_read: VecDeque::new(),
-            read_at: Duration::ZERO,
-            is_paused_by_user: false,
-            answered_at: None,
-            initial_output: InitialOutputState::Untouched,
-            spurious_errors_expected: 0,
             temperature: poll_temperature.filter(|_| !listen_only).map(poll),
-            events: VecDeque::new(),
-            answers: VecDeque::new(),
+            ..Self::default()
         }
     }
 

@@ -4,10 +4,11 @@ use alloc::{format, string::String};
 use core::fmt;
 
 /// How a sentence is protected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Check {
-    /// `*HH`: the XOR of all bytes between `$` and `*`. One damaged line in 256 passes, and any two
-    /// equal bit flips do.
+    /// `*HH`: the XOR of all bytes between `$` and `*`, the factory default. One damaged line in
+    /// 256 passes, and any two equal bit flips do.
+    #[default]
     Xor8,
     /// `*HHHH`: CRC-16/XMODEM over the same bytes.
     Crc16,

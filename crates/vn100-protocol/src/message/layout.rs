@@ -109,9 +109,10 @@ pub const OUTPUT_RATES_HZ: [u32; 11] = [1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200
 ///
 /// The whole digits are a minimum: a larger value takes more. Counts are always in the decimals of
 /// the layout: those of an old sentence are multiplied by 10 or 100, which is exact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum PrintFormat {
     /// Firmware 2 and 3; also every sentence with a temperature or a pressure.
+    #[default]
     Current,
     /// Old firmware.
     Old,

@@ -36,7 +36,7 @@ use crate::{
 /// answered, the first copy of any other command is the echo and the next one the answer. So that a
 /// late answer to a request that was sent twice is not taken for that of the next one, the next
 /// waits until it has come or could have.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct RequestQueue {
     check: Check,
     queue: VecDeque<(RequestId, SensorCommand)>,
@@ -166,17 +166,7 @@ impl RequestQueue {
     /// time, and a line with [`Check::None`] at none.
     #[must_use]
     pub fn new(check: Check) -> Self {
-        Self {
-            check,
-            queue: VecDeque::new(),
-            current: None,
-            late: None,
-            line_echoes: false,
-            busy_until: Duration::ZERO,
-            completions: VecDeque::new(),
-            notices: VecDeque::new(),
-            submitted: 0,
-        }
+        Self { check, ..Self::default() }
     }
 
     /// Queues a request behind those that wait.
