@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::Term;
+use imu_noise::{Sensor, Term};
 use thiserror::Error;
 use vn100_protocol::{Channel, Layout, Quantity, VNIMU};
 
@@ -11,17 +11,12 @@ use crate::sensor::{SENSORS, axes_name, letter, sensor_of};
 /// One of N, B and K, of one channel or of all axes of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoiseFigure {
-    channels: FigureChannels,
+    /// One axis by its name, or all by that of the sensor: `gyro`, `accel` or `mag`.
+    channels: String,
+    /// Of which sensor.
+    pub sensor: Sensor,
     /// Which.
     pub term: Term,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum FigureChannels {
-    /// All axes of a sensor: `gyro`, `accel` or `mag`.
-    Sensor(Quantity),
-    /// The axis of a sensor of that name.
-    One(String),
 }
 
 const TERMS: [Term; 3] = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
@@ -47,21 +42,8 @@ impl NoiseFigure {
     /// Whether `channel` is one of those meant.
     #[must_use]
     pub fn concerns(&self, channel: &Channel) -> bool {
-        match &self.channels {
-            FigureChannels::Sensor(quantity) => channel.quantity == *quantity,
-            FigureChannels::One(name) => channel.name == *name,
-        }
-    }
-
-    /// Of which sensor, by what it measures.
-    pub(crate) fn quantity(&self) -> Option<Quantity> {
-        match &self.channels {
-            FigureChannels::Sensor(quantity) => Some(*quantity),
-            FigureChannels::One(_) => {
-                let channel = VNIMU.channels.iter().find(|channel| self.concerns(channel))?;
-                sensor_of(channel.quantity).map(|_| channel.quantity)
-            }
-        }
+        channel.name == self.channels
+            || self.channels == axes_name(self.sensor) && sensor_of(channel.quantity) == Some(self.sensor)
     }
 
     /// Why no record of `layout` shows it, however long; `None` where one may.
@@ -101,27 +83,21 @@ impl FromStr for NoiseFigure {
         };
         let term = TERMS.into_iter().find(|term| letter(*term).eq_ignore_ascii_case(name));
         let term = term.ok_or_else(|| NoiseFigureError::Letter(name.into()))?;
-        let sensor = SENSORS.iter().find(|(_, sensor)| axes_name(*sensor) == channels);
-        let channels = sensor
-            .map_or_else(|| FigureChannels::One(channels.into()), |(quantity, _)| FigureChannels::Sensor(*quantity));
-        let figure = Self { channels, term };
-        match figure.quantity() {
-            None => Err(NoiseFigureError::Channel(text.trim().into())),
-            Some(Quantity::MagneticField) if term != Term::White => {
-                Err(NoiseFigureError::Surroundings(figure.to_string()))
-            }
-            Some(_) => Ok(figure),
+        let axis = VNIMU.channels.iter().find(|channel| channel.name == channels);
+        let of_axis = axis.and_then(|axis| sensor_of(axis.quantity));
+        let of_all = SENSORS.into_iter().map(|(_, sensor)| sensor).find(|sensor| axes_name(*sensor) == channels);
+        let sensor = of_axis.or(of_all).ok_or_else(|| NoiseFigureError::Channel(text.trim().into()))?;
+        let figure = Self { channels: channels.into(), sensor, term };
+        if sensor == Sensor::Magnetometer && term != Term::White {
+            return Err(NoiseFigureError::Surroundings(figure.to_string()));
         }
+        Ok(figure)
     }
 }
 
 impl fmt::Display for NoiseFigure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let channels = match &self.channels {
-            FigureChannels::Sensor(quantity) => sensor_of(*quantity).map_or("", axes_name),
-            FigureChannels::One(name) => name,
-        };
-        write!(f, "{channels} {}", letter(self.term))
+        write!(f, "{} {}", self.channels, letter(self.term))
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::{fmt, str::FromStr};
 
-use imu_noise::{Aim, Sensor, Sides, Term, Wanted, conventions, visible_random_walk};
+use imu_noise::{Aim, Sides, Term, Wanted, conventions, visible_random_walk};
 use thiserror::Error;
 use vn100_protocol::{AsyncRate, AsyncType, BaudRate, LineForm, LinkLoad};
 
 use crate::{
     datasheet::Datasheet,
     noise_figure::{NoiseFigure, NoiseFigureError, in_percent, share_of_percent},
-    sensor::sensor_of,
 };
 
 /// The sensor takes so many values a second of acceleration and angular rate.
@@ -29,8 +28,6 @@ const WARM_UP_S: [f64; 2] = [600.0, 1800.0];
 pub struct Want {
     /// Which figure.
     pub figure: NoiseFigure,
-    /// Of which sensor.
-    pub sensor: Sensor,
     /// How well.
     pub known: Known,
 }
@@ -87,38 +84,27 @@ impl FromStr for Want {
     fn from_str(text: &str) -> Result<Self, WantError> {
         // not every keyboard has the signs
         let split_at = |signs: [&str; 2]| signs.iter().find_map(|sign| text.split_once(sign));
-        let (figure, known) = if let Some((figure, percent)) = split_at(["±", "+-"]) {
-            let share = share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into()))?;
-            (figure, Asked::Within(share))
-        } else if let Some((figure, amount)) = split_at([">=", "≥"]) {
-            (figure, Asked::AtLeast(amount.trim()))
-        } else {
-            (text, Asked::Seen)
-        };
+        let within = split_at(["±", "+-"]);
+        let percent =
+            within.map(|(_, percent)| share_of_percent(percent).ok_or_else(|| WantError::Percent(text.into())));
+        let percent = percent.transpose()?;
+        let at_least = split_at([">=", "≥"]).filter(|_| within.is_none());
+        let figure = within.or(at_least).map_or(text, |(figure, _)| figure);
         let figure: NoiseFigure = figure.parse().map_err(|error| match begins_with_figure(figure) {
             true => WantError::Form(text.into()),
             false => WantError::NoiseFigure(error),
         })?;
-        let sensor =
-            figure.quantity().and_then(sensor_of).ok_or_else(|| NoiseFigureError::Channel(figure.to_string()))?;
-        let name = || figure.to_string();
-        let known = match (figure.term, known) {
-            (_, Asked::Within(relative)) if figure.term != Term::RateRandomWalk => Known::Within(relative),
-            (Term::BiasInstability, Asked::Seen) => Known::Seen,
-            (Term::BiasInstability | Term::RateRandomWalk, Asked::AtLeast(amount)) => {
-                Known::AtLeast(in_si(amount, &figure, sensor)?)
+        let known = match (figure.term, percent, at_least) {
+            (Term::White | Term::BiasInstability, Some(relative), _) => Known::Within(relative),
+            (Term::BiasInstability, None, None) => Known::Seen,
+            (Term::BiasInstability | Term::RateRandomWalk, None, Some((_, amount))) => {
+                Known::AtLeast(in_si(amount.trim(), &figure)?)
             }
-            (Term::RateRandomWalk, _) => return Err(WantError::Walk(name())),
-            _ => return Err(WantError::White(name())),
+            (Term::RateRandomWalk, ..) => return Err(WantError::Walk(figure.to_string())),
+            _ => return Err(WantError::White(figure.to_string())),
         };
-        Ok(Self { figure, sensor, known })
+        Ok(Self { figure, known })
     }
-}
-
-enum Asked<'a> {
-    Seen,
-    Within(f64),
-    AtLeast(&'a str),
 }
 
 /// Whether more follows a figure.
@@ -129,11 +115,12 @@ fn begins_with_figure(text: &str) -> bool {
 }
 
 /// A number with one of the units in use, or none for SI.
-fn in_si(amount: &str, figure: &NoiseFigure, sensor: Sensor) -> Result<f64, WantError> {
+fn in_si(amount: &str, figure: &NoiseFigure) -> Result<f64, WantError> {
     let (number, unit) = amount.split_once(char::is_whitespace).unwrap_or((amount, ""));
     let number = number.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());
     let number = number.ok_or_else(|| WantError::Number(amount.into()))?;
-    let known = || conventions(sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
+    let known =
+        || conventions(figure.sensor, figure.term).iter().filter(|convention| convention.sides != Some(Sides::One));
     let unit = unit.trim();
     if unit.is_empty() {
         return Ok(number);
@@ -154,7 +141,7 @@ impl fmt::Display for Want {
             Known::Seen => write!(f, "{}", self.figure),
             Known::Within(relative) => write!(f, "{} ±{} %", self.figure, in_percent(relative)),
             Known::AtLeast(value) => {
-                let unit = conventions(self.sensor, self.figure.term).first().map_or("", |si| si.unit);
+                let unit = conventions(self.figure.sensor, self.figure.term).first().map_or("", |si| si.unit);
                 // rounded, without the zeros behind
                 let digits = format!("{value:.3e}").parse().unwrap_or(value);
                 write!(f, "{} >= {digits:e} {unit}", self.figure)
@@ -281,7 +268,7 @@ impl PlannedWant {
             Known::Within(half_width) => (Aim::HalfWidth(half_width), None),
             Known::AtLeast(value) => (Aim::Found, Some((term, value))),
         };
-        let typical = datasheet.typical_noise(want.sensor);
+        let typical = datasheet.typical_noise(want.figure.sensor);
         let is_quoted = |term| typical.iter().any(|(quoted, _)| *quoted == term);
         let missing = match (is_quoted(Term::White), assumed.is_some() || is_quoted(term)) {
             (true, true) => None,
