@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use vn100_capture::{Event, Source};
 use vn100_driver::{BAUD_RATES, Connect, ConnectError, Connection, LinkOptions, open_link};
 use vn100_protocol::stream::{Chunk, Diagnostic, LinkEventKind, ReadOptions, StreamCounts, StreamInput};
-use vn100_protocol::xor8;
+use vn100_protocol::{Register, xor8};
 use vn100_sim::{Device, DeviceConfig, wire::Wire};
 
 /// The sensor is up, and nobody has opened its port.
@@ -167,7 +167,7 @@ async fn told(bench: Bench, seconds: u64) -> Told {
                 told.counts = batch.link;
                 let is_error = |diagnostic: &&Diagnostic| diagnostic.to_string().contains("reply $VNERR");
                 told.errors += batch.diagnostics.iter().filter(is_error).count();
-                told.rates += batch.registers.iter().filter(|value| value.register == 7).count();
+                told.rates += batch.registers.iter().filter(|value| value.register == Register::ASYNC_RATE).count();
             }
             Event::Link(event) => {
                 told.ups += usize::from(matches!(event.kind, LinkEventKind::Up { .. }));

@@ -112,7 +112,7 @@ fn onboard(quantity: Quantity, record: &ComparedRecord<'_>) -> Option<Onboard> {
 /// Where unknown, averaging and decimation make the same of white noise at the same rate.
 fn fold_alike(quantity: Quantity, a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> bool {
     match (onboard(quantity, a), onboard(quantity, b)) {
-        (Some(a), Some(b)) => (a.white_factor() / b.white_factor() - 1.0).abs() < 0.01,
+        (Some(a), Some(b)) => (a.window.white_factor() / b.window.white_factor() - 1.0).abs() < 0.01,
         _ => (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3,
     }
 }

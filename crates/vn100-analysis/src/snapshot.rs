@@ -8,6 +8,7 @@ use vn100_protocol::{Channel, Layout, Quantity};
 
 use crate::{
     accumulate::{magnitude::Magnitude, recent::Recent},
+    assessment::ChannelAssessment,
     warning::Warning,
 };
 
@@ -64,8 +65,16 @@ impl Snapshot {
     }
 
     /// The same with their results.
-    pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> {
+    pub(crate) fn measured(&self) -> impl Iterator<Item = (&Channel, &ChannelSnapshot)> + Clone {
         self.layout_channels().iter().zip(&self.channels)
+    }
+
+    /// The same with what `assessments` of this snapshot say of each.
+    pub(crate) fn assessed<'a>(
+        &'a self,
+        assessments: &'a [ChannelAssessment],
+    ) -> impl Iterator<Item = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment)> + Clone {
+        self.measured().zip(assessments).map(|((channel, results), assessed)| (channel, results, assessed))
     }
 
     /// Of the first three channels that measure `quantity`, in their unit.

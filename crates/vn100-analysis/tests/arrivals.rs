@@ -7,8 +7,8 @@ use std::{sync::Arc, time::Duration};
 use imu_noise::{Arrivals, ChannelAccumulator, Deviation, Estimator, NominalRate};
 use proptest::prelude::*;
 use vn100_analysis::{Analysis, MissingFrom, RateFrom, Settings, Snapshot, Timing, WarningKind};
-use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, RegisterReply, StreamCounts};
-use vn100_protocol::{Layout, VNYMR};
+use vn100_protocol::stream::{Arrival, Batch, LinkEvent, LinkEventKind, Mark, MarkKind, StreamCounts};
+use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNYMR};
 
 /// A good line that arrives then, or a bad one.
 #[derive(Debug, Clone, Copy)]
@@ -178,14 +178,14 @@ fn a_rate_by_few_lines_gives_way_to_the_sensor() {
     let mut analysis = Analysis::new(Settings::default());
     absorb(&mut analysis, VNYMR.clone(), &steady(200.0, 0, 20), 8);
     analysis.take_link_event(&down);
-    let registers = vec![RegisterReply { before_row: 0, register: 7, fields: "40".into() }];
+    let registers = vec![RegisterContents { register: Register(7), fields: RegisterFields::new("40").unwrap() }];
     analysis.absorb(&Batch { registers, ..Batch::default() });
     let timing = analysis.snapshot().timing;
     assert_eq!((timing.rate_hz, timing.rate_from), (40.0, RateFrom::Device));
 }
 
 fn rate_of_the_sensor(rate_hz: &str) -> Batch {
-    let registers = vec![RegisterReply { before_row: 0, register: 7, fields: rate_hz.to_owned() }];
+    let registers = vec![RegisterContents { register: Register(7), fields: RegisterFields::new(rate_hz).unwrap() }];
     Batch { registers, ..Batch::default() }
 }
 

@@ -8,8 +8,11 @@ use vn100_analysis::{
     Analysis, Assessment, CaveatKind, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given, Plan,
     PlanningError, Settings, Snapshot, StreamUnknown, Want, WarningKind, not_passed,
 };
-use vn100_protocol::stream::{Batch, RegisterReply, StreamCounts};
-use vn100_protocol::{AsyncRate, AsyncType, BaudRate, Channel, DeviceError, Layout, Quantity, VNIMU, VNYMR};
+use vn100_protocol::stream::{Batch, StreamCounts};
+use vn100_protocol::{
+    AsyncRate, AsyncType, BaudRate, Channel, DeviceError, Layout, Quantity, Register, RegisterContents, RegisterFields,
+    VNIMU, VNYMR,
+};
 
 /// Windows of four refreshes, averaged in both outputs.
 const WINDOWS_OF_4: (u8, &str) = (85, "0,4,4,4,0,0,3,3,3,0");
@@ -71,7 +74,10 @@ impl Simulated {
                 counts.push((mean + std * normal() + (self.added)(channel, sample)).round() as i32);
             }
         }
-        let reply = |&(register, fields): &(u8, &str)| RegisterReply { before_row: 0, register, fields: fields.into() };
+        let reply = |&(register, fields): &(u8, &str)| RegisterContents {
+            register: Register(register),
+            fields: RegisterFields::new(fields).unwrap(),
+        };
         let registers = self.registers.iter().map(reply).collect();
         let layout = Some(Arc::new(self.layout));
         let mut batch = Batch { layout, counts, registers, link: self.link, ..Batch::default() };

@@ -1,7 +1,8 @@
 use std::time::Duration;
 
 use imu_noise::GapDetector;
-use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, RegisterReply, StreamCounts};
+use vn100_protocol::RegisterContents;
+use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 
 use super::{data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect};
 use crate::{
@@ -152,7 +153,7 @@ impl Analysis {
             skipped: span.skip,
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),
-            register_channels: replies.imu.snapshot(),
+            register_channels: replies.imu_channels(),
             warnings: Vec::new(),
             recent: accumulators.recent(rate.hz()),
         };
@@ -162,7 +163,7 @@ impl Analysis {
         snapshot
     }
 
-    fn push_reply(&mut self, reply: &RegisterReply) {
+    fn push_reply(&mut self, reply: &RegisterContents) {
         let now = || self.pending.as_ref().and_then(|pending| pending.detector.summary());
         let effect = self.record.push_reply(reply, now);
         match (effect, &mut self.pending) {

@@ -3,10 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use imu_noise::{GapEvent, TimebaseSummary};
-use vn100_protocol::{
-    Layout,
-    stream::{MarkKind, RegisterReply},
-};
+use vn100_protocol::{Layout, RegisterContents, stream::MarkKind};
 
 use super::{
     accumulators::Accumulators,
@@ -36,7 +33,7 @@ impl DataRecord {
             span: MeasuredSpan::new(settings.skip, settings.duration),
             gaps: Gaps::default(),
             replies: SensorReplies::default(),
-            accumulators: Accumulators::new(),
+            accumulators: Accumulators::default(),
             settings,
         }
     }
@@ -109,7 +106,7 @@ impl DataRecord {
     /// for [`apply`](Self::apply), too.
     pub(crate) fn push_reply(
         &mut self,
-        reply: &RegisterReply,
+        reply: &RegisterContents,
         now: impl Fn() -> Option<TimebaseSummary>,
     ) -> RateEffect {
         let is_excluded = self.rate.is_excluding();

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use imu_noise::{Histogram, Moments};
-use vn100_protocol::stream::RegisterReply;
-use vn100_protocol::{Channel, Quantity, Register, RegisterContents, RegisterFields, Sample, VNIMU};
+use vn100_protocol::{Channel, Quantity, Register, RegisterContents, Sample, VNIMU};
 
 use crate::{
     snapshot::{ChannelSnapshot, RateChange, RegisterChannel},
@@ -18,21 +17,35 @@ pub(crate) struct SensorReplies {
     before_break: Option<(BTreeMap<u8, String>, u64)>,
     /// The first two serial numbers that differ, in their order, and the samples before the second.
     two_serials: Option<(String, String, u64)>,
-    pub(super) imu: ImuRegister,
+    /// Of each channel of register 54: too few replies, and too unevenly spaced, for a deviation.
+    imu: Vec<(Moments, Histogram)>,
 }
 
 impl SensorReplies {
     /// Replies among excluded samples, perhaps of another sensor, are not kept.
-    pub(crate) fn push(&mut self, reply: &RegisterReply, samples: u64, is_excluded: bool) {
-        self.imu.push(reply);
-        if let Some(before) = self.registers.get(&reply.register)
-            && reply.register == Register::SERIAL_NUMBER.0
-            && *before != reply.fields
+    pub(crate) fn push(&mut self, contents: &RegisterContents, samples: u64, is_excluded: bool) {
+        let (register, fields) = (contents.register, contents.fields.to_string());
+        if register == Register::IMU
+            && let Ok(sample) = Sample::from_contents(contents, &VNIMU)
         {
-            self.two_serials.get_or_insert_with(|| (before.clone(), reply.fields.clone(), samples));
+            self.push_measurement(&sample);
+        }
+        if let Some(before) = self.registers.get(&register.0)
+            && register == Register::SERIAL_NUMBER
+            && *before != fields
+        {
+            self.two_serials.get_or_insert_with(|| (before.clone(), fields.clone(), samples));
         }
         if !is_excluded {
-            self.registers.insert(reply.register, reply.fields.clone());
+            self.registers.insert(register.0, fields);
+        }
+    }
+
+    fn push_measurement(&mut self, sample: &Sample) {
+        self.imu.resize(VNIMU.channels.len(), (Moments::new(), Histogram::new()));
+        for ((moments, histogram), &count) in self.imu.iter_mut().zip(sample.counts()) {
+            moments.push(&[count]);
+            histogram.push(&[count]);
         }
     }
 
@@ -50,8 +63,7 @@ impl SensorReplies {
 
     /// The output rate in hertz by register 7; `None` for 0, which is no rate.
     pub(crate) fn rate_hz(&self) -> Option<f64> {
-        const ASYNC_RATE: u8 = 7;
-        let fields = self.registers.get(&ASYNC_RATE)?;
+        let fields = self.registers.get(&Register::ASYNC_RATE.0)?;
         let rate_hz: u32 = fields.split(',').next()?.parse().ok()?;
         (rate_hz > 0).then_some(rate_hz.into())
     }
@@ -72,34 +84,10 @@ impl SensorReplies {
         };
         Some(Warning::new(WarningKind::AnotherSensor, Vec::new(), text))
     }
-}
 
-/// Too few replies, and too unevenly spaced, for a deviation.
-#[derive(Debug, Clone)]
-pub(crate) struct ImuRegister {
-    channels: Vec<(Moments, Histogram)>,
-}
-
-impl Default for ImuRegister {
-    fn default() -> Self {
-        Self { channels: vec![(Moments::new(), Histogram::new()); VNIMU.channels.len()] }
-    }
-}
-
-impl ImuRegister {
-    pub(crate) fn push(&mut self, reply: &RegisterReply) {
-        let Some(sample) = measurement(reply) else {
-            return;
-        };
-        for ((moments, histogram), &count) in self.channels.iter_mut().zip(sample.counts()) {
-            moments.push(&[count]);
-            histogram.push(&[count]);
-        }
-    }
-
-    pub(crate) fn snapshot(&self) -> Vec<RegisterChannel> {
-        (VNIMU.channels.iter().zip(&self.channels))
-            .filter(|(_, (moments, _))| moments.count() > 0)
+    /// The channels of register 54; none before its first reply.
+    pub(crate) fn imu_channels(&self) -> Vec<RegisterChannel> {
+        (VNIMU.channels.iter().zip(&self.imu))
             .map(|(channel, (moments, histogram))| RegisterChannel {
                 channel: renamed(channel),
                 results: ChannelSnapshot {
@@ -117,12 +105,6 @@ impl ImuRegister {
     }
 }
 
-fn measurement(reply: &RegisterReply) -> Option<Sample> {
-    let register = Register(reply.register);
-    let fields = RegisterFields::new(reply.fields.as_str()).ok().filter(|_| register == Register::IMU)?;
-    Sample::from_contents(&RegisterContents { register, fields }, &VNIMU).ok()
-}
-
 /// A name of its own, because the stream may have a channel of the plain name.
 fn renamed(channel: &Channel) -> Channel {
     let prefix = match channel.quantity {
@@ -137,7 +119,8 @@ mod tests {
     use super::*;
 
     fn push(replies: &mut SensorReplies, register: u8, fields: &str, samples: u64, is_excluded: bool) {
-        replies.push(&RegisterReply { before_row: 0, register, fields: fields.into() }, samples, is_excluded);
+        let fields = vn100_protocol::RegisterFields::new(fields).unwrap();
+        replies.push(&RegisterContents { register: Register(register), fields }, samples, is_excluded);
     }
 
     #[test]
@@ -193,26 +176,19 @@ mod tests {
     }
 
     #[test]
-    fn measurements_of_register_54_are_channels() {
+    fn measurements_of_register_54_are_channels_of_their_own() {
         let mut replies = SensorReplies::default();
-        let fields =
-            "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
-        push(&mut replies, 54, fields, 0, true);
-        assert_eq!(replies.imu.snapshot().len(), 11);
-    }
-
-    #[test]
-    fn answers_become_channels_of_their_own() {
-        let mut imu = ImuRegister::default();
-        assert!(imu.snapshot().is_empty());
-        let reply = |register, fields: &str| RegisterReply { before_row: 0, register, fields: fields.into() };
+        assert!(replies.imu_channels().is_empty());
         let first =
             "-02.0841,+00.6045,+02.8911,+00.381,-00.154,-09.657,-00.005683,+00.000262,+00.001475,+21.6,+00099.761";
-        imu.push(&reply(54, first));
-        imu.push(&reply(54, &first.replace("+21.6", "+21.8")));
-        imu.push(&reply(54, "damaged"));
-        imu.push(&reply(27, first));
-        let channels = imu.snapshot();
+        push(&mut replies, 27, first, 0, false);
+        push(&mut replies, 54, "damaged", 0, false);
+        assert!(replies.imu_channels().is_empty());
+        push(&mut replies, 54, first, 0, true);
+        push(&mut replies, 54, &first.replace("+21.6", "+21.8"), 0, false);
+        push(&mut replies, 54, "damaged", 0, false);
+        push(&mut replies, 27, first, 0, false);
+        let channels = replies.imu_channels();
         assert_eq!(channels.len(), 11);
         assert_eq!(channels[6].channel.name, "uncompensated_gyro_x");
         assert_eq!(channels[6].results.moments.mean_counts(), Some(-5683.0));

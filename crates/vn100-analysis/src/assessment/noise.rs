@@ -186,7 +186,8 @@ fn falls_below_white(curve: &Curve, short: &NoiseFit, window: Option<BoxcarWindo
 pub(super) struct Models {
     shape: RecordShape,
     made: Vec<(Key, NoiseModel)>,
-    longer: Option<Longer>,
+    /// The model of a longer record, and its length in seconds.
+    longer: Option<(NoiseModel, f64)>,
 }
 
 type Key = (Vec<Octave>, Terms, Option<BoxcarWindow>);
@@ -213,29 +214,21 @@ impl Models {
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
         let (white, walk) = (white?.value?, walk?.upper);
         let bias_instability = bias_instability.and_then(|parameter| parameter.value.or(parameter.upper))?;
-        let longer = self.longer.get_or_insert_with(|| Longer::new(&self.shape));
+        let (model, duration_s) = self.longer.get_or_insert_with(|| longer_model(&self.shape));
         let others = [(Term::White, white), (Term::BiasInstability, bias_instability)];
-        let at_least = longer.model.least_found(&others, Term::RateRandomWalk)?;
-        walk.is_none_or(|walk| at_least < walk).then_some(DetectableRrw { duration_s: longer.duration_s, at_least })
+        let at_least = model.least_found(&others, Term::RateRandomWalk)?;
+        walk.is_none_or(|walk| at_least < walk).then_some(DetectableRrw { duration_s: *duration_s, at_least })
     }
 }
 
-struct Longer {
-    duration_s: f64,
-    model: NoiseModel,
-}
-
-impl Longer {
-    fn new(shape: &RecordShape) -> Self {
-        /// With more of the shortest, the answer is the same.
-        const LONGEST_OCTAVES: usize = 14;
-        let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
-        let shape = RecordShape { samples: shape.samples + more, ..*shape };
-        let octaves = shape.octaves();
-        let model =
-            NoiseModel::new(&octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..], &shape, Terms::RATE, None);
-        Self { duration_s: shape.samples as f64 * shape.interval_s, model }
-    }
+fn longer_model(shape: &RecordShape) -> (NoiseModel, f64) {
+    /// With more of the shortest, the answer is the same.
+    const LONGEST_OCTAVES: usize = 14;
+    let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
+    let shape = RecordShape { samples: shape.samples + more, ..*shape };
+    let octaves = shape.octaves();
+    let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
+    (NoiseModel::new(longest, &shape, Terms::RATE, None), shape.samples as f64 * shape.interval_s)
 }
 
 /// With fewer degrees of freedom the upper bound of an octave says nothing.
@@ -257,8 +250,8 @@ impl FilterModels {
     /// same snapshot at the level `confidence`. Takes some tenths of a second per axis.
     #[must_use]
     pub fn of(snapshot: &Snapshot, assessed: &[ChannelAssessment], confidence: f64) -> Vec<Option<Self>> {
-        (snapshot.measured().zip(assessed))
-            .map(|((channel, results), assessed)| {
+        (snapshot.assessed(assessed))
+            .map(|(channel, results, assessed)| {
                 let noise = assessed.noise.as_ref()?;
                 let curve = Curve::new(channel, results, snapshot.shape());
                 let gauss_markov = (noise.long_taus == LongTauValidity::Sensor).then(|| {
@@ -309,7 +302,7 @@ mod tests {
         assert_eq!(later.duration_s, 600.0 + DetectableRrw::MORE_S);
         assert!(later.at_least < fit.parameter(Term::RateRandomWalk).unwrap().upper.unwrap(), "{later:?}");
         // flicker noise that ten minutes leave possible hides more than none would
-        let white_alone = Longer::new(&shape).model.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
+        let white_alone = longer_model(&shape).0.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
         assert!(later.at_least > 2.0 * white_alone, "{later:?}, beside white noise alone {white_alone}");
     }
 

@@ -120,10 +120,7 @@ type Axis<'a> = (&'a Channel, &'a ChannelSnapshot, &'a ChannelAssessment);
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
     let of = |quantity: Quantity| -> Vec<Axis<'_>> {
-        (snapshot.measured().zip(assessed))
-            .map(|((channel, results), assessed)| (channel, results, assessed))
-            .filter(|(channel, ..)| channel.quantity == quantity)
-            .collect()
+        snapshot.assessed(assessed).filter(|(channel, ..)| channel.quantity == quantity).collect()
     };
     let names = |axes: &[Axis<'_>]| axes.iter().map(|(channel, ..)| channel.name.to_string()).collect::<Vec<_>>();
     let length = |quantity| snapshot.mean_vector(quantity).map(|[x, y, z]| x.hypot(y).hypot(z));

@@ -52,15 +52,11 @@ impl Disturbed {
 }
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let channels: Vec<_> = snapshot
-        .layout_channels()
-        .iter()
-        .zip(assessed)
-        .map(|(channel, assessed)| (channel, &assessed.disturbed))
-        .collect();
-    let rejected = (snapshot.layout_channels().iter().zip(assessed))
-        .filter(|(_, assessed)| assessed.noise.as_ref().is_some_and(|noise| noise.fit.quality.is_none()))
-        .map(|(channel, _)| channel);
+    let axes = snapshot.assessed(assessed);
+    let channels: Vec<_> = axes.clone().map(|(channel, _, assessed)| (channel, &assessed.disturbed)).collect();
+    let rejected = axes
+        .filter(|(.., assessed)| assessed.noise.as_ref().is_some_and(|noise| noise.fit.quality.is_none()))
+        .map(|(channel, ..)| channel);
     [vibration(&channels, &names(rejected), snapshot), disturbances(&channels, snapshot), warm_up(&channels, snapshot)]
         .into_iter()
         .flatten()

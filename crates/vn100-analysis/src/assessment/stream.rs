@@ -42,12 +42,6 @@ impl Onboard {
         if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
     }
 
-    /// Density of white noise in the stream over the sensor's own.
-    #[must_use]
-    pub fn white_factor(&self) -> f64 {
-        self.window.white_factor()
-    }
-
     /// The window that would bring the sensor's own density into the stream.
     #[must_use]
     pub fn unaliased_window(&self) -> u32 {
@@ -84,11 +78,10 @@ fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
 const LEAST_NOISE_DIGITS: f64 = 0.5;
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
-    let channels: Vec<_> = snapshot.measured().zip(assessed).collect();
     let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
-        (channels.iter())
-            .filter(|((channel, results), assessed)| holds(channel, results, assessed))
-            .map(|((channel, _), _)| channel.name.to_string())
+        (snapshot.assessed(assessed))
+            .filter(|(channel, results, assessed)| holds(channel, results, assessed))
+            .map(|(channel, ..)| channel.name.to_string())
             .collect()
     };
     let mut warnings = Vec::new();
@@ -100,7 +93,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     }
     for onboard in filters {
         let mut sensors: Vec<&str> = Vec::new();
-        for ((channel, _), _) in channels.iter().filter(|(_, assessed)| assessed.onboard == Some(onboard)) {
+        for (channel, ..) in snapshot.assessed(assessed).filter(|(.., assessed)| assessed.onboard == Some(onboard)) {
             let sensor = sensor_of(channel.quantity).map_or("sensor", sensor_name);
             if !sensors.contains(&sensor) {
                 sensors.push(sensor);
@@ -141,7 +134,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
         if window_known { "register 85 says" } else { "unless register 85 was changed" },
         100.0 * Onboard::UNCERTAINTY,
     );
-    let factor = onboard.white_factor();
+    let factor = onboard.window.white_factor();
     let take = match sensors {
         [one] => format!("{one} takes"),
         several => format!("{} take", several.join(" and ")),

@@ -137,7 +137,7 @@ fn rates(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, 
 
 fn sampling(a: &ComparedRecord<'_>, b: &ComparedRecord<'_>) -> Option<(CaveatKind, String)> {
     let of = |record| onboard(Quantity::AngularRate, record);
-    let factors = of(a).zip(of(b)).map(|(a, b)| (a.white_factor(), b.white_factor()));
+    let factors = of(a).zip(of(b)).map(|(a, b)| (a.window.white_factor(), b.window.white_factor()));
     let same_rate = (a.snapshot.timing.rate_hz / b.snapshot.timing.rate_hz - 1.0).abs() < 1e-3;
     let same_folding = factors.is_none() || fold_alike(Quantity::AngularRate, a, b);
     (!same_rate || !same_folding).then(|| {

@@ -36,7 +36,7 @@ pub struct RankedRecord {
     pub upper: f64,
     /// By axis: name and N.
     pub axes: Vec<(String, f64)>,
-    /// See [`Onboard::white_factor`](crate::Onboard::white_factor); `None` where unknown.
+    /// Density of white noise in the stream over the sensor's own; `None` where unknown.
     pub white_factor: Option<f64>,
 }
 
@@ -138,7 +138,7 @@ fn ranked_record(
         lower: interval.lower,
         upper: interval.upper,
         axes: known.into_iter().map(|(name, value, _)| (name, value)).collect(),
-        white_factor: axes.first()?.1.onboard.map(|onboard| onboard.white_factor()),
+        white_factor: axes.first()?.1.onboard.map(|onboard| onboard.window.white_factor()),
     };
     Some((ranked, mean_square))
 }

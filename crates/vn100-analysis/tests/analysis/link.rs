@@ -25,7 +25,7 @@ fn the_sensor_tells_its_rate() {
     let told = |fields: &str, settings: Settings| {
         let mut all = batches(&[Good(1), Good(2)], 10);
         let fields = fields.to_owned();
-        all[0].registers.push(RegisterReply { before_row: 1, register: 7, fields });
+        all[0].registers.push(RegisterContents { register: Register(7), fields: RegisterFields::new(fields).unwrap() });
         let mut analysis = Analysis::new(settings);
         all.iter().for_each(|batch| analysis.absorb(batch));
         analysis.snapshot()
@@ -45,7 +45,9 @@ fn a_sensor_that_comes_back_at_another_rate_is_left_out() {
     let down = LinkEvent { at_ns: 0, kind: LinkEventKind::Down { cause: "unplugged".into() } };
     let at = |rate_hz: &str, lines: &[Line]| {
         let mut all = batches(lines, 10);
-        all[0].registers.push(RegisterReply { before_row: 0, register: 7, fields: rate_hz.to_owned() });
+        all[0]
+            .registers
+            .push(RegisterContents { register: Register(7), fields: RegisterFields::new(rate_hz).unwrap() });
         all
     };
     let told = |settings: Settings| {
@@ -70,7 +72,9 @@ fn two_sensors_in_one_stream_are_told() {
     let told = |serials: [&str; 2]| {
         let mut all = batches(&[Good(1), Good(2)], 1);
         for (batch, serial) in all.iter_mut().zip(serials) {
-            batch.registers.push(RegisterReply { before_row: 0, register: 3, fields: serial.into() });
+            batch
+                .registers
+                .push(RegisterContents { register: Register(3), fields: RegisterFields::new(serial).unwrap() });
         }
         let mut analysis = Analysis::new(Settings::default());
         all.iter().for_each(|batch| analysis.absorb(batch));
@@ -93,8 +97,10 @@ fn of_two_sensors_the_one_whose_samples_count_is_named() {
         let mut analysis = Analysis::new(Settings::default());
         for registers in [first, second] {
             let mut all = batches(&[Good(1), Good(2)], 10);
-            let value =
-                |(register, fields): (u8, &str)| RegisterReply { before_row: 0, register, fields: fields.into() };
+            let value = |(register, fields): (u8, &str)| RegisterContents {
+                register: Register(register),
+                fields: RegisterFields::new(fields).unwrap(),
+            };
             all[0].registers = registers.map(value).into();
             all.iter().for_each(|batch| analysis.absorb(batch));
             analysis.take_link_event(&down);

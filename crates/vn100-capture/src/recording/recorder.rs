@@ -305,8 +305,8 @@ fn copy_inputs(
         Entry::Bytes { at_ns, bytes } => {
             parser.push(&bytes, None);
             let registers = parser.take_batches().into_iter().flat_map(|batch| batch.registers);
-            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER.0) {
-                serial = Some(value.fields);
+            for value in registers.filter(|value| value.register == Register::SERIAL_NUMBER) {
+                serial = Some(value.fields.to_string());
             }
             writer.write(&StreamInput::Chunk(Chunk { bytes: Bytes::copy_from_slice(&bytes), at_ns }))
         }

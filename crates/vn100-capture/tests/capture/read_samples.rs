@@ -59,7 +59,7 @@ struct Told {
     rows: Vec<Vec<i32>>,
     /// Marks by the number of the row they stand before.
     marks: Vec<(usize, MarkKind)>,
-    registers: Vec<(usize, u8, String)>,
+    registers: Vec<(u8, String)>,
     counters: Vec<(usize, u64)>,
     link: StreamCounts,
     /// What befell the link, by the number of the row it stands before.
@@ -74,9 +74,7 @@ async fn told(source: Script, options: ReadOptions) -> Told {
         match event {
             Event::Batch(batch) => {
                 told.marks.extend(batch.marks.iter().map(|mark| (told.rows.len() + mark.before_row, mark.kind)));
-                told.registers.extend(
-                    batch.registers.iter().map(|r| (told.rows.len() + r.before_row, r.register, r.fields.clone())),
-                );
+                told.registers.extend(batch.registers.iter().map(|r| (r.register.0, r.fields.to_string())));
                 told.counters.extend(batch.counters.iter().map(|c| (told.rows.len() + c.row, c.count)));
                 told.rows.extend(batch.rows().map(<[i32]>::to_vec));
                 told.link = batch.link;
@@ -101,7 +99,7 @@ fn samples_replies_other_messages_and_bad_lines_are_told_apart() {
     let kinds: Vec<_> = told.marks.iter().map(|(row, kind)| (*row, matches!(kind, MarkKind::Rejected))).collect();
     assert_eq!(kinds, [(0, false), (1, true), (2, false), (3, true)]);
     assert_eq!((told.link.samples(), told.link.tally.replies, told.link.other_messages()), (3, 1, 2));
-    assert_eq!(told.registers, [(1, 1, "VN-100S-CR".to_owned())]);
+    assert_eq!(told.registers, [(1, "VN-100S-CR".to_owned())]);
     assert_eq!(told.link.other_message.unwrap().to_string(), "VNYPR");
     assert_eq!(told.link.tally.bytes(), bytes.len() as u64);
     assert_eq!(

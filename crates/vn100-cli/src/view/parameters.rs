@@ -215,7 +215,7 @@ fn without_parameters(quantity: Quantity) -> [&'static str; 3] {
 
 /// N of the sensor itself in SI units, and its factor in the stream; `None` for 1 or unknown.
 fn own_white(source: &SourceView, place: usize) -> Option<(f64, f64)> {
-    let factor = source.assessment.channels.get(place)?.onboard?.white_factor();
+    let factor = source.assessment.channels.get(place)?.onboard?.window.white_factor();
     let white = source.values[place].noise.as_ref()?.parameter(Term::White)?.value?;
     (factor > 1.0 + Onboard::UNCERTAINTY).then(|| (white / factor, factor))
 }

@@ -84,7 +84,9 @@ impl Link {
             Event::Batch(batch) => {
                 self.told.rows += batch.row_count() as u64;
                 self.told.counts = batch.link;
-                self.told.registers.extend(batch.registers.into_iter().map(|value| (value.register, value.fields)));
+                self.told
+                    .registers
+                    .extend(batch.registers.into_iter().map(|value| (value.register.0, value.fields.to_string())));
                 let tally = batch.link.tally;
                 let told =
                     batch.link.samples() + batch.link.answers() + batch.link.echoes + batch.link.other_messages();

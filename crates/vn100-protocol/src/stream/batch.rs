@@ -4,7 +4,7 @@ use alloc::{boxed::Box, string::String, sync::Arc, vec::Vec};
 use core::fmt;
 
 use super::StreamCounts;
-use crate::{Layout, PrintFormat};
+use crate::{Layout, PrintFormat, RegisterContents};
 
 /// Everything that one read completed: samples, and between them the places where something else
 /// was.
@@ -19,15 +19,13 @@ pub struct Batch {
     pub counts: Vec<i32>,
     /// When the rows arrived, in the order of the rows; empty where the source does not know.
     pub arrivals: Vec<Arrival>,
-    /// The sensor's own time of each row, in nanoseconds since it was switched on; `None` where the
-    /// message carries none, as no sentence does.
-    pub device_times_ns: Option<Vec<u64>>,
     /// The counters of the rows that carry one, in order.
     pub counters: Vec<RowCounter>,
     /// What stood between the rows, by position.
     pub marks: Vec<Mark>,
-    /// What the sensor said of its registers, in order.
-    pub registers: Vec<RegisterReply>,
+    /// What the sensor said of its registers in reply to commands, in order: the values read, and
+    /// those just written.
+    pub registers: Vec<RegisterContents>,
     /// What passed beside the samples, in order; empty unless
     /// [`ReadOptions`](super::ReadOptions) ask for it.
     pub diagnostics: Vec<Diagnostic>,
@@ -66,18 +64,6 @@ pub struct RowCounter {
     pub row: usize,
     /// The counter; what it counts, register 30 of the sensor says.
     pub count: u64,
-}
-
-/// What the sensor said of one of its registers, in reply to a command: the value read, or the one
-/// just written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RegisterReply {
-    /// The row it stands before; the number of rows for the end of the batch.
-    pub before_row: usize,
-    /// The number of the register.
-    pub register: u8,
-    /// Its fields as printed, with the commas between them.
-    pub fields: String,
 }
 
 /// Something between two rows of a [`Batch`].

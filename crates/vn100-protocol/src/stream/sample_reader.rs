@@ -4,8 +4,8 @@ use alloc::{collections::BTreeMap, string::ToString, sync::Arc, vec::Vec};
 use core::mem;
 
 use super::{
-    Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RegisterReply, RowCounter,
-    StreamCounts, StreamInput,
+    Arrival, Batch, Diagnostic, LinkEvent, LinkEventKind, Mark, MarkKind, MessageName, RowCounter, StreamCounts,
+    StreamInput,
 };
 use crate::{AsyncType, Decoder, Item, Layout, Options, PrintFormat, Reply, Sample, Sentence, Tally};
 
@@ -204,10 +204,7 @@ impl Stream {
         // one that says nothing is in the tally
         let Ok(reply) = Reply::parse(sentence) else { return };
         match &reply {
-            Reply::Register(contents) | Reply::Written(contents) => {
-                let (register, fields) = (contents.register.0, contents.fields.to_string());
-                self.open.registers.push(RegisterReply { before_row: self.row(), register, fields });
-            }
+            Reply::Register(contents) | Reply::Written(contents) => self.open.registers.push(contents.clone()),
             Reply::Question(_) => self.link.echoes += 1,
             Reply::Error(error) if error.is_unsolicited() => self.link.unsolicited_errors.count(*error),
             Reply::Error(_) | Reply::Echo(_) => {}

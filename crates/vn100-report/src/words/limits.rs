@@ -67,7 +67,7 @@ fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
 
 fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
     let onboard = sensor.onboard?;
-    let factor = onboard.white_factor();
+    let factor = onboard.window.white_factor();
     if (factor - 1.0).abs() < 0.02 && !onboard.window.overlaps() {
         return None;
     }
@@ -136,7 +136,8 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
     if findings.compensated {
         limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
     }
-    if findings.sensors.iter().any(|sensor| sensor.onboard.is_some_and(|onboard| onboard.white_factor() > 1.02)) {
+    if findings.sensors.iter().any(|sensor| sensor.onboard.is_some_and(|onboard| onboard.window.white_factor() > 1.02))
+    {
         limits.push("Its rate and averaging window: white noise is folded into the band, see above.".into());
     }
     if findings.warns(WarningKind::VibrationLine) {

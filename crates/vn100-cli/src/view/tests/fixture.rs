@@ -10,8 +10,8 @@ use imu_noise::{Arrivals, NominalRate, TimebaseSummary};
 use vn100_analysis::{Analysis, Assessment, RateFrom, Settings, Snapshot, SourceFacts};
 use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
-use vn100_protocol::stream::{Batch, Mark, MarkKind, RegisterReply, StreamCounts};
-use vn100_protocol::{Layout, VNIMU, VNYMR};
+use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
+use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
 use vn100_report::Evaluation;
 
 use crate::view::source::{SourcePhase, SourceView};
@@ -60,7 +60,10 @@ pub(super) fn damaged() -> SourceView {
         let mut batch = batch(&VNYMR, &[500, 501, 8000, 15_000]);
         batch.link.tally.rejected.checksum = 3;
         batch.link.tally.rejected.truncated = 1;
-        batch.registers.push(RegisterReply { before_row: 0, register: 85, fields: "0,4,4,4,0,0,3,3,3,0".into() });
+        batch.registers.push(RegisterContents {
+            register: Register(85),
+            fields: RegisterFields::new("0,4,4,4,0,0,3,3,3,0").unwrap(),
+        });
         analysis.absorb(&batch);
         let error = Some(Arc::new(std::io::Error::other("no space left on the device")));
         let damaged = source(analysis.snapshot());
