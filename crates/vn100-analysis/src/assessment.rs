@@ -3,8 +3,6 @@ mod rest;
 mod stationary;
 mod stream;
 
-use std::sync::Arc;
-
 use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
 use vn100_protocol::Channel;
 
@@ -87,36 +85,6 @@ impl Assessment {
             }
         }
         Self { samples: snapshot.timing.samples, confidence, channels, motion, warnings }
-    }
-}
-
-/// Assessments of a growing record, each kept as long as the record is hardly longer: making one
-/// costs as much as many seconds of measuring.
-#[derive(Debug)]
-pub struct Assessments {
-    confidence: f64,
-    latest: Option<Arc<Assessment>>,
-}
-
-impl Assessments {
-    /// Assessments at the level `confidence`, see [`Assessment::new`].
-    #[must_use]
-    pub const fn new(confidence: f64) -> Self {
-        Self { confidence, latest: None }
-    }
-
-    /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
-    pub fn of(&mut self, snapshot: &Snapshot) -> Arc<Assessment> {
-        let samples = snapshot.timing.samples;
-        if let Some(latest) = &self.latest
-            && (latest.samples..latest.samples + latest.samples.div_ceil(20)).contains(&samples)
-            && latest.channels.len() == snapshot.channels.len()
-        {
-            return Arc::clone(latest);
-        }
-        let assessment = Arc::new(Assessment::new(snapshot, self.confidence));
-        self.latest = Some(Arc::clone(&assessment));
-        assessment
     }
 }
 

@@ -30,8 +30,8 @@ pub use accumulate::{
     recent::{Recent, Slot},
 };
 pub use assessment::{
-    Assessment, Assessments, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LongTauValidity,
-    Motion, OctaveAssessment, Onboard,
+    Assessment, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LongTauValidity, Motion,
+    OctaveAssessment, Onboard,
 };
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanError, OctaveTest, RankedRecord, Ranking,

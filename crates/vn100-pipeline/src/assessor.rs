@@ -1,6 +1,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
-use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
+use vn100_analysis::{Analysis, Assessment, Snapshot};
 
 /// The assessment of one source, made by the first reader, on its own thread, and again when the
 /// record has grown by a twentieth: making one costs as much as many seconds of measuring, and the
@@ -8,21 +8,31 @@ use vn100_analysis::{Analysis, Assessment, Assessments, Snapshot};
 #[derive(Debug, Clone)]
 pub struct Assessor {
     confidence: f64,
-    shared: Arc<Mutex<Assessments>>,
+    latest: Arc<Mutex<Option<Arc<Assessment>>>>,
 }
 
 impl Assessor {
     /// An assessor at the level `confidence`, 0 < p < 1.
     #[must_use]
     pub fn new(confidence: f64) -> Self {
-        Self { confidence, shared: Arc::new(Mutex::new(Assessments::new(confidence))) }
+        Self { confidence, latest: Arc::default() }
     }
 
     /// Of this snapshot, or of an earlier one with more than nineteen twentieths of its samples.
     #[must_use]
     pub fn latest(&self, snapshot: &Snapshot) -> Arc<Assessment> {
         // one that was left half-made by a panic elsewhere was not kept
-        self.shared.lock().unwrap_or_else(PoisonError::into_inner).of(snapshot)
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let samples = snapshot.timing.samples;
+        if let Some(latest) = &*latest
+            && (latest.samples..latest.samples + latest.samples.div_ceil(20)).contains(&samples)
+            && latest.channels.len() == snapshot.channels.len()
+        {
+            return Arc::clone(latest);
+        }
+        let assessment = Arc::new(self.exact(snapshot));
+        *latest = Some(Arc::clone(&assessment));
+        assessment
     }
 
     /// The assessment of this very snapshot, as for a final result.

@@ -67,7 +67,7 @@ pub(crate) async fn run_live(mut spec: LiveSpec, mut channels: Channels) -> Sess
     let known_serial = recorder.as_ref().and_then(Recorder::known_serial).map(str::to_owned);
     let result = match SensorSetup::new(&source, spec.output.clone(), known_serial.as_deref(), &channels).await {
         Ok(setup) => {
-            let keep = setup.changes().to_vec();
+            let keep = setup.changes.clone();
             let result = measure_and_record(&source, keep, recorder, &spec, &mut channels).await;
             let is_restored = setup.undo(&source, known_serial.as_deref(), &channels).await;
             SessionResult { is_restored, ..result }

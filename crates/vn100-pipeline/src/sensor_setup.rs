@@ -32,7 +32,7 @@ pub enum SetupError {
 
 #[derive(Default)]
 pub(crate) struct SensorSetup {
-    changes: Vec<Change>,
+    pub(crate) changes: Vec<Change>,
     serial: Option<String>,
     /// Whether its output was found paused.
     was_paused: bool,
@@ -72,10 +72,6 @@ impl SensorSetup {
             }
             Err(error) => Err(error),
         }
-    }
-
-    pub(crate) fn changes(&self) -> &[Change] {
-        &self.changes
     }
 
     /// Whether the sensor is as it was before.

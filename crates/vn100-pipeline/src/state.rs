@@ -29,7 +29,8 @@ pub struct SourceState {
     /// What is known of the source from the beginning.
     pub(crate) source: Arc<SourceFacts>,
     pub(crate) recorded: Option<Recorded>,
-    pub(crate) assessor: Assessor,
+    /// Who assesses the source.
+    pub assessor: Assessor,
 }
 
 /// How far a session has come.
@@ -73,12 +74,6 @@ impl SourceState {
     #[must_use]
     pub fn assessment(&self) -> Arc<Assessment> {
         self.assessor.latest(&self.snapshot)
-    }
-
-    /// Who assesses the source.
-    #[must_use]
-    pub fn assessor(&self) -> Assessor {
-        self.assessor.clone()
     }
 
     /// The error is `None`: it is for the face to put into words.

@@ -84,7 +84,7 @@ async fn the_assessment_is_shared_until_the_record_has_grown_by_a_twentieth() {
     samples(&mut session, 105).await;
     let later = session.state.borrow().clone();
     assert_eq!(later.assessment().samples, 105);
-    assert_eq!(later.assessor().exact(&first.snapshot).samples, 100);
+    assert_eq!(later.assessor.exact(&first.snapshot).samples, 100);
     assert_eq!(later.assessment().confidence, 0.95);
 }
 

@@ -179,7 +179,7 @@ impl SourceMonitor {
     /// The assessment of this very snapshot.
     pub(crate) fn assess(&self, snapshot: &Snapshot) -> Assessment {
         // the state is not kept locked meanwhile
-        let assessor = self.state.borrow().assessor();
+        let assessor = self.state.borrow().assessor.clone();
         assessor.exact(snapshot)
     }
 
