@@ -45,11 +45,9 @@ impl Generator {
         let rate = NonZeroU32::new(rate_hz)
             .filter(|_| OUTPUT_RATES_HZ.contains(&rate_hz))
             .ok_or(UnsupportedRate { rate_hz })?;
-        let mut number = 0;
-        let channels = profile.channels.map(|channel| {
-            let stream = ChannelStream::new(&channel.noise, channel.window, rate, seed, number);
-            number += 1;
-            stream
+        let channels = std::array::from_fn(|number| {
+            let channel = &profile.channels[number];
+            ChannelStream::new(&channel.noise, channel.window, rate, seed, number as u32)
         });
         let surroundings = Surroundings::new(seed);
         Ok(Self { channels, surroundings, interval_s: 1.0 / f64::from(rate_hz), readings: 0 })

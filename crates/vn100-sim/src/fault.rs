@@ -26,6 +26,7 @@ mod injector;
 
 use std::{fmt, num::NonZeroU32, str::FromStr, time::Duration};
 
+pub use injector::PlugEvent;
 pub(crate) use injector::{Injector, ScheduledEvent};
 
 use thiserror::Error;
@@ -146,11 +147,8 @@ impl FromStr for Fault {
         let (name, when) = head.split_once('@').map_or((head, None), |(name, when)| (name, Some(when)));
         let item = || text.to_owned();
         let when = || when.ok_or_else(|| FaultPlanError::WhenMissing(item()));
-        let plain = |fault: Self| match detail {
-            None => Ok(fault),
-            Some(detail) => Err(FaultPlanError::Detail { item: item(), detail: detail.to_owned() }),
-        };
         let wrong_detail = || FaultPlanError::Detail { item: item(), detail: detail.unwrap_or_default().to_owned() };
+        let plain = |fault: Self| if detail.is_none() { Ok(fault) } else { Err(wrong_detail()) };
         match name {
             "drop" => plain(Self::Drop(bytes(when()?, text)?)),
             "flip" => {

@@ -31,15 +31,6 @@ const BIAS_TRACKING_S: f64 = 30.0;
 /// -0.011.
 const TURN_ON_BIAS_RAD_S: f64 = 0.02;
 
-/// Windows of magnetometer, accelerometer and gyro in samples, and whether the compensated and the
-/// uncompensated output passes each: register 85.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct AveragingWindows {
-    pub(crate) windows: [u32; 3],
-    pub(crate) uncompensated: [bool; 3],
-    pub(crate) compensated: [bool; 3],
-}
-
 /// User calibration of one triad, y = C (x - B), row by row: registers 23, 25 and 84.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TriadCalibration {
@@ -61,7 +52,11 @@ fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
 /// How raw values become output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Processing {
-    pub(crate) filter: AveragingWindows,
+    /// Windows of magnetometer, accelerometer and gyro in samples, and whether the uncompensated and
+    /// the compensated output passes each: register 85.
+    pub(crate) windows: [u32; 3],
+    pub(crate) averages_uncompensated: [bool; 3],
+    pub(crate) averages_compensated: [bool; 3],
     pub(crate) mag: TriadCalibration,
     pub(crate) accel: TriadCalibration,
     pub(crate) gyro: TriadCalibration,
@@ -229,11 +224,11 @@ impl SensorModel {
     }
 
     /// Takes one tick, with the windows of register 85.
-    pub(crate) fn advance(&mut self, filter: &AveragingWindows) {
+    pub(crate) fn advance(&mut self, windows: [u32; 3]) {
         let tick = self.ticks;
         self.ticks += 1;
-        for (channel, window) in self.channels[3..].iter_mut().zip(filter.windows.iter().flat_map(|w| [w; 3])) {
-            channel.white.set_window(*window);
+        for (channel, window) in self.channels[3..].iter_mut().zip(windows.into_iter().flat_map(|window| [window; 3])) {
+            channel.white.set_window(window);
         }
         for channel in &mut self.channels {
             channel.advance(tick);
@@ -254,22 +249,22 @@ impl SensorModel {
     }
 
     pub(crate) fn measure(&self, processing: &Processing) -> SensorValues {
-        let filter = &processing.filter;
+        let Processing { averages_uncompensated, averages_compensated, .. } = processing;
         let triad = |first: usize, averaged: bool| [0, 1, 2].map(|axis| self.channels[first + axis].value(averaged));
         let gyro = |averaged: bool| [0, 1, 2].map(|axis| self.gyro_rad_s(axis, averaged));
         let corrected = {
-            let calibrated = processing.gyro.apply(gyro(filter.compensated[2]));
+            let calibrated = processing.gyro.apply(gyro(averages_compensated[2]));
             [0, 1, 2].map(|axis| calibrated[axis] - self.bias_rad_s[axis])
         };
         let to_vehicle = |value| single(rotated(&processing.frame, value));
         SensorValues {
             ypr_deg: triad(0, false).map(wrapped_deg),
-            mag_gauss: to_vehicle(processing.mag.apply(triad(3, filter.compensated[0]))),
-            accel_m_s2: to_vehicle(processing.accel.apply(triad(6, filter.compensated[1]))),
+            mag_gauss: to_vehicle(processing.mag.apply(triad(3, averages_compensated[0]))),
+            accel_m_s2: to_vehicle(processing.accel.apply(triad(6, averages_compensated[1]))),
             gyro_rad_s: to_vehicle(corrected),
-            uncompensated_mag_gauss: single(triad(3, filter.uncompensated[0])),
-            uncompensated_accel_m_s2: single(triad(6, filter.uncompensated[1])),
-            uncompensated_gyro_rad_s: single(gyro(filter.uncompensated[2])),
+            uncompensated_mag_gauss: single(triad(3, averages_uncompensated[0])),
+            uncompensated_accel_m_s2: single(triad(6, averages_uncompensated[1])),
+            uncompensated_gyro_rad_s: single(gyro(averages_uncompensated[2])),
             temperature_c: self.surroundings.temperature_c as f32,
             pressure_kpa: self.surroundings.pressure_kpa as f32,
         }

@@ -5,25 +5,13 @@ use std::{collections::VecDeque, num::NonZeroU32, time::Duration};
 
 use crate::{
     device::{Device, SentByte},
-    fault::{FaultPlan, Injector, ScheduledEvent},
+    fault::{FaultPlan, Injector, PlugEvent, ScheduledEvent},
     receiver::Receiver,
     usb::UsbBuffer,
 };
 
 /// The most that adapters can.
 const FASTEST_BAUD: NonZeroU32 = NonZeroU32::new(4_000_000).unwrap();
-
-/// The port comes or goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlugEvent {
-    /// It vanishes.
-    Unplugged,
-    /// It is back, and the sensor starts from power-up.
-    Replugged {
-        /// Under another name.
-        other_name: bool,
-    },
-}
 
 /// An emulated sensor, its cable and its adapter.
 #[derive(Debug, Clone)]
@@ -139,15 +127,13 @@ impl Wire {
             match event {
                 ScheduledEvent::Reboot => self.device.crash(at),
                 ScheduledEvent::Baud(baud) => self.device.force_baud(baud, at),
-                ScheduledEvent::Unplug => {
-                    self.plugged = false;
-                    self.held.clear();
-                    return Some(PlugEvent::Unplugged);
-                }
-                ScheduledEvent::Replug { other_name } => {
-                    self.plugged = true;
-                    self.device.power_cycle(at);
-                    return Some(PlugEvent::Replugged { other_name });
+                ScheduledEvent::Plug(event) => {
+                    self.plugged = event != PlugEvent::Unplugged;
+                    match self.plugged {
+                        true => self.device.power_cycle(at),
+                        false => self.held.clear(),
+                    }
+                    return Some(event);
                 }
             }
         }

@@ -52,27 +52,18 @@ impl CommandBuffer {
     }
 }
 
-/// The parts of a command whose check digits are right.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct ReceivedCommand<'a> {
-    /// Three letters behind `VN`.
-    pub(crate) name: &'a str,
-    pub(crate) parameters: Vec<&'a str>,
-}
-
-impl<'a> ReceivedCommand<'a> {
-    /// From the text between `$` and the line end.
-    pub(crate) fn parse(line: &'a [u8]) -> Result<Self, DeviceError> {
-        let star = line.iter().rposition(|byte| *byte == b'*').ok_or(DeviceError::InvalidChecksum)?;
-        let (body, digits) = (&line[..star], &line[star + 1..]);
-        if !is_checked_by(body, digits) {
-            return Err(DeviceError::InvalidChecksum);
-        }
-        let text = std::str::from_utf8(body).ok().filter(|text| text.bytes().all(|byte| matches!(byte, b' '..=b'~')));
-        let mut parts = text.ok_or(DeviceError::InvalidCommand)?.split(',');
-        let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(DeviceError::InvalidCommand)?;
-        Ok(Self { name, parameters: parts.collect() })
+/// The parts of a command whose check digits are right, from the text between `$` and the line end:
+/// the letters behind `VN`, and the parameters.
+pub(super) fn split(line: &[u8]) -> Result<(&str, Vec<&str>), DeviceError> {
+    let star = line.iter().rposition(|byte| *byte == b'*').ok_or(DeviceError::InvalidChecksum)?;
+    let (body, digits) = (&line[..star], &line[star + 1..]);
+    if !is_checked_by(body, digits) {
+        return Err(DeviceError::InvalidChecksum);
     }
+    let text = std::str::from_utf8(body).ok().filter(|text| text.bytes().all(|byte| matches!(byte, b' '..=b'~')));
+    let mut parts = text.ok_or(DeviceError::InvalidCommand)?.split(',');
+    let name = parts.next().and_then(|header| header.strip_prefix("VN")).ok_or(DeviceError::InvalidCommand)?;
+    Ok((name, parts.collect()))
 }
 
 /// Whether a command, or a register, has as many parameters as it should.

@@ -4,7 +4,7 @@ use vn100_protocol::DeviceError;
 
 use super::{
     Device, FLASH_WRITE, Firmware, PORT,
-    command::{ReceivedCommand, check_count},
+    command::{check_count, split},
     ns,
     output::SyncOut,
     registers::Registers,
@@ -17,38 +17,37 @@ const PORTS: [&str; 2] = ["1", "2"];
 impl Device {
     /// Executes a command and answers it, or reports the error in it.
     pub(super) fn execute_line(&mut self, line: &[u8]) {
-        let outcome = ReceivedCommand::parse(line).and_then(|command| self.execute(&command));
+        let outcome = split(line).and_then(|(name, parameters)| self.execute(name, &parameters));
         if let Err(code) = outcome {
             self.report(code);
         }
     }
 
-    fn execute(&mut self, command: &ReceivedCommand<'_>) -> Result<(), DeviceError> {
-        let name = command.name;
+    fn execute(&mut self, name: &str, parameters: &[&str]) -> Result<(), DeviceError> {
         match name {
-            "RRG" => return self.read_register(&command.parameters),
-            "WRG" => return self.write_register(&command.parameters),
+            "RRG" => return self.read_register(parameters),
+            "WRG" => return self.write_register(parameters),
             "BOM" => {
-                let output = one_of(&command.parameters, &["1", "2", "3"])?;
+                let output = one_of(parameters, &["1", "2", "3"])?;
                 let packet = self.packet(output);
                 self.send(self.now_ns, packet);
                 return Ok(());
             }
-            "ASY" => self.run.paused = !flag(&command.parameters)?,
-            "KMD" => self.note_disturbance(11, flag(&command.parameters)?),
-            "KAD" => self.note_disturbance(12, flag(&command.parameters)?),
+            "ASY" => self.run.paused = !flag(parameters)?,
+            "KMD" => self.note_disturbance(11, flag(parameters)?),
+            "KAD" => self.note_disturbance(12, flag(parameters)?),
             "SGB" => {
-                check_count(&command.parameters, 0)?;
+                check_count(parameters, 0)?;
                 self.registers.set_start_up_bias(self.sensor.bias_rad_s);
             }
-            "TAR" if self.registers.firmware == Firmware::V2_1 => check_count(&command.parameters, 0)?,
+            "TAR" if self.registers.firmware == Firmware::V2_1 => check_count(parameters, 0)?,
             "WNV" => {
-                check_count(&command.parameters, 0)?;
+                check_count(parameters, 0)?;
                 self.run.flash_until_ns = Some(self.now_ns + ns(FLASH_WRITE));
                 return Ok(());
             }
             "RST" | "RFS" => {
-                check_count(&command.parameters, 0)?;
+                check_count(parameters, 0)?;
                 if name == "RFS" {
                     self.flash = Registers::delivered(self.config.firmware, self.config.serial);
                 }
@@ -58,7 +57,7 @@ impl Device {
             }
             _ => return Err(DeviceError::InvalidCommand),
         }
-        let parameters: String = command.parameters.iter().map(|parameter| format!(",{parameter}")).collect();
+        let parameters: String = parameters.iter().map(|parameter| format!(",{parameter}")).collect();
         self.answer(&format!("VN{name}{parameters}"));
         Ok(())
     }

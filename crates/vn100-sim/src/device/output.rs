@@ -43,7 +43,7 @@ impl Device {
         while self.run.restart_ns.is_none() && self.tick_ns(since_ns, self.run.ticks) <= until_ns {
             let tick = self.run.ticks;
             self.run.ticks += 1;
-            self.sensor.advance(&self.processing.filter);
+            self.sensor.advance(self.processing.windows);
             if !self.run.paused {
                 self.send_due(tick, self.tick_ns(since_ns, tick));
             }

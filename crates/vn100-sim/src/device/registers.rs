@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     message::MESSAGES,
-    sensor::{AveragingWindows, Processing, TriadCalibration},
+    sensor::{Processing, TriadCalibration},
 };
 
 /// The largest departure from an orthonormal matrix that register 26 takes.
@@ -170,11 +170,9 @@ impl Registers {
         let frame = real(started_with, 26);
         let modes = [0, 1, 2].map(|triad| self.whole(85, 5 + triad));
         Processing {
-            filter: AveragingWindows {
-                windows: [0, 1, 2].map(|triad| self.whole(85, triad)),
-                uncompensated: modes.map(|mode| mode & 1 != 0),
-                compensated: modes.map(|mode| mode & 2 != 0),
-            },
+            windows: [0, 1, 2].map(|triad| self.whole(85, triad)),
+            averages_uncompensated: modes.map(|mode| mode & 1 != 0),
+            averages_compensated: modes.map(|mode| mode & 2 != 0),
             mag: calibration(23),
             accel: calibration(25),
             gyro: calibration(84),

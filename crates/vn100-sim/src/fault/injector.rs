@@ -19,10 +19,21 @@ const BAD_SESSION_BIT: u8 = 6;
 /// Faults of the whole link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ScheduledEvent {
-    Unplug,
-    Replug { other_name: bool },
+    Plug(PlugEvent),
     Reboot,
     Baud(std::num::NonZeroU32),
+}
+
+/// The port comes or goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlugEvent {
+    /// It vanishes.
+    Unplugged,
+    /// It is back, and the sensor starts from power-up.
+    Replugged {
+        /// Under another name.
+        other_name: bool,
+    },
 }
 
 /// Where in a splice the stream is.
@@ -54,8 +65,9 @@ impl Injector {
         for fault in &plan.faults {
             match *fault {
                 Fault::Unplug { at, back_after, other_name } => {
-                    events.push((at, ScheduledEvent::Unplug));
-                    let replug = |after| (at.saturating_add(after), ScheduledEvent::Replug { other_name });
+                    events.push((at, ScheduledEvent::Plug(PlugEvent::Unplugged)));
+                    let replugged = ScheduledEvent::Plug(PlugEvent::Replugged { other_name });
+                    let replug = |after| (at.saturating_add(after), replugged);
                     events.extend(back_after.map(replug));
                 }
                 Fault::Reboot(at) => events.push((at, ScheduledEvent::Reboot)),

@@ -21,10 +21,7 @@ use super::{
     PtyError, PtyOptions, PtyStats,
     port::{HostChange, Link, Outbox, PseudoTerminal, with_suffix},
 };
-use crate::{
-    device::Device,
-    wire::{PlugEvent, Wire},
-};
+use crate::{device::Device, fault::PlugEvent, wire::Wire};
 
 /// How long a host that still reads is waited for at the end.
 const LINGER: Duration = Duration::from_secs(1);

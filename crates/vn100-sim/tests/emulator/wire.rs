@@ -3,10 +3,7 @@
 use std::{num::NonZeroU32, time::Duration};
 
 use vn100_protocol::{Decoder, Item, Options};
-use vn100_sim::{
-    Device, DeviceConfig,
-    wire::{PlugEvent, Wire},
-};
+use vn100_sim::{Device, DeviceConfig, fault::PlugEvent, wire::Wire};
 
 const START: Duration = Duration::from_secs(2);
 
