@@ -67,10 +67,7 @@ impl Reply {
 }
 
 fn contents(fields: &str) -> Result<RegisterContents, ReplyError> {
-    let (number, fields) = match fields.split_once(',') {
-        Some((number, fields)) => (number, Some(fields)),
-        None => (fields, None),
-    };
+    let (number, fields) = fields.split_once(',').map_or((fields, None), |(number, value)| (number, Some(value)));
     let register = register(number)?;
     let fields = RegisterFields::trusted(fields.ok_or(ReplyError::NoValue)?.to_owned());
     Ok(RegisterContents { register, fields })
