@@ -8,8 +8,8 @@ use std::{
 use rustix::time::{ClockId, clock_gettime};
 use vn100_analysis::{Analysis, Assessment, Settings, Snapshot};
 use vn100_protocol::{
-    Channel, Layout, Quantity, VNIMU,
-    stream::{Batch, RegisterReply, RowCounter},
+    Channel, Layout, Quantity, Register, RegisterContents, RegisterFields, VNIMU,
+    stream::{Batch, RowCounter},
 };
 
 use super::{
@@ -129,8 +129,8 @@ impl Record {
             }
         }
         if let Some(window) = cell.known_window {
-            let fields = format!("0,{window},{window},4,0,0,3,3,3,0");
-            batch.registers.push(RegisterReply { before_row: 0, register: 85, fields });
+            let fields = RegisterFields::new(format!("0,{window},{window},4,0,0,3,3,3,0")).unwrap();
+            batch.registers.push(RegisterContents { register: Register::IMU_FILTER, fields });
         }
         batch.link.tally.samples = batch.row_count() as u64;
         batch
