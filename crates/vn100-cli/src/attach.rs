@@ -51,7 +51,7 @@ async fn attach_all(
     conditions: BTreeMap<String, String>,
     log: Entries,
 ) -> Result<Completion> {
-    let evaluation = Arc::new(evaluation(&args.measure)?.with_filter_models(args.result.filter_models));
+    let evaluation = Arc::new(evaluation(&args.measure, args.result.filter_models)?);
     let logs_to_terminal = takes_terminal(&args.link.log);
     let messages = (format == OutputFormat::Text && view::is_there() && !logs_to_terminal).then(MessageQueue::default);
     let hang_up = if messages.is_some() { HangUp::HandledByView } else { HangUp::Stops };
@@ -172,7 +172,7 @@ async fn attach_one(
         job.status.report(&format!("{}: no temperature came: {why}", measured.facts.name));
     }
     if job.format == OutputFormat::Ndjson && was_opened {
-        let document = Document::of(&measured, remedy_words);
+        let document = Document::new(&measured, true, remedy_words);
         write_aside(move || print_json_line(&document)).await?;
     }
     Ok(measured)

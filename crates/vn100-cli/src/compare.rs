@@ -23,7 +23,7 @@ use crate::{
 };
 
 pub(crate) fn compare(args: &CompareArgs) -> Result<Completion> {
-    let evaluation = evaluation(&args.files.measure)?;
+    let evaluation = evaluation(&args.files.measure, false)?;
     let mut all: Vec<Measured> = Vec::new();
     measure_files(&args.files, evaluation, false, |measured| {
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));

@@ -92,7 +92,7 @@ async fn measure_one(spec: ReplaySpec, job: Arc<Job>) -> Result<Measured> {
     let result = follow(Session::replay(spec), &job.progress).await?;
     let measured = evaluated_replay(result, &job.evaluation).await?;
     if printed {
-        print_json_line(&Document::of(&measured, remedy_words))?;
+        print_json_line(&Document::new(&measured, true, remedy_words))?;
     }
     Ok(measured)
 }

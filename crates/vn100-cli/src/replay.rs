@@ -28,7 +28,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     if let Some(speed) = args.speed {
         return replay_in_view(args, speed);
     }
-    let evaluation = evaluation(&files.measure)?.with_filter_models(args.result.filter_models);
+    let evaluation = evaluation(&files.measure, args.result.filter_models)?;
     let mut writer = ResultWriter::new(args.result.format());
     measure_files(files, evaluation, args.result.ndjson, |measured| writer.write(&measured))?;
     writer.finish()
@@ -52,7 +52,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let files = &args.files;
     let stop = stop_on_interrupt(HangUp::HandledByView)?;
     let messages = MessageQueue::default();
-    let evaluation = Arc::new(evaluation(&files.measure)?.with_filter_models(args.result.filter_models));
+    let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
     let session = |path: &PathBuf| {
         let settings = Settings { recent: true, ..files.measure.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, path, &log, &stop) })

@@ -42,7 +42,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Completion> {
     }
     let exports = Exports::new(args, &output)?;
     let mut all: Vec<Measured> = Vec::new();
-    let evaluation = evaluation(&files.measure)?.with_filter_models(args.filter_models);
+    let evaluation = evaluation(&files.measure, args.filter_models)?;
     measure_files(files, evaluation, false, |measured| {
         if let Some(error) = &measured.facts.error {
             complain(error);

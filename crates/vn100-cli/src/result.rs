@@ -95,7 +95,7 @@ impl ResultWriter {
         self.completion = self.completion.max(measured.completion);
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.format {
-            OutputFormat::Json => self.documents.push(Document::of(measured, remedy_words)),
+            OutputFormat::Json => self.documents.push(Document::new(measured, true, remedy_words)),
             OutputFormat::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }
@@ -119,7 +119,8 @@ impl ResultWriter {
 
 /// Writes the document of a session under way in a line.
 pub(crate) fn print_state(state: &SourceState) -> Result<()> {
-    print_json_line(&Document::new(&state.facts(), &state.snapshot, &state.assessment(), false, remedy_words))
+    let measured = Measured::so_far(state.facts(), Arc::clone(&state.snapshot), (*state.assessment()).clone());
+    print_json_line(&Document::new(&measured, false, remedy_words))
 }
 
 /// The results of all sources of a command, in their order.

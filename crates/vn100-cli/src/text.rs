@@ -70,7 +70,7 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
     if !channels.is_empty() {
         write_statistics(out, snapshot, &channels)?;
         write_distribution(out, &channels)?;
-        write_parts(out, &channels, snapshot.skipped.as_secs_f64())?;
+        write_parts(out, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment, snapshot.deviation)?;
         write_filter_models(out, &channels, filter_models)?;

@@ -45,9 +45,9 @@ pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
 }
 
 /// What completes every result, as asked for.
-pub(crate) fn evaluation(args: &MeasureArgs) -> Result<Evaluation> {
+pub(crate) fn evaluation(args: &MeasureArgs, filter_models: bool) -> Result<Evaluation> {
     let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
-    Evaluation::new(datasheet, args.fail_on.clone()).context("the built-in data sheet")
+    Evaluation::new(datasheet, args.fail_on.clone(), filter_models).context("the built-in data sheet")
 }
 
 #[cfg(test)]

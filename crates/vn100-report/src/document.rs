@@ -3,21 +3,19 @@
 pub(crate) mod comparison;
 pub(crate) mod noise;
 pub(crate) mod plan;
-mod signal;
 pub(crate) mod source;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use vn100_analysis::noise::{Deviation, Estimator};
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, RemedyWords, Snapshot, SourceFacts};
+use vn100_analysis::noise::{Deviation, Estimator, LevelChange, LevelShape, Normality, NotJudged};
+use vn100_analysis::{MissingFrom, RateFrom, RemedyWords, Snapshot};
 
 use crate::{
     measured::Measured,
-    units::{BarValues, BlockValues, ChannelValues, NormValues, Point, channel_values, norm_values},
+    units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
 };
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
-use signal::{NormalityDocument, SpectrumDocument, StationarityDocument, blocks};
 use source::SourceDocument;
 
 /// The JSON document of one source.
@@ -119,6 +117,65 @@ struct Statistics {
 }
 
 #[derive(Debug, Serialize)]
+struct NormalityDocument {
+    /// 99 of 100 normal records are said to be; `null` where it cannot be judged.
+    consistent: Option<bool>,
+    reason: Option<String>,
+    /// If the values were normal.
+    skewness_error: Option<f64>,
+    excess_kurtosis_error: Option<f64>,
+    /// Independent samples that say as much of the skewness.
+    effective_samples: Option<f64>,
+}
+
+/// The power spectral density by Welch's method, and its peaks.
+#[derive(Debug, Serialize)]
+struct SpectrumDocument {
+    sides: &'static str,
+    segment_samples: Option<usize>,
+    segments: Option<u64>,
+    /// Of the first point, and from point to point.
+    step_hz: Option<f64>,
+    density: Vec<f64>,
+    lines: Vec<LineDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct LineDocument {
+    frequency_hz: f64,
+    amplitude: f64,
+    share_of_variance: f64,
+}
+
+/// What happened in the middle of the record, in seconds of data since its first sample, those
+/// skipped included.
+#[derive(Debug, Serialize)]
+struct StationarityDocument {
+    disturbances: Vec<Disturbance>,
+    level_change: Option<LevelChangeDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct Disturbance {
+    start_s: f64,
+    end_s: f64,
+    sigmas: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LevelChangeDocument {
+    shape: &'static str,
+    amplitude: f64,
+    /// Of a step.
+    start_s: Option<f64>,
+    /// Of a warm-up.
+    time_constant_s: Option<f64>,
+    /// The skip that leaves it out.
+    skip_s: Option<f64>,
+    sigmas: f64,
+}
+
+#[derive(Debug, Serialize)]
 struct Curve {
     deviation: &'static str,
     estimator: &'static str,
@@ -140,46 +197,21 @@ struct Warning {
 impl Document {
     /// Of a measurement under way, or of one that has `ended`; remedies are in these `words`.
     #[must_use]
-    pub fn new(
-        facts: &SourceFacts,
-        snapshot: &Snapshot,
-        assessment: &Assessment,
-        ended: bool,
-        words: RemedyWords,
-    ) -> Self {
+    pub fn new(measured: &Measured, ended: bool, words: RemedyWords) -> Self {
+        let Measured { facts, snapshot, assessment, .. } = measured;
+        let channels = channel_values(snapshot, assessment).into_iter().enumerate();
+        let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
         Self {
             schema: "vn100.analysis/1",
             source: SourceDocument::new(facts, snapshot),
             timing: timing(snapshot),
             link: link(snapshot),
-            channels: (channel_values(snapshot, assessment).into_iter())
-                .map(|values| channel(values, snapshot, assessment, ended))
-                .collect(),
+            channels: channels.map(|(place, values)| channel(place, values, measured, ended)).collect(),
             norms: norm_values(snapshot),
-            warnings: (snapshot.warnings.iter().chain(&assessment.warnings))
+            warnings: warnings
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
                 .collect(),
         }
-    }
-
-    /// The document of a result, with all that was made of it.
-    #[must_use]
-    pub fn of(measured: &Measured, words: RemedyWords) -> Self {
-        let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
-        let mut document = Self::new(facts, snapshot, assessment, true, words);
-        let figures = verdicts.as_ref().map_or(&[][..], |verdicts| &verdicts.channels);
-        for (place, (channel, assessed)) in document.channels.iter_mut().zip(&assessment.channels).enumerate() {
-            let Some(noise) = &assessed.noise else { continue };
-            if let (Some(document), Some(Some(models))) = (&mut channel.noise, filter_models.get(place)) {
-                document.add_filter_models(models);
-            }
-            channel.grade = GradeDocument::new(noise);
-            if let (Some(sheet), Some(figures)) = (verdicts, figures.get(place).filter(|figures| !figures.is_empty())) {
-                let verdict = |figure| VerdictDocument::new(&sheet.datasheet, noise.sensor, figure);
-                channel.verdict = Some(figures.iter().map(verdict).collect());
-            }
-        }
-        document
     }
 }
 
@@ -244,9 +276,16 @@ fn link(snapshot: &Snapshot) -> Link {
     }
 }
 
-fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, ended: bool) -> Channel {
-    let at_end = || values.signal.as_ref().filter(|_| ended);
+fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool) -> Channel {
+    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
     let skipped_s = snapshot.skipped.as_secs_f64();
+    let noise = values.noise.as_ref();
+    let signal_at_end = values.signal.as_ref().filter(|_| ended);
+    let verdict = noise.zip(verdicts.as_ref()).and_then(|(noise, sheet)| {
+        let figures = sheet.channels.get(place).filter(|figures| !figures.is_empty())?;
+        let verdict = |figure| VerdictDocument::new(&sheet.datasheet, noise.sensor, figure);
+        Some(figures.iter().map(verdict).collect())
+    });
     Channel {
         name: values.name,
         unit: values.unit,
@@ -277,11 +316,76 @@ fn channel(values: ChannelValues, snapshot: &Snapshot, assessment: &Assessment, 
             slope_s: values.slope_s,
             points: values.deviations,
         },
-        noise: values.noise.map(|noise| NoiseDocument::new(&noise, assessment.samples)),
+        noise: noise.map(|noise| {
+            let models = filter_models.get(place).and_then(Option::as_ref);
+            NoiseDocument::new(noise, assessment.samples, models)
+        }),
         stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),
-        spectrum: at_end().map(SpectrumDocument::new),
-        blocks: at_end().map(|signal| blocks(signal, skipped_s)),
-        verdict: None,
-        grade: None,
+        spectrum: signal_at_end.map(SpectrumDocument::new),
+        blocks: signal_at_end.map(|signal| signal.blocks.clone()),
+        verdict,
+        grade: noise.filter(|_| ended).and_then(GradeDocument::new),
+    }
+}
+
+impl NormalityDocument {
+    fn new(normality: Result<Normality, NotJudged>) -> Self {
+        let judged = normality.ok();
+        Self {
+            consistent: judged.map(|normality| normality.is_consistent()),
+            reason: normality.err().map(|reason| reason.to_string()),
+            skewness_error: judged.map(|normality| normality.skewness_error),
+            excess_kurtosis_error: judged.map(|normality| normality.excess_kurtosis_error),
+            effective_samples: judged.map(|normality| normality.effective_samples),
+        }
+    }
+}
+
+impl SpectrumDocument {
+    fn new(signal: &SignalValues) -> Self {
+        let density = signal.density.as_ref();
+        Self {
+            sides: "one",
+            segment_samples: density.map(|density| density.segment_samples),
+            segments: density.map(|density| density.segments),
+            step_hz: density.and_then(|density| density.points.first()).map(|point| point.frequency_hz),
+            density: density.iter().flat_map(|density| &density.points).map(|point| point.density_unit2_hz).collect(),
+            lines: (signal.disturbed.lines.iter())
+                .map(|line| LineDocument {
+                    frequency_hz: line.frequency_hz,
+                    amplitude: line.amplitude,
+                    share_of_variance: line.share_of_variance,
+                })
+                .collect(),
+        }
+    }
+}
+
+impl StationarityDocument {
+    fn new(signal: &SignalValues, skipped_s: f64) -> Self {
+        Self {
+            disturbances: (signal.disturbed.disturbances.iter())
+                .map(|found| Disturbance {
+                    start_s: skipped_s + found.start_s,
+                    end_s: skipped_s + found.end_s,
+                    sigmas: found.sigmas,
+                })
+                .collect(),
+            level_change: signal.disturbed.level_change.map(|change| LevelChangeDocument::new(change, skipped_s)),
+        }
+    }
+}
+
+impl LevelChangeDocument {
+    fn new(change: LevelChange, skipped_s: f64) -> Self {
+        let (shape, amplitude, start_s, time_constant_s, skip_s) = match change.shape {
+            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
+                ("warm-up", amplitude, None, Some(time_constant_s), skip_s)
+            }
+            LevelShape::Step { start_s, amplitude } => ("step", amplitude, Some(start_s), None, None),
+        };
+        let of_record = |time_s: Option<f64>| time_s.map(|time_s| skipped_s + time_s);
+        let (start_s, skip_s) = (of_record(start_s), of_record(skip_s));
+        Self { shape, amplitude, start_s, time_constant_s, skip_s, sigmas: change.sigmas }
     }
 }

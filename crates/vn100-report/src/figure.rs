@@ -23,8 +23,8 @@ pub(crate) use drawing::Rectangle;
 
 use crate::{measured::Record, names::names_of, units::ChannelValues};
 use allan::{allan_of_axes, allan_of_axis, allan_of_records};
-use axes::{LETTERS, Place, frame};
-use drawing::{Anchor, Colour, Dash, Drawing, Layer, LayerKind, Primitive, Shape, Stroke};
+use axes::{Place, frame};
+use drawing::{Anchor, Colour, Dash, Drawing, LETTERS, Layer, LayerKind, Primitive, Shape, Stroke};
 use histogram::histogram;
 use over_time::{envelope, segments};
 use png::Font;
@@ -47,7 +47,6 @@ impl Figures {
     #[must_use]
     pub fn of(record: &Record<'_>, prefix: &str) -> Self {
         let deviation = record.measured.snapshot.deviation;
-        let skipped_s = record.skipped_s();
         let mut all = Self::default();
         for (quantity, sensor) in SENSORS {
             let (id, name) = (axes_name(sensor), names_of(quantity).title);
@@ -57,13 +56,13 @@ impl Figures {
                 all.allan_axes.extend(allan_of_axis(channel, deviation));
             }
             all.spectra.extend(spectrum(id, name, &axes));
-            all.segments.extend(segments(id, name, &axes, skipped_s));
+            all.segments.extend(segments(id, name, &axes));
         }
         for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
-            all.segments.extend(segments(id, "Orientation", &record.of(quantity), skipped_s));
+            all.segments.extend(segments(id, "Orientation", &record.of(quantity)));
         }
         for channel in record.streamed() {
-            all.times.extend(envelope(channel, skipped_s));
+            all.times.extend(envelope(channel));
             all.histograms.extend(histogram(channel));
         }
         let Self { allan_sensors, allan_axes, times, histograms, spectra, segments } = &mut all;
@@ -215,14 +214,7 @@ impl Plot {
                 (x_next, y_next) = (left, y_next + ROW);
             }
             sample.draw((x_next, y_next - 4.0), &mut marks);
-            let at = (x_next + 28.0, y_next);
-            marks.push(Primitive::Text {
-                at,
-                text: text.clone(),
-                size: LETTERS,
-                anchor: Anchor::Start,
-                upwards: false,
-            });
+            marks.push(Primitive::text((x_next + 28.0, y_next), text, Anchor::Start));
             x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };
@@ -259,17 +251,17 @@ impl Plot {
     }
 
     /// A short text above and right of a place, or left of it near the right edge.
-    fn note(&self, x: f64, y: f64, text: String) -> Primitive {
+    fn note(&self, x: f64, y: f64, text: impl Into<String>) -> Primitive {
         let (left, top) = self.place.of(x, y);
         let near_edge = self.place.x.share(x) > 0.7;
         let (off, anchor) = if near_edge { (-6.0, Anchor::End) } else { (6.0, Anchor::Start) };
-        Primitive::Text { at: (left + off, top - 5.0), text, size: LETTERS, anchor, upwards: false }
+        Primitive::text((left + off, top - 5.0), text, anchor)
     }
 
     /// A short text above a level, at the left edge, where no curve of a sensor comes down to it.
-    fn note_at_edge(&self, y: f64, text: String) -> Primitive {
+    fn note_at_edge(&self, y: f64, text: &str) -> Primitive {
         let (left, top) = (self.place.area.left, self.place.of(1.0, y).1);
-        Primitive::Text { at: (left + 8.0, top - 5.0), text, size: LETTERS, anchor: Anchor::Start, upwards: false }
+        Primitive::text((left + 8.0, top - 5.0), text, Anchor::Start)
     }
 
     fn done(self, series: Vec<Series>) -> Figure {

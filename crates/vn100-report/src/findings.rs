@@ -2,7 +2,7 @@
 
 use vn100_analysis::noise::{FitQuality, LevelShape, Parameter, Sensor, SpectralLine, Status, Term, Verdict};
 use vn100_analysis::{
-    FigureVerdict, LongTauValidity, Motion, Onboard, Outages, RateFrom, SENSORS, WarningKind, sensor_name,
+    FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
 };
 
 use crate::measured::Record;
@@ -13,15 +13,10 @@ pub(crate) struct Findings {
     /// Of the VN-100's; `None` where another sensor's data came.
     pub(crate) message: Option<String>,
     pub(crate) compensated: bool,
-    pub(crate) rate_hz: f64,
-    pub(crate) rate_from: RateFrom,
+    pub(crate) timing: Timing,
     /// Of the measured rate from the nominal one.
     pub(crate) offset_ppm: Option<f64>,
-    pub(crate) duration_s: f64,
-    pub(crate) samples: u64,
-    pub(crate) missing: u64,
     pub(crate) outages: Outages,
-    pub(crate) gaps: u64,
     pub(crate) has_stamps: bool,
     pub(crate) has_registers: bool,
     pub(crate) has_conditions: bool,
@@ -103,15 +98,10 @@ impl Findings {
         Self {
             message: message.filter(|message| message.starts_with("VN")),
             compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
-            rate_hz: snapshot.timing.rate_hz,
-            rate_from: snapshot.timing.rate_from,
+            timing: snapshot.timing,
             offset_ppm: snapshot.arrivals.and_then(|arrivals| arrivals.offset_ppm),
             datasheet: record.measured.verdicts.as_ref().map(|verdicts| verdicts.datasheet.clone()),
-            duration_s: snapshot.timing.duration_s(),
-            samples: snapshot.timing.samples,
-            missing: snapshot.timing.missing,
             outages: snapshot.outages,
-            gaps: snapshot.timing.gaps,
             has_stamps: snapshot.arrivals.is_some(),
             has_registers: !snapshot.registers.is_empty(),
             has_conditions: record.measured.facts.meta.is_some(),

@@ -150,18 +150,16 @@ pub struct Evaluation {
 
 impl Evaluation {
     /// Compares with `datasheet`, whatever the sensor, or with the VN-100's its own messages; the
-    /// figures of `fail_on` must pass.
+    /// figures of `fail_on` must pass. With models for filters, if these are asked for.
     ///
     /// # Errors
     /// None, unless this program was built with a damaged sheet.
-    pub fn new(datasheet: Option<Datasheet>, fail_on: Vec<NoiseFigure>) -> Result<Self, DatasheetError> {
-        Ok(Self { filter_models: false, datasheet, vn100: vn100_datasheet()?, fail_on })
-    }
-
-    /// With models for filters, if these are asked for.
-    #[must_use]
-    pub fn with_filter_models(self, filter_models: bool) -> Self {
-        Self { filter_models, ..self }
+    pub fn new(
+        datasheet: Option<Datasheet>,
+        fail_on: Vec<NoiseFigure>,
+        filter_models: bool,
+    ) -> Result<Self, DatasheetError> {
+        Ok(Self { filter_models, datasheet, vn100: vn100_datasheet()?, fail_on })
     }
 
     /// Adds what was asked for; a figure that must pass and does not is unmet.
@@ -224,11 +222,6 @@ impl<'a> Record<'a> {
     pub fn new(measured: &'a Measured) -> Self {
         let channels = channel_values(&measured.snapshot, &measured.assessment);
         Self { measured, channels, norms: norm_values(&measured.snapshot) }
-    }
-
-    /// Excluded before the first sample.
-    pub(crate) fn skipped_s(&self) -> f64 {
-        self.measured.snapshot.skipped.as_secs_f64()
     }
 
     /// What the data sheet's figures come to for `channel`; none without a sheet.

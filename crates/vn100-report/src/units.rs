@@ -75,7 +75,7 @@ pub struct SignalValues {
 /// One of the consecutive blocks of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BlockValues {
-    /// In data time, behind what was skipped.
+    /// In data time since the first sample, those skipped included.
     pub start_s: f64,
     /// In data time.
     pub duration_s: f64,
@@ -255,9 +255,9 @@ fn values(
             for point in density.iter_mut().flat_map(|density| &mut density.points) {
                 point.density_unit2_hz *= channel.scale * channel.scale;
             }
-            let offset = results.branch_counts as f64;
+            let (offset, skipped_s) = (results.branch_counts as f64, snapshot.skipped.as_secs_f64());
             let block = |block: &Block| BlockValues {
-                start_s: block.first_sample as f64 * interval_s,
+                start_s: skipped_s + block.first_sample as f64 * interval_s,
                 duration_s: block.length as f64 * interval_s,
                 count: block.count,
                 mean: value(block.mean_counts - offset),

@@ -85,7 +85,7 @@ impl<'a> Exports<'a> {
                 CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &table.text(record)))
             }
             ExportForm::Json => {
-                let document = serde_json::to_string_pretty(&Document::of(record.measured, remedy_words))?;
+                let document = serde_json::to_string_pretty(&Document::new(record.measured, true, remedy_words))?;
                 self.text(&path(JSON), &json_line(&document))
             }
             ExportForm::Kalibr => {

@@ -95,14 +95,14 @@ pub(super) fn write_distribution(out: &mut String, channels: &[ChannelValues]) -
     Ok(())
 }
 
-/// The standard deviation of each part in percent of the whole; `skipped_s` lie before the first.
-pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues], skipped_s: f64) -> fmt::Result {
+/// The standard deviation of each part in percent of the whole.
+pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     let blocks = |channel: &ChannelValues| channel.signal.as_ref().map(|signal| parts(&signal.blocks));
     let Some(first) = channels.iter().find_map(blocks).filter(|parts| parts.len() == PARTS) else { return Ok(()) };
     writeln!(out, "\nstandard deviation along the record, in percent of the whole; parts begin at (s)")?;
     write!(out, "{:<13}", "")?;
     for part in &first {
-        write!(out, "{:>8}", short(((skipped_s + part.start_s) * 10.0).round() / 10.0))?;
+        write!(out, "{:>8}", short((part.start_s * 10.0).round() / 10.0))?;
     }
     writeln!(out)?;
     for channel in channels {

@@ -39,7 +39,7 @@ fn write(
     evaluation: &Evaluation,
 ) -> io::Result<Vec<PathBuf>> {
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
-    let document = Document::of(&evaluation.complete(measured), remedy_words);
+    let document = Document::new(&evaluation.complete(measured), true, remedy_words);
     let json = json_line(&serde_json::to_string_pretty(&document)?);
     let stem = stem(source);
     let mut files = vec![new_file(folder, &stem, "json", &json)?];

@@ -114,7 +114,7 @@ struct Classical {
 }
 
 impl NoiseDocument {
-    pub(crate) fn new(noise: &ChannelNoise, samples: u64) -> Self {
+    pub(crate) fn new(noise: &ChannelNoise, samples: u64, models: Option<&FilterModels>) -> Self {
         let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
         let unit = |term| conventions(noise.sensor, term).first().map_or("", |si| si.unit);
         let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
@@ -151,12 +151,14 @@ impl NoiseDocument {
                 rate_random_walk: noise.classical.rate_random_walk,
                 rate_random_walk_unit: unit(Term::RateRandomWalk),
             },
-            filter_models: None,
+            filter_models: models.map(FilterModelsDocument::new),
         }
     }
+}
 
-    pub(crate) fn add_filter_models(&mut self, models: &FilterModels) {
-        self.filter_models = Some(FilterModelsDocument {
+impl FilterModelsDocument {
+    fn new(models: &FilterModels) -> Self {
+        Self {
             gauss_markov: models.gauss_markov.map(|fit| GaussMarkov {
                 white: Bounds::new(fit.white),
                 sigma: Bounds::new(fit.sigma),
@@ -168,7 +170,7 @@ impl NoiseDocument {
             over_bound: models
                 .over_bound
                 .map(|bound| OverBoundDocument { white: bound.white, rate_random_walk: bound.rate_random_walk }),
-        });
+        }
     }
 }
 

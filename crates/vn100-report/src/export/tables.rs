@@ -7,7 +7,7 @@ use vn100_analysis::noise::Term;
 use crate::{
     document::noise::{status, term_name},
     measured::Record,
-    units::si_unit,
+    units::{BlockValues, ChannelValues, Point, si_unit},
 };
 
 /// A table of a report.
@@ -55,6 +55,13 @@ impl Table {
         // a String takes everything
         let _ = writeln!(self.0, "{row}");
     }
+
+    /// A row of numbers of a channel in its unit.
+    fn numbers(&mut self, channel: &str, unit: &str, values: &[Option<f64>]) {
+        let values: Vec<String> = values.iter().copied().map(number).collect();
+        let cells: Vec<&str> = [channel, unit].into_iter().chain(values.iter().map(String::as_str)).collect();
+        self.row(&cells);
+    }
 }
 
 /// The shortest decimal that reads back as the same number.
@@ -69,13 +76,10 @@ fn number(value: Option<f64>) -> String {
 fn allan(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha");
     for channel in &record.channels {
-        for point in &channel.deviations {
-            let numbers = [Some(point.tau_s), point.deviation, point.lower, point.upper, point.edf];
-            let [tau_s, deviation, lower, upper, edf] = numbers.map(number);
-            let (m, terms) = (point.m.to_string(), point.terms.to_string());
-            let alpha = point.alpha.map_or_else(String::new, |alpha| alpha.to_string());
-            let (name, unit) = (&channel.name, &channel.unit);
-            table.row(&[name, unit, &m, &tau_s, &deviation, &lower, &upper, &edf, &terms, &alpha]);
+        for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha } in &channel.deviations {
+            let (m, terms, alpha) = (Some(m as f64), Some(terms as f64), alpha.map(f64::from));
+            let values = [m, Some(tau_s), deviation, lower, upper, edf, terms, alpha];
+            table.numbers(&channel.name, &channel.unit, &values);
         }
     }
     table.0
@@ -84,17 +88,14 @@ fn allan(record: &Record<'_>) -> String {
 fn statistics(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,count,mean,std,min,max,skewness,excess_kurtosis,resolution");
     for channel in &record.channels {
-        let count = channel.count.to_string();
-        let [mean, std, min, max] = [channel.mean, channel.std, channel.min, channel.max].map(number);
-        let [skewness, kurtosis, resolution] =
-            [channel.skewness, channel.excess_kurtosis, Some(channel.resolution)].map(number);
-        let (name, unit) = (&channel.name, &channel.unit);
-        table.row(&[name, unit, &count, &mean, &std, &min, &max, &skewness, &kurtosis, &resolution]);
+        let ChannelValues { mean, std, min, max, skewness, excess_kurtosis, .. } = *channel;
+        let (count, resolution) = (Some(channel.count as f64), Some(channel.resolution));
+        let values = [count, mean, std, min, max, skewness, excess_kurtosis, resolution];
+        table.numbers(&channel.name, &channel.unit, &values);
     }
     for norm in &record.norms {
-        let count = norm.count.to_string();
-        let [mean, std, min, max] = [norm.mean, norm.std, norm.min, norm.max].map(number);
-        table.row(&[norm.name, &norm.unit, &count, &mean, &std, &min, &max, "", "", ""]);
+        let values = [Some(norm.count as f64), norm.mean, norm.std, norm.min, norm.max, None, None, None];
+        table.numbers(norm.name, &norm.unit, &values);
     }
     table.0
 }
@@ -119,8 +120,7 @@ fn spectrum(record: &Record<'_>) -> String {
         let unit = format!("({})^2/Hz", channel.unit);
         let density = channel.signal.as_ref().and_then(|signal| signal.density.as_ref());
         for point in density.iter().flat_map(|density| &density.points) {
-            let (frequency, density) = (number(Some(point.frequency_hz)), number(Some(point.density_unit2_hz)));
-            table.row(&[&channel.name, &unit, &frequency, &density]);
+            table.numbers(&channel.name, &unit, &[Some(point.frequency_hz), Some(point.density_unit2_hz)]);
         }
     }
     table.0
@@ -130,12 +130,11 @@ fn segments(record: &Record<'_>) -> String {
     let mut table = Table::new("channel,unit,start_s,duration_s,count,mean,std,min,max");
     for channel in &record.channels {
         for block in channel.signal.iter().flat_map(|signal| &signal.blocks) {
-            let (count, std) = (block.count.to_string(), number(block.std));
-            let [start_s, duration_s, mean, min, max] =
-                [record.skipped_s() + block.start_s, block.duration_s, block.mean, block.min, block.max]
-                    .map(|value| number(Some(value)));
-            let (name, unit) = (&channel.name, &channel.unit);
-            table.row(&[name, unit, &start_s, &duration_s, &count, &mean, &std, &min, &max]);
+            let BlockValues { start_s, duration_s, count, mean, std, min, max } = *block;
+            let [start_s, duration_s, count, mean, min, max] =
+                [start_s, duration_s, count as f64, mean, min, max].map(Some);
+            let values = [start_s, duration_s, count, mean, std, min, max];
+            table.numbers(&channel.name, &channel.unit, &values);
         }
     }
     table.0
@@ -146,8 +145,8 @@ fn histogram(record: &Record<'_>) -> String {
     for channel in &record.channels {
         let Some(bars) = &channel.bars else { continue };
         for (index, count) in bars.counts.iter().enumerate() {
-            let edge = |index: usize| number(Some(bars.first + bars.width * index as f64));
-            table.row(&[&channel.name, &channel.unit, &edge(index), &edge(index + 1), &count.to_string()]);
+            let edge = |index: usize| Some(bars.first + bars.width * index as f64);
+            table.numbers(&channel.name, &channel.unit, &[edge(index), edge(index + 1), Some(*count as f64)]);
         }
     }
     table.0

@@ -243,8 +243,8 @@ impl Model<'_> {
         for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));
             marks.push(match slope {
-                0.0 => plot.note_at_edge(deviation, letter.into()),
-                _ => plot.note(tau_s, deviation, letter.into()),
+                0.0 => plot.note_at_edge(deviation, letter),
+                _ => plot.note(tau_s, deviation, letter),
             });
         }
         let classical = &self.noise.classical;

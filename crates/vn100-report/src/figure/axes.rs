@@ -1,9 +1,6 @@
 //! Scales, their ticks and labels, and the frame that they make around a plot.
 
-use super::drawing::{Anchor, At, Colour, Dash, Primitive, Rectangle, Stroke};
-
-/// Of the letters at ticks.
-pub(crate) const LETTERS: f64 = 11.5;
+use super::drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Scale {
@@ -184,40 +181,35 @@ impl Place {
 pub(crate) fn frame(place: &Place, x: &Axis, y: &Axis) -> Vec<Primitive> {
     let Rectangle { left, top, width, height } = place.area;
     let (right, bottom) = (left + width, top + height);
-    let line = |from: At, to: At, colour: Colour| Primitive::Line {
-        points: vec![from, to],
-        stroke: Stroke { colour, width: 0.8, dash: Dash::Solid },
+    let stroke = |colour, width| Stroke { colour, width, dash: Dash::Solid };
+    let line = |from: At, to: At, tick: &Tick| {
+        let colour = if tick.label.is_some() { Colour::Grid } else { Colour::FineGrid };
+        Primitive::Line { points: vec![from, to], stroke: stroke(colour, 0.8) }
     };
-    let text =
-        |at: At, text: String, anchor: Anchor| Primitive::Text { at, text, size: LETTERS, anchor, upwards: false };
-    let shade = |tick: &Tick| if tick.label.is_some() { Colour::Grid } else { Colour::FineGrid };
     let (along, up) = (x.scale.ticks(), y.scale.ticks());
     let mut marks = Vec::new();
     // the fine lines lie below the others
     for fine in [true, false] {
         for tick in along.iter().filter(|tick| tick.label.is_none() == fine) {
             let x = place.of(tick.value, 0.0).0;
-            marks.push(line((x, top), (x, bottom), shade(tick)));
+            marks.push(line((x, top), (x, bottom), tick));
         }
         for tick in up.iter().filter(|tick| tick.label.is_none() == fine) {
             let y = place.of(0.0, tick.value).1;
-            marks.push(line((left, y), (right, y), shade(tick)));
+            marks.push(line((left, y), (right, y), tick));
         }
     }
     let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-    marks.push(Primitive::Line {
-        points: corners,
-        stroke: Stroke { colour: Colour::Axis, width: 1.0, dash: Dash::Solid },
-    });
+    marks.push(Primitive::Line { points: corners, stroke: stroke(Colour::Axis, 1.0) });
     for tick in &along {
         let at = (place.of(tick.value, 0.0).0, bottom + LETTERS + 4.0);
-        marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::Middle)));
+        marks.extend(tick.label.clone().map(|label| Primitive::text(at, label, Anchor::Middle)));
     }
     for tick in &up {
         let at = (left - 5.0, place.of(0.0, tick.value).1 + 0.36 * LETTERS);
-        marks.extend(tick.label.clone().map(|label| text(at, label, Anchor::End)));
+        marks.extend(tick.label.clone().map(|label| Primitive::text(at, label, Anchor::End)));
     }
-    marks.push(text((left + width / 2.0, bottom + 2.0 * LETTERS + 10.0), x.label(), Anchor::Middle));
+    marks.push(Primitive::text((left + width / 2.0, bottom + 2.0 * LETTERS + 10.0), x.label(), Anchor::Middle));
     marks.push(Primitive::Text {
         at: (LETTERS + 1.0, top + height / 2.0),
         text: y.label(),

@@ -43,6 +43,16 @@ pub(crate) enum Primitive {
     Text { at: At, text: String, size: f64, anchor: Anchor, upwards: bool },
 }
 
+/// Of the letters of a figure, but for its title.
+pub(crate) const LETTERS: f64 = 11.5;
+
+impl Primitive {
+    /// A line of letters along the x axis.
+    pub(crate) fn text(at: At, text: impl Into<String>, anchor: Anchor) -> Self {
+        Self::Text { at, text: text.into(), size: LETTERS, anchor, upwards: false }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stroke {
     pub(crate) colour: Colour,

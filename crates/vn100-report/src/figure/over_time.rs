@@ -7,13 +7,13 @@ use super::{
 };
 use crate::units::{BlockValues, ChannelValues};
 
-/// `None` without blocks. Times are of the data; `skipped_s` lie before the first.
-pub(crate) fn envelope(channel: &ChannelValues, skipped_s: f64) -> Option<Figure> {
+/// `None` without blocks.
+pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     let blocks = channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks);
     let last = blocks.last()?;
-    let (unit, unit_s) = time_unit(skipped_s + last.start_s + last.duration_s);
-    let start = |block: &BlockValues| (skipped_s + block.start_s) / unit_s;
-    let end = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s) / unit_s;
+    let (unit, unit_s) = time_unit(last.start_s + last.duration_s);
+    let start = |block: &BlockValues| block.start_s / unit_s;
+    let end = |block: &BlockValues| (block.start_s + block.duration_s) / unit_s;
     let x = Axis::new("time", unit, Scale::around(blocks.iter().flat_map(|block| [start(block), end(block)]), false));
     let y = Axis::new(
         &channel.name,
@@ -69,13 +69,13 @@ fn time_unit(length_s: f64) -> (&'static str, f64) {
     }
 }
 
-/// `None` without segments of two samples. Times are of the data; `skipped_s` lie before the first.
-pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues], skipped_s: f64) -> Option<Figure> {
+/// `None` without segments of two samples.
+pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Option<Figure> {
     let blocks = |channel: &&ChannelValues| channel.signal.as_ref().map_or(&[][..], |signal| &signal.blocks).to_vec();
     let of_channels: Vec<Vec<BlockValues>> = channels.iter().map(blocks).collect();
     let end_s = of_channels.iter().flatten().map(|block| block.start_s + block.duration_s).fold(0.0, f64::max);
-    let (unit, unit_s) = time_unit(skipped_s + end_s);
-    let middle = |block: &BlockValues| (skipped_s + block.start_s + block.duration_s / 2.0) / unit_s;
+    let (unit, unit_s) = time_unit(end_s);
+    let middle = |block: &BlockValues| (block.start_s + block.duration_s / 2.0) / unit_s;
     let curves: Vec<Vec<(f64, f64)>> = (of_channels.iter())
         .map(|blocks| blocks.iter().filter_map(|block| Some((middle(block), block.std?))).collect())
         .collect();

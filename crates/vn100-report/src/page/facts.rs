@@ -214,14 +214,14 @@ fn timing(record: &Record<'_>) -> Vec<Row> {
         fact("Segments", timing.segments.to_string()),
         fact(
             "Left out",
-            match (timing.excluded, record.skipped_s() > 0.0) {
+            match (timing.excluded, snapshot.skipped) {
                 (0, _) => "nothing".into(),
-                (count, true) => format!(
+                (count, skipped) if !skipped.is_zero() => format!(
                     "{} samples, of the first {} as asked, or behind the end asked for",
                     grouped(count),
-                    duration(record.skipped_s())
+                    duration(skipped.as_secs_f64())
                 ),
-                (count, false) => {
+                (count, _) => {
                     format!("{} samples behind the end asked for, or behind a change of rate", grouped(count))
                 }
             },

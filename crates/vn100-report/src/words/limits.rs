@@ -21,7 +21,7 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
         return vec![format!("The sensor was moved: nothing here compares with {sheet}.")];
     }
     let mut sentences = verdicts(findings, sheet);
-    sentences.extend(findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.rate_hz)));
+    sentences.extend(findings.sensors.iter().filter_map(|sensor| decimation(sensor, findings.timing.rate_hz)));
     if findings.sensor(Sensor::Gyroscope).is_some_and(|gyro| gyro.long_taus == LongTauValidity::Compensated) {
         sentences.push(
             "In-run bias stability of the gyroscope cannot be compared: the message carries rates from which the sensor has taken its own estimate of the bias. A minimum read off \
@@ -128,10 +128,10 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
     limits.push(match known_to {
         Some(tau_s) => format!(
             "Its length: {} of data. The longest averaging time whose deviation is known to better than a factor of ten is {}; slower noise than that stays unseen.",
-            duration(findings.duration_s),
+            duration(findings.timing.duration_s()),
             duration(tau_s)
         ),
-        None => format!("Its length: {} too few for any deviation with an interval.", samples_are(findings.samples)),
+        None => format!("Its length: {} too few for any deviation with an interval.", samples_are(findings.timing.samples)),
     });
     if findings.compensated {
         limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
@@ -192,7 +192,7 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         advice.push(format!(
             "Average exactly as many refreshes as are skipped, {} at {} Hz, so that nothing folds and N can be compared with the data sheet ({}).",
             onboard.unaliased_window(),
-            trimmed(findings.rate_hz, 3),
+            trimmed(findings.timing.rate_hz, 3),
             words(&Remedy::MeasureWith(Setting::Window(onboard.unaliased_window())))
         ));
     }
@@ -227,13 +227,13 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
                 .flatten()
                 .any(|parameter| matches!(parameter.status, Status::Bounded | Status::NotObservable))
         });
-    if unseen || findings.duration_s < 3.0 * 3600.0 {
+    if unseen || findings.timing.duration_s() < 3.0 * 3600.0 {
         advice.push("Record longer: N is known to a few percent after minutes, B of a sensor like this asks for an hour or more, K for many hours at a steady temperature.".into());
     }
     if is_ours && (!findings.has_stamps || !findings.has_registers || !findings.has_conditions) {
         advice.push(format!("Record with {}: that keeps arrival times, registers, temperature and the conditions, which this record lacks in part.", words(&Remedy::Record)));
     }
-    if findings.rate_from == RateFrom::Assumed {
+    if findings.timing.rate_from == RateFrom::Assumed {
         advice.push(format!("Say the rate ({}), if it was not as assumed.", words(&Remedy::GiveRate(None))));
     }
     if advice.is_empty() {

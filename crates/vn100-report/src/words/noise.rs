@@ -12,7 +12,7 @@ use crate::{
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
     let mut sentences: Vec<String> =
-        findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.rate_hz)).collect();
+        findings.sensors.iter().flat_map(|sensor| of_sensor(sensor, findings.timing.rate_hz)).collect();
     if findings.motion.is_some() {
         sentences.insert(0, Motion::MEANING.into());
     }

@@ -1,7 +1,7 @@
 //! Every sentence, and that it is said only where it holds.
 
 use vn100_analysis::noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{LongTauValidity, Motion, Onboard, Outages, RateFrom, Remedy, WarningKind};
+use vn100_analysis::{LongTauValidity, MissingFrom, Motion, Onboard, Outages, RateFrom, Remedy, Timing, WarningKind};
 
 use super::*;
 use crate::findings::{AxisFindings, SensorFindings};
@@ -47,13 +47,17 @@ fn flawless() -> Findings {
     Findings {
         message: Some("VNIMU".into()),
         compensated: false,
-        rate_hz: 40.0,
-        rate_from: RateFrom::Device,
+        timing: Timing {
+            rate_hz: 40.0,
+            rate_from: RateFrom::Device,
+            samples: 1_440_000,
+            excluded: 0,
+            missing: 0,
+            missing_from: MissingFrom::Arrival,
+            gaps: 0,
+            segments: 1,
+        },
         offset_ppm: Some(-12.0),
-        duration_s: 36_000.0,
-        samples: 1_440_000,
-        missing: 0,
-        gaps: 0,
         outages: Outages::default(),
         has_stamps: true,
         has_registers: true,
@@ -198,10 +202,13 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
         &["still warming up", "leave the first 11 min out"],
     );
     changes(
-        |findings| (findings.missing, findings.gaps) = (24, 1),
+        |findings| (findings.timing.missing, findings.timing.gaps) = (24, 1),
         &["24 of 1\u{202f}440\u{202f}024 samples are missing, in 1 gap."],
     );
-    changes(|findings| findings.rate_from = RateFrom::Assumed, &["is assumed", "Say the rate (the sample rate)"]);
+    changes(
+        |findings| findings.timing.rate_from = RateFrom::Assumed,
+        &["is assumed", "Say the rate (the sample rate)"],
+    );
     changes(|findings| findings.warnings.push(WarningKind::RateOffNominal), &["not the one taken"]);
     changes(
         |findings| (findings.has_stamps, findings.has_registers, findings.has_conditions) = (false, false, false),
@@ -227,7 +234,7 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
             "Nothing of this record",
         ],
     );
-    changes(|findings| findings.duration_s = 600.0, &["10 min of data", "Record longer"]);
+    changes(|findings| findings.timing.samples = 24_000, &["10 min of data", "Record longer"]);
 }
 
 #[test]
@@ -257,7 +264,8 @@ fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
 
 #[test]
 fn a_record_of_nothing_says_so() {
-    let findings = Findings { sensors: Vec::new(), samples: 0, duration_s: 0.0, ..flawless() };
+    let mut findings = Findings { sensors: Vec::new(), ..flawless() };
+    findings.timing.samples = 0;
     let text = text_of(&findings);
     assert!(text.contains("no axes of a sensor") && text.contains("0 samples are too few"), "{text}");
     assert!(!text.contains("missing") && !text.contains("of one piece"), "{text}");

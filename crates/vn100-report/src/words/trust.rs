@@ -1,7 +1,7 @@
 //! How far the numbers can be trusted.
 
 use vn100_analysis::noise::{Parameter, Status};
-use vn100_analysis::{RateFrom, WarningKind};
+use vn100_analysis::{RateFrom, Timing, WarningKind};
 
 use super::listed;
 use crate::{
@@ -26,15 +26,15 @@ fn moved(findings: &Findings) -> Option<String> {
 }
 
 fn time_base(findings: &Findings) -> Option<String> {
-    Some(if findings.rate_from == RateFrom::Assumed {
+    Some(if findings.timing.rate_from == RateFrom::Assumed {
         format!(
             "The sample rate of {} Hz is assumed: nothing in the capture tells it. If the truth is 1 % more, N is 0.5 % less, and every averaging time 1 % shorter.",
-            trimmed(findings.rate_hz, 3)
+            trimmed(findings.timing.rate_hz, 3)
         )
     } else if findings.warns(WarningKind::RateOffNominal) {
         "The measured rate is not the one taken: see the warnings. Averaging times are wrong by the same share, N by half of it.".into()
     } else {
-        let from = match findings.rate_from {
+        let from = match findings.timing.rate_from {
             RateFrom::Option => "as the user said",
             RateFrom::Device => "as the sensor says",
             RateFrom::Arrival | RateFrom::Assumed => "by the arrival of the lines",
@@ -42,36 +42,36 @@ fn time_base(findings: &Findings) -> Option<String> {
         let off = findings.offset_ppm.map_or_else(String::new, |ppm| {
             format!("; measured {} ppm off, which no averaging time or density shows", trimmed(ppm, 0))
         });
-        format!("The sample rate is {} Hz, {from}{off}.", trimmed(findings.rate_hz, 3))
+        format!("The sample rate is {} Hz, {from}{off}.", trimmed(findings.timing.rate_hz, 3))
     })
 }
 
 fn losses(findings: &Findings) -> Option<String> {
-    let Findings { samples, missing, gaps, .. } = findings;
-    if *samples < 2 {
+    let Timing { samples, missing, gaps, .. } = findings.timing;
+    if samples < 2 {
         return None;
     }
     let text = match missing {
         0 if findings.outages.times > 0 => format!(
             "The link was {}: what was sent then is missing and not counted, and no average was taken across. Otherwise none of {} samples is missing.",
             findings.outages,
-            grouped(*samples)
+            grouped(samples)
         ),
         0 if findings.has_stamps => {
-            format!("No sample is missing among {}, as far as arrival times tell.", grouped(*samples))
+            format!("No sample is missing among {}, as far as arrival times tell.", grouped(samples))
         }
         0 => format!(
             "No line is damaged or missing among {} samples; lines lost whole could not be seen, for want of arrival times.",
-            grouped(*samples)
+            grouped(samples)
         ),
         _ => format!(
             "{} of {} samples are missing, in {}. No average was taken across a gap; few gaps do no harm, many shorten the record.",
-            grouped(*missing),
+            grouped(missing),
             grouped(samples + missing),
-            if *gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
+            if gaps == 1 { "1 gap".into() } else { format!("{gaps} gaps") }
         ),
     };
-    Some(if *missing > 0 && findings.outages.times > 0 {
+    Some(if missing > 0 && findings.outages.times > 0 {
         format!("{text} The link was {}: what was sent then is not among them.", findings.outages)
     } else {
         text

@@ -97,7 +97,7 @@ fn source(mut snapshot: Snapshot) -> SourceView {
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Vec::new()).unwrap().verdicts(&snapshot, &assessment);
+    let verdicts = Evaluation::new(None, Vec::new(), false).unwrap().verdicts(&snapshot, &assessment);
     let recording =
         RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
     let mut source = nothing();

@@ -83,7 +83,7 @@ fn emulated() -> SourceView {
         });
         assert_eq!(snapshot.timing.samples, SAMPLES);
         let assessment = Assessment::new(&snapshot, 0.95);
-        let verdicts = Evaluation::new(None, Vec::new()).unwrap().verdicts(&snapshot, &assessment);
+        let verdicts = Evaluation::new(None, Vec::new(), false).unwrap().verdicts(&snapshot, &assessment);
         let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
         let mut source = nothing();
         source.show(snapshot, Arc::new(assessment));
