@@ -245,7 +245,7 @@ fn run_view(mut screen: Screen, mut monitors: Vec<SourceMonitor>, theme: Theme, 
             }
         }
         if dirty && drawn_at.is_none_or(|at| at.elapsed() >= FRAME) {
-            let scene = Scene { state: &state, sources: &shown, theme };
+            let scene = Scene { state: &state, sources: &shown, source: &shown[state.source], theme };
             match screen.draw(|frame| regions = draw(frame, scene)) {
                 Ok(buffer) => last_screen = Some(buffer),
                 Err(_) => return Ended::TerminalGone,

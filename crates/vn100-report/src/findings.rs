@@ -132,19 +132,19 @@ impl AxisFindings {
 }
 
 fn sensors(record: &Record<'_>) -> Vec<SensorFindings> {
-    SENSORS
-        .into_iter()
-        .filter_map(|(quantity, sensor)| {
-            let channels: Vec<&ChannelValues> =
-                record.streamed().iter().filter(|channel| channel.quantity == quantity).collect();
-            let long_taus = channels.first()?.noise.as_ref()?.long_taus;
-            let assessed = record.channels.iter().zip(&record.measured.assessment.channels);
-            let onboard =
-                assessed.clone().find(|(channel, _)| channel.quantity == quantity).and_then(|(_, of)| of.onboard);
-            let axes = channels.into_iter().map(|channel| axis(record, channel)).collect();
-            Some(SensorFindings { sensor, name: sensor_name(sensor), long_taus, onboard, axes })
+    let of = |(quantity, sensor)| {
+        let assessed = record.channels.iter().zip(&record.measured.assessment.channels);
+        let axes: Vec<_> = assessed.filter(|(channel, _)| channel.quantity == quantity).collect();
+        let (first, assessed) = axes.first()?;
+        Some(SensorFindings {
+            sensor,
+            name: sensor_name(sensor),
+            long_taus: first.noise.as_ref()?.long_taus,
+            onboard: assessed.onboard,
+            axes: axes.iter().map(|(channel, _)| axis(record, channel)).collect(),
         })
-        .collect()
+    };
+    SENSORS.into_iter().filter_map(of).collect()
 }
 
 /// Lines near enough to have one cause, as in the warnings: what turns is never quite steady.

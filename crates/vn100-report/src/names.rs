@@ -1,6 +1,6 @@
 //! Names of what is measured and found, in words: the same in text, documents and reports.
 
-use vn100_analysis::noise::{Claim, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
+use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::protocol::{Quantity, Tally};
 use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Ranking, StreamUnknown};
 
@@ -42,6 +42,24 @@ pub fn names_of(quantity: Quantity) -> QuantityNames {
     };
     QuantityNames { short, quantity, title }
 }
+
+/// What is plotted over averaging time.
+#[must_use]
+pub fn deviation_name(deviation: Deviation) -> &'static str {
+    match deviation {
+        Deviation::Allan => "Allan deviation",
+        Deviation::Hadamard => "Hadamard deviation",
+    }
+}
+
+/// The parameters of the noise, from short averaging times to long ones.
+pub const TERMS: [(Term, &str); 5] = [
+    (Term::Quantization, "quantisation"),
+    (Term::White, "white noise"),
+    (Term::BiasInstability, "bias instability"),
+    (Term::RateRandomWalk, "rate random walk"),
+    (Term::RateRamp, "rate ramp"),
+];
 
 /// A status of a parameter, in words.
 #[must_use]

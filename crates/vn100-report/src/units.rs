@@ -7,6 +7,8 @@ use vn100_analysis::{
     Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
 };
 
+use crate::names::names_of;
+
 /// One channel's results in its own unit. `None` is what is not known.
 #[derive(Debug, Clone)]
 pub struct ChannelValues {
@@ -146,7 +148,7 @@ pub fn channel_values(snapshot: &Snapshot, assessment: &Assessment) -> Vec<Chann
 #[derive(Debug, Clone, Serialize)]
 pub struct NormValues {
     /// Such as `gyro_norm`.
-    pub name: &'static str,
+    pub name: String,
     /// What the vector measures.
     #[serde(skip)]
     pub quantity: Quantity,
@@ -176,12 +178,7 @@ pub fn norm_values(snapshot: &Snapshot) -> Vec<NormValues> {
         let value = |counts| counts_to_unit(counts, norm.decimals) * norm.scale;
         let moments = &norm.moments;
         NormValues {
-            name: match norm.quantity {
-                Quantity::MagneticField => "mag_norm",
-                Quantity::Acceleration => "accel_norm",
-                Quantity::AngularRate => "gyro_norm",
-                Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => "norm",
-            },
+            name: format!("{}_norm", names_of(norm.quantity).short),
             quantity: norm.quantity,
             unit: norm.unit.clone(),
             decimals: converted_decimals(norm.decimals, norm.scale),

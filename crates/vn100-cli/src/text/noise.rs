@@ -4,7 +4,9 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Claim, Deviation, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict, conventions};
+use imu_noise::{
+    Claim, Deviation, FitQuality, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict, conventions,
+};
 use vn100_analysis::{
     Assessment, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion, Verdicts, letter,
 };
@@ -71,7 +73,6 @@ fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str)
         parameter.map_or("-".into(), |parameter| in_words(parameter.status).into())
     })?;
     let units = conventions(group[0].1.sensor, term);
-    let bound = |value: Option<f64>| value.map_or("-".into(), four_digits);
     if says(|parameter| parameter.value.or(parameter.upper)) {
         for (index, convention) in units.iter().enumerate() {
             let label = match convention.sides {
@@ -85,14 +86,24 @@ fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str)
                     (None, None) => "-".into(),
                 })
             })?;
-            if index == 0 && says(|parameter| parameter.value) {
-                let estimated = |parameter: Option<Parameter>| parameter.filter(|parameter| parameter.value.is_some());
-                row(out, "    from", &parameters, |p| bound(estimated(*p).and_then(|parameter| parameter.lower)))?;
-                row(out, "    to", &parameters, |p| bound(estimated(*p).and_then(|parameter| parameter.upper)))?;
+            if index == 0 {
+                write_interval(out, &parameters)?;
             }
         }
     }
     Ok(())
+}
+
+/// The ends of the intervals, where an axis has an estimate.
+fn write_interval(out: &mut String, parameters: &[Option<Parameter>]) -> fmt::Result {
+    let estimates = parameters.iter().map(|parameter| parameter.filter(|parameter| parameter.value.is_some()));
+    let estimates: Vec<Option<Parameter>> = estimates.collect();
+    if estimates.iter().all(Option::is_none) {
+        return Ok(());
+    }
+    let end = |value: Option<f64>| value.map_or("-".into(), four_digits);
+    row(out, "    from", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.lower)))?;
+    row(out, "    to", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.upper)))
 }
 
 fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
@@ -106,16 +117,15 @@ fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
 }
 
 fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    row(out, "fitted from tau (s)", group, |(_, noise)| {
-        noise.fit.quality.map_or("-".into(), |quality| short(quality.tau_min_s))
-    })?;
-    row(out, "  to tau (s)", group, |(_, noise)| {
-        noise.fit.quality.map_or("-".into(), |quality| short(quality.tau_max_s))
-    })?;
-    row(out, "  chi2 / dof", group, |(_, noise)| {
-        noise.fit.quality.map_or("-".into(), |quality| format!("{:.1} / {}", quality.chi2, quality.dof))
-    })?;
-    row(out, "  p", group, |(_, noise)| noise.fit.quality.map_or("-".into(), |quality| format!("{:.2}", quality.p)))
+    let cells: [(&str, fn(&FitQuality) -> String); 4] = [
+        ("fitted from tau (s)", |quality| short(quality.tau_min_s)),
+        ("  to tau (s)", |quality| short(quality.tau_max_s)),
+        ("  chi2 / dof", |quality| format!("{:.1} / {}", quality.chi2, quality.dof)),
+        ("  p", |quality| format!("{:.2}", quality.p)),
+    ];
+    cells.into_iter().try_for_each(|(label, cell)| {
+        row(out, label, group, |(_, noise)| noise.fit.quality.as_ref().map_or("-".into(), cell))
+    })
 }
 
 /// Beside the fit, for those who compare with older reports.
@@ -129,30 +139,22 @@ fn write_classical(out: &mut String, group: &[Axis<'_>], deviation: Deviation) -
         return writeln!(out, "{}", fill(text, "  ", "  "));
     }
     row(out, "read by rule, not fitted:", group, |_| String::new())?;
-    for (term, name) in [
-        (Term::White, "  N, slope -1/2 at 1 s"),
-        (Term::BiasInstability, "  B, minimum / 0.664"),
-        (Term::RateRandomWalk, "  K, slope +1/2 at 3 s"),
-    ] {
+    let rules: [(Term, &str, fn(&ChannelNoise) -> Option<f64>); 3] = [
+        (Term::White, "  N, slope -1/2 at 1 s", |noise| noise.classical.white),
+        (Term::BiasInstability, "  B, minimum / 0.664", |noise| noise.classical.bias_instability),
+        (Term::RateRandomWalk, "  K, slope +1/2 at 3 s", |noise| noise.classical.rate_random_walk),
+    ];
+    for (term, name, read) in rules {
         row(out, name, group, |_| String::new())?;
-        let si = conventions(sensor, term).first().map(|si| (si.unit, si.factor));
+        let si = (si_unit(sensor, term), 1.0);
         let usual = Some(shown_in(sensor, term)).filter(|_| term == Term::BiasInstability);
-        for (unit, factor) in si.into_iter().chain(usual) {
+        for (unit, factor) in [si].into_iter().chain(usual) {
             row(out, &format!("    {unit}"), group, |(_, noise)| {
-                read_by_rule(noise, term).map_or("-".into(), |value| four_digits(value * factor))
+                read(noise).map_or("-".into(), |value| four_digits(value * factor))
             })?;
         }
     }
     Ok(())
-}
-
-fn read_by_rule(noise: &ChannelNoise, term: Term) -> Option<f64> {
-    match term {
-        Term::White => noise.classical.white,
-        Term::BiasInstability => noise.classical.bias_instability,
-        Term::RateRandomWalk => noise.classical.rate_random_walk,
-        Term::RateRamp | Term::Quantization => None,
-    }
 }
 
 fn reason(long_taus: LongTauValidity) -> Option<&'static str> {
@@ -206,14 +208,9 @@ fn write_fitted(
     of: fn(&GaussMarkovFit) -> Parameter,
 ) -> fmt::Result {
     let fitted = |(_, models): &AxisModels<'_>| models.gauss_markov.as_ref().map(of);
-    row(out, label, group, |axis| value_or_bound(fitted(axis)))?;
-    let estimated = |axis: &AxisModels<'_>| fitted(axis).filter(|parameter| parameter.value.is_some());
-    if group.iter().any(|axis| estimated(axis).is_some()) {
-        let end = |value: Option<f64>| value.map_or("-".into(), four_digits);
-        row(out, "    from", group, |axis| end(estimated(axis).and_then(|parameter| parameter.lower)))?;
-        row(out, "    to", group, |axis| end(estimated(axis).and_then(|parameter| parameter.upper)))?;
-    }
-    Ok(())
+    let fitted: Vec<Option<Parameter>> = group.iter().map(fitted).collect();
+    row(out, label, &fitted, |parameter| value_or_bound(*parameter))?;
+    write_interval(out, &fitted)
 }
 
 fn value_or_bound(parameter: Option<Parameter>) -> String {

@@ -3,12 +3,12 @@
 
 use std::fmt::{self, Write};
 
-use imu_noise::{Deviation, Estimator, STANDARD_GRAVITY_M_S2};
+use imu_noise::{Estimator, STANDARD_GRAVITY_M_S2};
 use vn100_analysis::Snapshot;
 use vn100_protocol::Quantity;
 use vn100_report::{
     EARTH_RATE_RAD_S,
-    names::names_of,
+    names::{deviation_name, names_of},
     numbers::plain::short,
     units::{BlockValues, ChannelValues, LEAST_EDF, Point, fitted, norm_values},
 };
@@ -34,7 +34,7 @@ pub(super) fn write_statistics(out: &mut String, snapshot: &Snapshot, channels: 
     for norm in &norms {
         // two of its digits are more than the sensor prints already
         let decimals = norm.decimals.saturating_sub(2);
-        row(norm.name, &norm.unit, [norm.mean, norm.std], [norm.min, norm.max], decimals)?;
+        row(&norm.name, &norm.unit, [norm.mean, norm.std], [norm.min, norm.max], decimals)?;
     }
     for norm in &norms {
         if let Some(text) = norm.of_mean.and_then(|of_mean| at_rest(norm.quantity, of_mean)) {
@@ -158,10 +158,7 @@ pub(super) fn write_deviations(
     channels: &[ChannelValues],
     confidence: f64,
 ) -> fmt::Result {
-    let deviation = match snapshot.deviation {
-        Deviation::Allan => "Allan deviation",
-        Deviation::Hadamard => "Hadamard deviation",
-    };
+    let deviation = deviation_name(snapshot.deviation);
     let windows = match snapshot.estimator {
         Estimator::Strided => "windows at stride tau/16, all overlaps up to m = 16",
         Estimator::Full => "all overlaps",

@@ -1,7 +1,7 @@
 //! The deviation over averaging time, both logarithmic: points with their confidence bars, the
 //! model, and a cursor that reads one out.
 
-use imu_noise::{Deviation, PowerLaw};
+use imu_noise::PowerLaw;
 use ratatui::{
     Frame,
     buffer::Buffer,
@@ -15,7 +15,7 @@ use ratatui::{
     },
 };
 use vn100_report::{
-    names::names_of,
+    names::{deviation_name, names_of},
     numbers::plain::{digits, tau, time},
 };
 
@@ -32,28 +32,17 @@ use super::{
 const LABELS: u16 = 7;
 
 /// Draws it; alone on the screen with a line of what is known of the noise.
-pub(crate) fn draw(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    source: &SourceView,
-    regions: &mut Regions,
-    alone: bool,
-) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions, alone: bool) {
+    let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
     let plot = Plot::new(scene.state, source, &group);
-    let deviation = match source.snapshot.deviation {
-        Deviation::Allan => "Allan deviation",
-        Deviation::Hadamard => "Hadamard deviation",
-    };
+    let deviation = deviation_name(source.snapshot.deviation);
     let title = format!("{deviation} σ(τ) of the {}, {}", names_of(group.quantity).short, plot.unit);
     let title = scene.theme.spelled(title);
-    let block = framed(scene, Panel::Allan, title);
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
+    let inner = framed(frame, area, scene, Panel::Allan, title);
     let mut read_out = read_out(scene, &plot);
     if alone {
-        read_out.extend(parameters::summary(scene, source, &group));
+        read_out.extend(parameters::summary(scene, &group));
     }
     let rows = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(read_out.len() as u16)];
     let [legend, chart, below] = Layout::vertical(rows).areas(inner);

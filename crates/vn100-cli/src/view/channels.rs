@@ -27,16 +27,9 @@ use super::{
     theme::Theme,
 };
 
-pub(crate) fn draw_statistics(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    source: &SourceView,
-    regions: &mut Regions,
-) {
-    let block = framed(scene, Panel::Statistics, "Statistics".into());
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
+pub(crate) fn draw_statistics(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
+    let source = scene.source;
+    let inner = framed(frame, area, scene, Panel::Statistics, "Statistics".into());
     let chosen = scene.state.channel(source);
     // the places of names, units and numbers; what is left belongs to the bars
     let longest = source.values.iter().map(|channel| channel.name.len()).max().unwrap_or(0) as u16;
@@ -94,17 +87,16 @@ const MOST_SLOTS: usize = 480;
 /// The least columns of the signal, with the frame.
 pub(crate) const SIGNAL_WIDTH: u16 = 44;
 
-pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
+pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let source = scene.source;
     let Some((group, place)) = scene.state.group(source).zip(scene.state.channel(source)) else { return };
     let channel = &source.values[place];
-    let block = framed(scene, Panel::Signal, format!("Signal of {}, {}", channel.name, channel.unit));
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
+    let inner = framed(frame, area, scene, Panel::Signal, format!("Signal of {}, {}", channel.name, channel.unit));
     let wide = inner.width >= 100;
     let parts = [Constraint::Fill(1), Constraint::Fill(1)];
     let [history, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
     let color = Theme::colour_of(scene.theme.axis(axis(&group, place)));
-    draw_history(frame, history, scene, source, place, color);
+    draw_history(frame, history, scene, place, color);
     draw_histogram(frame, histogram, scene, channel, color);
 }
 
@@ -123,9 +115,9 @@ fn axis(group: &Group, place: usize) -> usize {
     group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
 
-fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView, place: usize, color: Color) {
-    let decimals = source.values[place].decimals;
-    let labels = values_width(&source.values[place]);
+fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, color: Color) {
+    let (source, channel) = (scene.source, &scene.source.values[place]);
+    let (decimals, labels) = (channel.decimals, values_width(channel));
     let [title, chart, below] = parts(area);
     let chart = Rect { x: chart.x + labels, width: chart.width.saturating_sub(labels), ..chart };
     let dots = usize::from(chart.width) * 2;
@@ -273,29 +265,20 @@ impl SourceView {
         // one column may be cut short at either end
         let together = kept.div_ceil(columns.checked_sub(1)?.max(1)).max(1) as u64;
         let first = recent.end - kept as u64;
-        let mut history = Vec::new();
-        let mut number = None;
-        let mut merged: Vec<Option<Slot>> = Vec::new();
-        for (place, slot) in slots.skip(recent.slots(channel).len() - kept).enumerate() {
-            let column = (first + place as u64) / together;
-            if number != Some(column) {
-                number = Some(column);
-                merged.push(None);
-            }
-            if let (Some(last), Some(slot)) = (merged.last_mut(), slot) {
-                *last = Some(last.map_or(slot, |sum| merge(sum, slot)));
-            }
-        }
+        let of_columns = (first..).map(|place| place / together);
+        let slots: Vec<_> = of_columns.zip(recent.slots(channel).skip(slots.len() - kept)).collect();
         let value = |counts: f64| counts_to_unit(counts - branch as f64, layout.decimals) * layout.scale;
-        history.extend(merged.into_iter().map(|slot| {
-            slot.map(|slot| HistoryColumn {
+        let columns = slots.chunk_by(|(a, _), (b, _)| a == b).map(|slots| {
+            let slot = slots.iter().filter_map(|(_, slot)| *slot).reduce(merge)?;
+            Some(HistoryColumn {
                 min: value(slot.min as f64),
                 max: value(slot.max as f64),
                 mean: value(slot.sum as f64 / f64::from(slot.count)),
             })
-        }));
+        });
+        let columns = columns.collect();
         let column_s = (recent.samples_per_slot * together) as f64 / self.snapshot.timing.rate_hz;
-        Some(History { columns: history, column_s })
+        Some(History { columns, column_s })
     }
 
     /// The means of the last minutes as bars, between the lowest and the highest of them.

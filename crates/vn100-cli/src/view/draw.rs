@@ -9,7 +9,7 @@ use ratatui::{
     widgets::{Block, Borders, Paragraph},
 };
 
-use vn100_report::names::names_of;
+use vn100_report::{names::names_of, numbers::plain::grouped};
 
 use super::{
     allan, channels, health, keys, parameters,
@@ -38,22 +38,21 @@ pub(crate) struct Regions {
 pub(crate) struct Scene<'a> {
     pub(crate) state: &'a ViewState,
     pub(crate) sources: &'a [SourceView],
+    /// The one of them that is shown, or chosen.
+    pub(crate) source: &'a SourceView,
     pub(crate) theme: Theme,
 }
 
-impl<'a> Scene<'a> {
-    pub(crate) fn source(self) -> Option<&'a SourceView> {
-        self.sources.get(self.state.source)
-    }
-}
-
-/// A frame with a title, that of the panel chosen brighter.
-pub(crate) fn framed(scene: Scene<'_>, panel: Panel, title: String) -> Block<'static> {
+/// Draws a frame with a title, that of the panel chosen brighter; gives the place within.
+pub(crate) fn framed(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, title: String) -> Rect {
     let chosen = scene.state.panel == panel;
     let title = format!(" {title} ");
     let title = if chosen { Span::raw(title).style(Modifier::BOLD) } else { Span::raw(title) };
     let border = if chosen { Style::new() } else { scene.theme.faint() };
-    Block::new().borders(Borders::ALL).border_style(border).title(title)
+    let block = Block::new().borders(Borders::ALL).border_style(border).title(title);
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    inner
 }
 
 pub(crate) const LEAST: (u16, u16) = (60, 16);
@@ -72,14 +71,15 @@ pub(crate) fn draw(frame: &mut Frame<'_>, scene: Scene<'_>) -> Regions {
         let [body, keys] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
         health::draw_overview(frame, body, scene);
         keys::draw_footer(frame, keys, scene);
-    } else if let Some(source) = scene.source() {
-        one_source(frame, area, scene, source, &mut regions);
+    } else {
+        one_source(frame, area, scene, &mut regions);
     }
     scene.theme.finish(frame.buffer_mut());
     regions
 }
 
-fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView, regions: &mut Regions) {
+fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, regions: &mut Regions) {
+    let source = scene.source;
     let all = area.width >= ALL_PANELS.0 && area.height >= ALL_PANELS.1;
     let warning_rows = warnings::rows(source, if all { 4 } else { 2 });
     let head_rows = if source.playback.is_some() { 4 } else { 3 };
@@ -91,16 +91,16 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
         Constraint::Length(1),
     ])
     .areas(area);
-    regions.progress = health::draw_header(frame, top, scene, source);
-    warnings::draw_lines(frame, warned, scene, source);
+    regions.progress = health::draw_header(frame, top, scene);
+    warnings::draw_lines(frame, warned, scene);
     keys::draw_footer(frame, keys, scene);
     if source.snapshot.timing.samples == 0 {
-        warnings::draw_waiting(frame, tabs.union(body), scene, source);
+        warnings::draw_waiting(frame, tabs.union(body), scene);
         return;
     }
-    draw_tabs(frame, tabs, scene, source, all && !scene.state.expanded, regions);
+    draw_tabs(frame, tabs, scene, all && !scene.state.expanded, regions);
     if !all || scene.state.expanded {
-        panel(frame, body, scene, source, scene.state.panel, regions, true);
+        panel(frame, body, scene, scene.state.panel, regions, true);
         return;
     }
     let [upper, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(body);
@@ -114,41 +114,26 @@ fn one_source(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &Sour
     let warned = scene.state.panel == Panel::Warnings;
     let right = if warned { right } else { right.min((area.width * 2 / 5).max(channels::SIGNAL_WIDTH)) };
     let [statistics, signal] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(right)]).areas(lower);
-    panel(frame, allan, scene, source, Panel::Allan, regions, false);
-    panel(frame, noise, scene, source, Panel::Parameters, regions, false);
-    panel(frame, statistics, scene, source, Panel::Statistics, regions, false);
-    panel(frame, signal, scene, source, if warned { Panel::Warnings } else { Panel::Signal }, regions, false);
+    panel(frame, allan, scene, Panel::Allan, regions, false);
+    panel(frame, noise, scene, Panel::Parameters, regions, false);
+    panel(frame, statistics, scene, Panel::Statistics, regions, false);
+    panel(frame, signal, scene, if warned { Panel::Warnings } else { Panel::Signal }, regions, false);
 }
 
-fn panel(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    source: &SourceView,
-    panel: Panel,
-    regions: &mut Regions,
-    alone: bool,
-) {
+fn panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, panel: Panel, regions: &mut Regions, alone: bool) {
     regions.panels.push((area, panel));
     match panel {
-        Panel::Allan => allan::draw(frame, area, scene, source, regions, alone),
-        Panel::Parameters => parameters::draw(frame, area, scene, source),
-        Panel::Statistics => channels::draw_statistics(frame, area, scene, source, regions),
-        Panel::Signal => channels::draw_signal(frame, area, scene, source),
-        Panel::Warnings => warnings::draw_panel(frame, area, scene, source),
+        Panel::Allan => allan::draw(frame, area, scene, regions, alone),
+        Panel::Parameters => parameters::draw(frame, area, scene),
+        Panel::Statistics => channels::draw_statistics(frame, area, scene, regions),
+        Panel::Signal => channels::draw_signal(frame, area, scene),
+        Panel::Warnings => warnings::draw_panel(frame, area, scene),
     }
 }
 
 /// The sensors by their numbers, and the panels unless all of them are there.
-fn draw_tabs(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    scene: Scene<'_>,
-    source: &SourceView,
-    all: bool,
-    regions: &mut Regions,
-) {
-    let (state, theme) = (scene.state, scene.theme);
+fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, regions: &mut Regions) {
+    let Scene { state, source, theme, .. } = scene;
     let mut spans = Vec::new();
     let mut x = area.x;
     if !all {
@@ -174,17 +159,12 @@ fn draw_tabs(
 }
 
 fn too_small(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
-    let mut lines = vec![
+    let lines = vec![
         Line::raw(format!("{}x{} is too small", area.width, area.height)).style(scene.theme.warning()),
         Line::raw(format!("the view needs {}x{}", LEAST.0, LEAST.1)),
         Line::raw("the measurement goes on"),
+        Line::raw(format!("{} samples", grouped(scene.source.snapshot.timing.samples))),
+        Line::raw("q quits"),
     ];
-    if let Some(source) = scene.source() {
-        lines.push(Line::raw(format!(
-            "{} samples",
-            vn100_report::numbers::plain::grouped(source.snapshot.timing.samples)
-        )));
-    }
-    lines.push(Line::raw("q quits"));
     frame.render_widget(Paragraph::new(lines), area);
 }

@@ -43,10 +43,10 @@ enum Detail {
 }
 
 /// Draws it; gives the place of the progress bar, empty without one.
-pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) -> Rect {
-    let width = usize::from(area.width);
+pub(crate) fn draw_header(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) -> Rect {
+    let (source, width) = (scene.source, usize::from(area.width));
     let lines = vec![
-        first(scene, source, width),
+        first(scene, width),
         fitting(width, |detail| second(scene.theme, source, detail)),
         fitting(width, |detail| third(scene.theme, source, detail)),
     ];
@@ -113,8 +113,8 @@ pub(crate) fn link_word(source: &SourceView, theme: Theme) -> (String, Style) {
 }
 
 /// The name is cut where room is short: what stands behind it changes, and it does not.
-fn first(scene: Scene<'_>, source: &SourceView, width: usize) -> Line<'static> {
-    let theme = scene.theme;
+fn first(scene: Scene<'_>, width: usize) -> Line<'static> {
+    let Scene { source, theme, .. } = scene;
     let line = |name: String| {
         let mut parts = Parts::new();
         if scene.sources.len() > 1 {

@@ -49,10 +49,12 @@ pub(crate) fn draw_footer(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
 
 /// A question, with the source it is about where there are several.
 fn of_source(scene: Scene<'_>, width: u16, question: &str) -> String {
-    let Some(source) = scene.source().filter(|_| scene.sources.len() > 1) else { return format!(" {question}") };
+    if scene.sources.len() < 2 {
+        return format!(" {question}");
+    }
     let before = format!(" {} ", scene.state.source + 1);
     let beside = before.len() + ": ".len() + question.len();
-    let name = shortened(&source.name, usize::from(width).saturating_sub(beside).max(LEAST_NAME));
+    let name = shortened(&scene.source.name, usize::from(width).saturating_sub(beside).max(LEAST_NAME));
     format!("{before}{name}: {question}")
 }
 
@@ -62,12 +64,12 @@ fn keys(scene: Scene<'_>) -> Vec<(&'static str, &'static str)> {
     if state.overview {
         return vec![("q", "quit"), ("?", "help"), ("↑↓", "choose"), ("enter", "open"), ("f", "freeze"), ("s", "save")];
     }
-    let replay = scene.source().and_then(|source| source.playback).map_or(Vec::new(), |playback| {
+    let replay = scene.source.playback.map_or(Vec::new(), |playback| {
         let Playback { at_end, paused, .. } = playback;
         let space = (!at_end).then_some(("space", if paused { "go on" } else { "pause" }));
         space.into_iter().chain([("<>", "speed"), ("[]", "seek"), ("g", "go to %")]).collect()
     });
-    let is_waiting = scene.source().is_some_and(|source| source.snapshot.timing.samples == 0);
+    let is_waiting = scene.source.snapshot.timing.samples == 0;
     let mut keys = vec![("q", "quit"), ("?", "help")];
     if !is_waiting {
         keys.extend([("tab", "panel"), ("1-4", "sensor"), ("xyz a", "axis")]);
@@ -143,11 +145,9 @@ pub(crate) fn draw_help(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, pag
     let block = Block::new().borders(Borders::ALL);
     let inner = block.inner(area);
     let keys = lines(&KEYS, 16, Style::new(), scene.theme);
-    let bars = scene.source().map_or("the truth lies within".to_owned(), |source| {
-        // no more digits than anybody asks for, and none that rounds to certainty
-        let percent = (1e5 * source.assessment.confidence).round() / 1e3;
-        format!("the truth lies within: {percent} % sure")
-    });
+    // no more digits than anybody asks for, and none that rounds to certainty
+    let percent = (1e5 * scene.source.assessment.confidence).round() / 1e3;
+    let bars = format!("the truth lies within: {percent} % sure");
     let meanings = [&MEANINGS[..1], &[("bars, ±", bars.as_str())], &MEANINGS[1..]].concat();
     let meanings = lines(&meanings, 14, scene.theme.faint(), scene.theme);
     let height = usize::from(inner.height);

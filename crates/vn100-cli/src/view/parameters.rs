@@ -13,7 +13,7 @@ use vn100_analysis::{
 };
 use vn100_protocol::Quantity;
 use vn100_report::{
-    names::{names_of, verdict_name},
+    names::{TERMS, names_of, verdict_name},
     numbers::plain::{digits, digits_trimmed, spread, tau, time},
     units::ChannelValues,
 };
@@ -35,22 +35,14 @@ const LONG_LABEL: usize = 33;
 /// Columns of the label and of three axes, with the frame.
 pub(crate) const WIDTH: u16 = (LABEL + 3 * COLUMN) as u16 + 2;
 
-const TERMS: [(Term, &str); 4] = [
-    (Term::Quantization, "quantisation"),
-    (Term::White, "white noise"),
-    (Term::BiasInstability, "bias instability"),
-    (Term::RateRandomWalk, "rate random walk"),
-];
-
-pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
+pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let source = scene.source;
     let Some(group) = scene.state.group(source) else { return };
     let level = 100.0 * source.assessment.confidence;
     let title = format!("Noise of the {}, {level:.0} % intervals", names_of(group.quantity).short);
-    let block = framed(scene, Panel::Parameters, title);
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
+    let inner = framed(frame, area, scene, Panel::Parameters, title);
     let beside = usize::from(inner.width) >= LONG_LABEL + 3 * COLUMN;
-    let mut lines = lines(scene, source, &group, if beside { LONG_LABEL } else { LABEL });
+    let mut lines = lines(scene, &group, if beside { LONG_LABEL } else { LABEL });
     let height = usize::from(inner.height);
     if lines.len() > height {
         let hidden = lines.len() + 1 - height.min(lines.len());
@@ -63,11 +55,11 @@ pub(crate) fn draw(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: 
 }
 
 /// N of all axes in a line, for a screen that has no room for the panel.
-pub(crate) fn summary(scene: Scene<'_>, source: &SourceView, group: &Group) -> Option<Line<'static>> {
+pub(crate) fn summary(scene: Scene<'_>, group: &Group) -> Option<Line<'static>> {
     let unit = convention(sensor_of(group.quantity)?, Term::White, scene.state.units);
     let mut spans = vec![Span::styled(" N", Style::new().bold())];
     for (axis, place) in group.channels.iter().enumerate() {
-        let white = source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
+        let white = scene.source.values[*place].noise.as_ref().and_then(|noise| noise.parameter(Term::White));
         let text = white.map_or("-".to_owned(), |white| match (white.value, white.lower, white.upper) {
             (Some(value), Some(lower), Some(upper)) => {
                 scene.theme.spelled(format!("{} {}", digits(value * unit.factor, 3), spread(value, lower, upper)))
@@ -81,8 +73,8 @@ pub(crate) fn summary(scene: Scene<'_>, source: &SourceView, group: &Group) -> O
     Some(Line::from(spans))
 }
 
-fn lines(scene: Scene<'_>, source: &SourceView, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
-    let theme = scene.theme;
+fn lines(scene: Scene<'_>, group: &Group, label_columns: usize) -> Vec<Line<'static>> {
+    let Scene { source, theme, .. } = scene;
     let axes: Vec<&ChannelValues> = group.channels.iter().map(|place| &source.values[*place]).collect();
     let Some(sensor) = sensor_of(group.quantity) else {
         return without_parameters(group.quantity).map(Line::raw).into();
@@ -102,7 +94,7 @@ fn lines(scene: Scene<'_>, source: &SourceView, group: &Group, label_columns: us
     let mut lines: Vec<Line<'static>> =
         doubts(source, &axes).into_iter().map(|text| Line::styled(theme.spelled(text), theme.warning())).collect();
     lines.push(row("", axes.iter().map(|axis| axis.name.clone()).collect()));
-    for (term, name) in TERMS {
+    for (term, name) in TERMS.into_iter().filter(|(term, _)| *term != Term::RateRamp) {
         let letter = letter(term);
         let parameters: Vec<Option<Parameter>> =
             axes.iter().map(|axis| axis.noise.as_ref().and_then(|noise| noise.parameter(term))).collect();

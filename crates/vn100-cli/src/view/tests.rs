@@ -32,7 +32,7 @@ const PLAIN: Theme = Theme { colours: Colours::None, ascii: false };
 fn drawn(state: &ViewState, sources: &[SourceView], theme: Theme, (width, height): (u16, u16)) -> (Buffer, Regions) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     let mut regions = Regions::default();
-    let scene = Scene { state, sources, theme };
+    let scene = Scene { state, sources, source: &sources[state.source], theme };
     terminal.draw(|frame| regions = draw(frame, scene)).unwrap();
     (terminal.backend().buffer().clone(), regions)
 }

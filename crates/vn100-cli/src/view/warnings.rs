@@ -25,9 +25,9 @@ pub(crate) fn rows(source: &SourceView, most: u16) -> u16 {
 }
 
 /// What is broken first, then the newest; the last row names all that have no row.
-pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
+pub(crate) fn draw_lines(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     const PRESS: &str = " press !";
-    let theme = scene.theme;
+    let Scene { source, theme, .. } = scene;
     let mut texts: Vec<(String, Style)> = source.errors().into_iter().map(|text| (text, theme.bad())).collect();
     texts
         .extend(source.warnings.iter().map(|warning| (theme.spelled(warning.in_words(remedy_words)), theme.warning())));
@@ -86,22 +86,20 @@ fn lost(source: &SourceView) -> Vec<String> {
 }
 
 /// All of them by name, and the one chosen in full.
-pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
-    let warnings = &source.warnings;
+pub(crate) fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let warnings = &scene.source.warnings;
     let title = match warnings.len() {
         count @ (0 | 1) => format!("Warnings: {count}"),
         count => format!("Warnings: {} of {count}, ↑↓ chooses", scene.state.warning.min(count - 1) + 1),
     };
-    let block = framed(scene, Panel::Warnings, title);
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
+    let inner = framed(frame, area, scene, Panel::Warnings, title);
     if warnings.is_empty() {
         frame.render_widget(Paragraph::new(" Nothing is known that would spoil the result."), inner);
         return;
     }
     let chosen = scene.state.warning.min(warnings.len() - 1);
     let width = usize::from(inner.width);
-    let lost: Vec<_> = lost(source).iter().map(|text| Line::raw(shortened(&format!(" {text}"), width))).collect();
+    let lost: Vec<_> = lost(scene.source).iter().map(|text| Line::raw(shortened(&format!(" {text}"), width))).collect();
     let rows_lost = lost.len() as u16;
     let listed = (warnings.len() as u16).min(inner.height.saturating_sub(rows_lost) / 2);
     let [counts, list, text] =
@@ -130,7 +128,8 @@ pub(crate) fn shortened(text: &str, width: usize) -> String {
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
-pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, source: &SourceView) {
+pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
+    let source = scene.source;
     let (what, why) = waiting_for(source);
     let tally = &source.snapshot.link.tally;
     let mut lines = vec![Line::raw(what).style(scene.theme.warning()), Line::raw("")];

@@ -4,7 +4,10 @@ use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
 use vn100_analysis::{ChannelNoise, FigureVerdict, FilterModels, StreamUnknown};
 
-use crate::names::{grade, grade_name, sentence, verdict_name};
+use crate::{
+    names::{grade, grade_name, sentence, verdict_name},
+    units::si_unit,
+};
 
 #[derive(Debug, Serialize)]
 pub(crate) struct NoiseDocument {
@@ -116,7 +119,7 @@ struct Classical {
 impl NoiseDocument {
     pub(crate) fn new(noise: &ChannelNoise, samples: u64, models: Option<&FilterModels>) -> Self {
         let parameter = |term| Some(ParameterDocument::new(noise.parameter(term)?, conventions(noise.sensor, term)));
-        let unit = |term| conventions(noise.sensor, term).first().map_or("", |si| si.unit);
+        let unit = |term| si_unit(noise.sensor, term);
         let shown = |term| noise.parameter(term).is_some_and(|parameter| parameter.status != Status::NotMeasurable);
         let mut correlations = Vec::new();
         for (index, &a) in Term::ALL.iter().enumerate().filter(|(_, term)| shown(**term)) {
@@ -267,7 +270,7 @@ impl VerdictDocument {
             },
             is_minimum: figure.is_minimum && figure.term == Term::BiasInstability,
             source: figure.source.clone(),
-            unit: conventions(sensor, figure.term).first().map_or("", |si| si.unit),
+            unit: si_unit(sensor, figure.term),
             measured: value,
             measured_lower: lower,
             measured_upper: upper,

@@ -95,7 +95,7 @@ fn statistics(record: &Record<'_>) -> String {
     }
     for norm in &record.norms {
         let values = [Some(norm.count as f64), norm.mean, norm.std, norm.min, norm.max, None, None, None];
-        table.numbers(norm.name, &norm.unit, &values);
+        table.numbers(&norm.name, &norm.unit, &values);
     }
     table.0
 }

@@ -10,7 +10,10 @@ use super::{
     Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
     solid,
 };
-use crate::units::{ChannelValues, Point};
+use crate::{
+    names::deviation_name,
+    units::{ChannelValues, Point},
+};
 
 /// √(2 ln 2/π): the flat part of a curve over its B.
 pub(crate) const FLAT: f64 = 0.664_28;
@@ -52,7 +55,7 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option
         model.legend(&mut legend);
     }
     let id = format!("allan-{}", id_of(&channel.name));
-    let title = format!("{}: {}", channel.name, name(deviation));
+    let title = format!("{}: {}", channel.name, deviation_name(deviation));
     let mut plot = Plot::new(id, title, x, y, &legend);
     if let Some(model) = &model {
         let marks = model.below(&plot);
@@ -88,7 +91,7 @@ fn together(id: String, title: &str, curves: &[(String, &ChannelValues)], deviat
     let legend: Vec<_> = (curves.iter().enumerate())
         .map(|(index, (name, _))| (Sample::Both(connecting(index), Shape::of_series(index)), short_name(name)))
         .collect();
-    let mut plot = Plot::new(id, format!("{title}: {}", name(deviation)), x, y, &legend);
+    let mut plot = Plot::new(id, format!("{title}: {}", deviation_name(deviation)), x, y, &legend);
     for (index, channel) in channels.iter().enumerate() {
         let marks = curve(&plot, index, &channel.deviations);
         plot.draw(index, marks);
@@ -107,8 +110,11 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
         [point.deviation, lower, upper].into_iter().flatten()
     });
     let x = Axis::new("averaging time τ", "s", Scale::around(points().map(|point| point.tau_s), true));
-    let y =
-        Axis::new(name(deviation), pretty_unit(&first.unit), Scale::around(reaches.chain(more.iter().copied()), true));
+    let y = Axis::new(
+        deviation_name(deviation),
+        pretty_unit(&first.unit),
+        Scale::around(reaches.chain(more.iter().copied()), true),
+    );
     Some((x, y))
 }
 
@@ -144,13 +150,6 @@ fn series(name: String, points: &[Point]) -> Series {
     let value =
         |point: &Point| Some(Value { x: point.tau_s, y: point.deviation?, reach: point.lower.zip(point.upper) });
     Series { name, values: points.iter().filter_map(value).collect() }
-}
-
-fn name(deviation: Deviation) -> &'static str {
-    match deviation {
-        Deviation::Allan => "Allan deviation",
-        Deviation::Hadamard => "Hadamard deviation",
-    }
 }
 
 /// The noise that was fitted, as lines; its parameters `factor` times as large.

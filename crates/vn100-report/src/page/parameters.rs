@@ -11,18 +11,10 @@ use super::table;
 use crate::{
     figure::pretty_unit,
     measured::Record,
-    names::{QUANTITIES, grade_text, in_words, names_of, shown_in, verdict_name},
+    names::{QUANTITIES, TERMS, grade_text, in_words, names_of, shown_in, verdict_name},
     numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
     units::ChannelValues,
 };
-
-const TERMS: [(Term, &str); 5] = [
-    (Term::Quantization, "quantisation"),
-    (Term::White, "white noise"),
-    (Term::BiasInstability, "bias instability"),
-    (Term::RateRandomWalk, "rate random walk"),
-    (Term::RateRamp, "rate ramp"),
-];
 
 type AxisNoise<'a> = (&'a ChannelValues, &'a ChannelNoise);
 

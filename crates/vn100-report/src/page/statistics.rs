@@ -58,7 +58,7 @@ fn values(channels: &[&ChannelValues], norm: Option<&NormValues>) -> Markup {
             @let [mean, std] = [norm.mean, norm.std].map(|value| fixed(value, norm.decimals + 1));
             @let [min, max] = [norm.min, norm.max].map(|value| fixed(value, decimals));
             @let [skewness, kurtosis, normal] = [NOTHING; 3].map(String::from);
-            (row(norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
+            (row(&norm.name, [grouped(norm.count), mean, std, min, max, skewness, kurtosis, normal]))
         }
     };
     table(None, &columns, &rows)

@@ -8,6 +8,7 @@ use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
     numbers::{digits, four_digits, trimmed, with_interval},
+    units::si_unit,
 };
 
 pub(super) fn noise(findings: &Findings) -> Vec<String> {
@@ -165,7 +166,7 @@ pub(super) fn filters(findings: &Findings, words: RemedyWords) -> Vec<String> {
 }
 
 fn filter_white(sensor: &SensorFindings) -> String {
-    let unit = conventions(sensor.sensor, Term::White).first().map_or("", |si| si.unit);
+    let unit = si_unit(sensor.sensor, Term::White);
     match sensor.worst(|axis| axis.white) {
         Some(worst) => format!(
             "{}: the noise density as measured in this stream, {} {} ({}), not divided by anything.",
@@ -179,7 +180,7 @@ fn filter_white(sensor: &SensorFindings) -> String {
 }
 
 fn filter_walk(sensor: &SensorFindings) -> String {
-    let unit = conventions(sensor.sensor, Term::RateRandomWalk).first().map_or("", |si| si.unit);
+    let unit = si_unit(sensor.sensor, Term::RateRandomWalk);
     let name = sensor.name;
     if let Some(worst) = sensor.worst(|axis| axis.random_walk) {
         return format!(
