@@ -52,8 +52,8 @@ fn rotated(matrix: &[f64; 9], value: [f64; 3]) -> [f64; 3] {
 /// How raw values become output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Processing {
-    /// Windows of magnetometer, accelerometer and gyro in samples, and whether the uncompensated and
-    /// the compensated output passes each: register 85.
+    /// Windows of magnetometer, accelerometer and gyro in samples, and whether the uncompensated
+    /// and the compensated output passes each: register 85.
     pub(crate) windows: [u32; 3],
     pub(crate) averages_uncompensated: [bool; 3],
     pub(crate) averages_compensated: [bool; 3],

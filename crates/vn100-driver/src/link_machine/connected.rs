@@ -290,8 +290,8 @@ impl StreamHealth {
     }
 
     /// Judges a read by its time, its length and the frames carried up to its end: whether it
-    /// brought a good frame. A single damaged or incomplete frame explains that it did not, until no
-    /// frame has been good for too long.
+    /// brought a good frame. A single damaged or incomplete frame explains that it did not, until
+    /// no frame has been good for too long.
     fn handle_read(&mut self, at_ns: i64, length: usize, counts: FrameCounts) -> Result<bool, LinkError> {
         let before = mem::replace(&mut self.counts, counts);
         if counts.output > before.output {
