@@ -16,7 +16,7 @@ use vn100_report::{
 use crate::{
     args::CompareArgs,
     exit::{print, print_json, report},
-    files::measure_files,
+    replay::measure_files,
     text::{fill, text},
     user_files::evaluation,
     words::remedy_words,

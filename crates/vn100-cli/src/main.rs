@@ -6,7 +6,6 @@ mod attach;
 mod compare;
 mod documentation;
 mod exit;
-mod files;
 mod live_source;
 mod log;
 mod plan;

@@ -18,7 +18,7 @@ use vn100_analysis::{DEFAULT_CONFIDENCE, FileFacts};
 use vn100_report::{Completion, Figures, Measured, PageOptions, Program, Record, record_letter, write_page};
 
 use crate::{
-    args::ReportArgs, exit::report as complain, files::measure_files, user_files::evaluation, words::remedy_words,
+    args::ReportArgs, exit::report as complain, replay::measure_files, user_files::evaluation, words::remedy_words,
 };
 use exports::Exports;
 use output::Output;

@@ -7,7 +7,7 @@ mod statistics;
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
-use vn100_analysis::{Assessment, MissingFrom, RateFrom, Snapshot, SourceFacts};
+use vn100_analysis::{MissingFrom, RateFrom, Snapshot, SourceFacts};
 use vn100_protocol::stream::CsvReport;
 use vn100_report::{
     Measured, RecordingDocument,
@@ -60,12 +60,12 @@ pub(crate) fn result(measured: &Measured) -> String {
 
 /// What came and what may be wrong with it. Ends with a line feed.
 pub(crate) fn summary(measured: &Measured) -> String {
-    text(|out| write_summary(out, &measured.facts, &measured.snapshot, &measured.assessment))
+    text(|out| write_summary(out, measured))
 }
 
 fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
-    let Measured { facts, snapshot, assessment, filter_models, verdicts, .. } = measured;
-    write_summary(out, facts, snapshot, assessment)?;
+    let Measured { snapshot, assessment, filter_models, verdicts, .. } = measured;
+    write_summary(out, measured)?;
     let channels = channel_values(snapshot, assessment);
     if !channels.is_empty() {
         write_statistics(out, snapshot, &channels)?;
@@ -79,7 +79,8 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
     writeln!(out)
 }
 
-fn write_summary(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot, assessment: &Assessment) -> fmt::Result {
+fn write_summary(out: &mut String, measured: &Measured) -> fmt::Result {
+    let Measured { facts, snapshot, .. } = measured;
     write_head(out, facts, snapshot)?;
     if let Some(csv) = &facts.csv {
         write_csv(out, csv)?;
@@ -88,7 +89,7 @@ fn write_summary(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot, ass
         let text = format!("  recorded   {}", printable(&RecordingDocument::new(recording).text()));
         write_wrapped(out, &text)?;
     }
-    for warning in snapshot.warnings.iter().chain(&assessment.warnings) {
+    for warning in measured.warnings() {
         writeln!(out, "{}", fill(&warning.in_words(remedy_words), "! ", "  "))?;
     }
     Ok(())

@@ -70,7 +70,9 @@ impl View {
         stop: CancellationToken,
     ) -> Result<Self> {
         let signals = Signals::listen().context("cannot listen to what the terminal tells")?;
-        let screen = Screen::take().map_err(|error| anyhow!(cannot_show(&error)))?;
+        let screen = Screen::take().map_err(|error| {
+            anyhow!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
+        })?;
         let close = CancellationToken::new();
         let shared = ViewContext { stop, close: close.clone(), signals, messages: messages.clone(), evaluation };
         let (sender, ended) = oneshot::channel();
@@ -311,11 +313,6 @@ fn screen_text(buffer: &Buffer) -> String {
         out.push('\n');
     }
     out
-}
-
-/// The error of a terminal that cannot be drawn on.
-fn cannot_show(error: &io::Error) -> String {
-    format!("the terminal cannot be drawn on: {error}; pipe the output through `cat` for text alone")
 }
 
 /// Messages that are kept until the end; the oldest are dropped first.

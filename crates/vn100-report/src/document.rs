@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, LevelChange, LevelShape, Normality, NotJudged};
+use vn100_analysis::protocol::RejectedCounts;
 use vn100_analysis::{MissingFrom, RateFrom, RemedyWords, Snapshot};
 
 use crate::{
@@ -71,10 +72,12 @@ struct Link {
     outputs_resumed: u64,
     reconnects: u64,
     down_s: Option<f64>,
-    bad_frames: BadFrames,
+    #[serde(with = "BadFrames")]
+    bad_frames: RejectedCounts,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Serialize)]
+#[serde(remote = "RejectedCounts")]
 struct BadFrames {
     checksum: u64,
     unchecked: u64,
@@ -200,7 +203,6 @@ impl Document {
     pub fn new(measured: &Measured, ended: bool, words: RemedyWords) -> Self {
         let Measured { facts, snapshot, assessment, .. } = measured;
         let channels = channel_values(snapshot, assessment).into_iter().enumerate();
-        let warnings = snapshot.warnings.iter().chain(&assessment.warnings);
         Self {
             schema: "vn100.analysis/1",
             source: SourceDocument::new(facts, snapshot),
@@ -208,7 +210,7 @@ impl Document {
             link: link(snapshot),
             channels: channels.map(|(place, values)| channel(place, values, measured, ended)).collect(),
             norms: norm_values(snapshot),
-            warnings: warnings
+            warnings: (measured.warnings())
                 .map(|w| Warning { kind: w.kind.name(), channels: w.channels.clone(), text: w.text.in_words(words) })
                 .collect(),
         }
@@ -265,14 +267,7 @@ fn link(snapshot: &Snapshot) -> Link {
         outputs_resumed: link.outputs_resumed,
         reconnects: link.connects.saturating_sub(1),
         down_s: if snapshot.outages.times == 0 { Some(0.0) } else { snapshot.outages.seconds() },
-        bad_frames: BadFrames {
-            checksum: tally.rejected.checksum,
-            unchecked: tally.rejected.unchecked,
-            grammar: tally.rejected.grammar,
-            range: tally.rejected.range,
-            truncated: tally.rejected.truncated,
-            too_long: tally.rejected.too_long,
-        },
+        bad_frames: tally.rejected,
     }
 }
 

@@ -94,7 +94,6 @@ impl Findings {
     pub(crate) fn of(record: &Record<'_>) -> Self {
         let snapshot = &record.measured.snapshot;
         let message = snapshot.layout.as_ref().map(|layout| layout.message.to_string());
-        let warnings = snapshot.warnings.iter().chain(&record.measured.assessment.warnings);
         Self {
             message: message.filter(|message| message.starts_with("VN")),
             compensated: snapshot.layout.as_ref().is_some_and(|layout| layout.compensated),
@@ -107,7 +106,7 @@ impl Findings {
             has_conditions: record.measured.facts.meta.is_some(),
             sensors: sensors(record),
             motion: record.measured.assessment.motion.clone(),
-            warnings: warnings.map(|warning| warning.kind).collect(),
+            warnings: record.measured.warnings().map(|warning| warning.kind).collect(),
         }
     }
 

@@ -98,6 +98,11 @@ impl Measured {
         self.completion = self.completion.max(Completion::Failed);
     }
 
+    /// All of them: of the samples, then of what they say.
+    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.snapshot.warnings.iter().chain(&self.assessment.warnings)
+    }
+
     /// What is compared with other records.
     #[must_use]
     pub fn compared(&self) -> ComparedRecord<'_> {

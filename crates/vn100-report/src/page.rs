@@ -168,10 +168,10 @@ fn lead(record: &Record<'_>) -> String {
 fn answers(findings: &Findings, words: RemedyWords) -> Markup {
     html! {
         div.answers {
-            @for answer in conclusions(findings, words).iter().filter(|answer| !answer.sentences.is_empty()) {
+            @for (question, sentences) in conclusions(findings, words).iter().filter(|(_, sentences)| !sentences.is_empty()) {
                 div.answer {
-                    h3 { (answer.question) }
-                    ul { @for sentence in &answer.sentences { li { (sentence) } } }
+                    h3 { (question) }
+                    ul { @for sentence in sentences { li { (sentence) } } }
                 }
             }
         }
@@ -179,11 +179,9 @@ fn answers(findings: &Findings, words: RemedyWords) -> Markup {
 }
 
 fn warnings(record: &Record<'_>, words: RemedyWords) -> Markup {
-    let warnings: Vec<_> =
-        record.measured.snapshot.warnings.iter().chain(&record.measured.assessment.warnings).collect();
     html! {
-        @if warnings.is_empty() { p { "None." } }
-        @for warning in warnings {
+        @if record.measured.warnings().next().is_none() { p { "None." } }
+        @for warning in record.measured.warnings() {
             p.warning { b { (warning.kind.name()) } ": " (warning.text.in_words(words).trim_end_matches('.')) "." }
         }
     }

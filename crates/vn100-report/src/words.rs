@@ -11,14 +11,9 @@ use vn100_analysis::RemedyWords;
 
 use super::findings::Findings;
 
-#[derive(Debug, Clone)]
-pub(crate) struct Answer {
-    pub(crate) question: &'static str,
-    pub(crate) sentences: Vec<String>,
-}
-
-pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> Vec<Answer> {
-    let answers = [
+/// Each question with the sentences that answer it.
+pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> [(&'static str, Vec<String>); 7] {
+    [
         ("How noisy is the sensor?", noise::noise(findings)),
         ("Can these numbers be trusted?", trust::trust(findings)),
         ("Is it within its data sheet, and why does it differ?", limits::against_data_sheet(findings, words)),
@@ -26,8 +21,7 @@ pub(crate) fn conclusions(findings: &Findings, words: RemedyWords) -> Vec<Answer
         ("What would make a better one?", limits::advice(findings, words)),
         ("What do I give a filter, or Kalibr?", noise::filters(findings, words)),
         ("What was not tested?", limits::not_tested(findings)),
-    ];
-    answers.into_iter().map(|(question, sentences)| Answer { question, sentences }).collect()
+    ]
 }
 
 /// `a`, `a and b`, `a, b and c`.

@@ -67,10 +67,6 @@ impl Screen {
         drawn
     }
 
-    pub(crate) fn forget(&mut self) -> io::Result<()> {
-        self.terminal.clear()
-    }
-
     /// Leaves the terminal to the shell until this program is continued.
     #[cfg(unix)]
     pub(crate) fn suspend(&mut self) -> io::Result<()> {
@@ -79,7 +75,7 @@ impl Screen {
         // another thread may have to take the signal first; where stopping is refused, as without a shell, nothing happens
         thread::sleep(Duration::from_millis(100));
         enter()?;
-        self.forget()
+        self.terminal.clear()
     }
 
     #[cfg(not(unix))]
@@ -91,7 +87,7 @@ impl Screen {
     pub(crate) fn take_again(&mut self) -> io::Result<()> {
         give_back();
         enter()?;
-        self.forget()
+        self.terminal.clear()
     }
 }
 

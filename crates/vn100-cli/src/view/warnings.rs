@@ -150,8 +150,7 @@ pub(crate) fn draw_waiting(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) 
 }
 
 /// What comes next, and why it may not come.
-fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
-    let own = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
+fn waiting_for(source: &SourceView) -> (String, Vec<&str>) {
     let name = &source.name;
     if let (SourcePhase::Measuring, None | Some(LinkState::Up(_)), Some(lines)) =
         (&source.phase, &source.link, source.snapshot.lines_held())
@@ -163,61 +162,61 @@ fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
             format!(
                 "Preparing {name}: the recording is made ready, and what was asked to be changed on the sensor is."
             ),
-            own(&["While the speed of the line is looked for this takes some seconds."]),
+            vec!["While the speed of the line is looked for this takes some seconds."],
         ),
         (SourcePhase::Ended(reason), _) => {
-            (format!("{name} has ended without a measurement."), reason.iter().cloned().collect())
+            (format!("{name} has ended without a measurement."), reason.iter().map(String::as_str).collect())
         }
         (SourcePhase::Measuring, None) => (
             format!("Reading {name}, looking for the first measurement."),
-            own(&["A stream that was cut off begins in the middle of a line: the first whole one counts."]),
+            vec!["A stream that was cut off begins in the middle of a line: the first whole one counts."],
         ),
         (SourcePhase::Measuring, Some(link)) => match link {
             LinkState::Opening if source.origin.kind == Some("tcp") => (
                 format!("Opening {name}."),
-                own(&[
+                vec![
                     "The server may be off, in another network, or behind a firewall.",
                     "It may take one connection at a time, and have it.",
                     "Its port may be another: the number stands in its settings.",
-                ]),
+                ],
             ),
             LinkState::Opening => (
                 format!("Opening {name}."),
-                own(&[
+                vec![
                     "Another program may have it open.",
                     "You may have no right to it: on Linux, your user belongs in the group dialout.",
                     "It may have another name now: `vn100 ports` lists them.",
-                ]),
+                ],
             ),
             LinkState::Probing { port, baud } => (
                 match baud {
                     Some(baud) => format!("Listening on {port} at {baud} baud; all speeds of the sensor are tried."),
                     None => format!("Connected to {port}; listening for a sensor."),
                 },
-                own(&[
+                vec![
                     "The sensor may be without power, or still starting.",
                     "Receive and transmit may be swapped, or RS-232 levels meet a TTL input.",
                     "It may send nothing: then it is asked, unless --listen-only forbids it.",
-                ]),
+                ],
             ),
             LinkState::Up(up) => (
                 match up.baud {
                     Some(baud) => format!("{} is heard at {baud} baud; waiting for the first measurement.", up.port),
                     None => format!("{} is heard; waiting for the first measurement.", up.port),
                 },
-                own(&[
+                vec![
                     "At low rates a line takes up to a second.",
                     "The sensor may send another message: `vn100 configure PORT --set-message VNYMR`.",
                     "Lines without a checksum are left out, unless --accept-unchecked lets them in.",
-                ]),
+                ],
             ),
             LinkState::Silent(up) => (
                 format!("{} is open, and nothing has come on it for several lines' time.", up.port),
-                own(&[
+                vec![
                     "The sensor may have lost its power.",
                     "Its output may have been switched off: `vn100 configure PORT --set-rate 40`.",
                     "Another program may have changed its speed.",
-                ]),
+                ],
             ),
             LinkState::Down { was_up, cause, retry_in, .. } => (
                 format!(
@@ -225,23 +224,23 @@ fn waiting_for(source: &SourceView) -> (String, Vec<String>) {
                     if *was_up { "The link is lost" } else { "There is no link yet" },
                     retry_in.as_millis()
                 ),
-                own(&["It is opened again as soon as it is back; what was measured stands."]),
+                vec!["It is opened again as soon as it is back; what was measured stands."],
             ),
             _ => ("Ending.".to_owned(), Vec::new()),
         },
     }
 }
 
-fn held(name: &str, lines: u64) -> (String, Vec<String>) {
+fn held(name: &str, lines: u64) -> (String, Vec<&'static str>) {
     (
         format!(
             "{name} sends; the rate is being found. Its first {} lines are held until their times tell it, and what is missing.",
             grouped(lines)
         ),
         vec![
-            "On a quiet line that takes 32 lines, or a second and 5 lines where the sensor tells its rate.".to_owned(),
-            "On a disturbed or busy one it takes up to 1024 lines, half a minute at 40 Hz.".to_owned(),
-            "None of them is lost: they are counted as soon as it is known.".to_owned(),
+            "On a quiet line that takes 32 lines, or a second and 5 lines where the sensor tells its rate.",
+            "On a disturbed or busy one it takes up to 1024 lines, half a minute at 40 Hz.",
+            "None of them is lost: they are counted as soon as it is known.",
         ],
     )
 }

@@ -203,7 +203,7 @@ impl ComparisonDocument {
 }
 
 fn record(measured: &Measured) -> RecordDocument {
-    let Measured { facts, snapshot, assessment, .. } = measured;
+    let Measured { facts, snapshot, .. } = measured;
     RecordDocument {
         name: facts.name.clone(),
         kind: facts.kind,
@@ -213,7 +213,7 @@ fn record(measured: &Measured) -> RecordDocument {
         rate_hz: snapshot.timing.rate_hz,
         duration_s: snapshot.timing.duration_s(),
         samples: snapshot.timing.samples,
-        warnings: snapshot.warnings.iter().chain(&assessment.warnings).map(|warning| warning.kind.name()).collect(),
+        warnings: measured.warnings().map(|warning| warning.kind.name()).collect(),
     }
 }
 

@@ -218,7 +218,7 @@ impl Model<'_> {
 
     fn legend(&self, legend: &mut Vec<(Sample, String)>) {
         if self.noise.fit.quality.is_some() && self.has_terms() {
-            legend.push((Sample::Line(model_stroke()), "fitted model".into()));
+            legend.push((Sample::Line(MODEL), "fitted model".into()));
         }
         let classical = &self.noise.classical;
         if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
@@ -237,7 +237,7 @@ impl Model<'_> {
         let mut marks = Vec::new();
         let fitted = self.fitted_taus();
         if !fitted.is_empty() {
-            marks.push(plot.line(fitted.into_iter().map(|tau_s| (tau_s, self.deviation(tau_s))), model_stroke()));
+            marks.push(plot.line(fitted.into_iter().map(|tau_s| (tau_s, self.deviation(tau_s))), MODEL));
         }
         for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));
@@ -276,9 +276,7 @@ impl Reference {
     }
 }
 
-fn model_stroke() -> Stroke {
-    Stroke { colour: Colour::Series(1), width: 2.0, dash: Dash::Solid }
-}
+const MODEL: Stroke = Stroke { colour: Colour::Series(1), width: 2.0, dash: Dash::Solid };
 
 /// Letters, digits, `-` and `_` stay.
 pub(super) fn id_of(name: &str) -> String {

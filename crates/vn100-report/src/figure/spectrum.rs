@@ -1,6 +1,6 @@
 //! The amplitude spectral density of the axes of one sensor, and its peaks.
 
-use super::{Axis, Colour, Dash, Figure, Plot, Sample, Series, Shape, Stroke, axes::Scale, pretty_unit};
+use super::{Axis, Colour, Figure, Plot, Sample, Series, Shape, axes::Scale, pretty_unit, solid};
 use crate::{findings::shakes, units::ChannelValues};
 
 /// Logarithm of the ratio of frequencies of one line, and of those whose numbers would overlap.
@@ -29,9 +29,8 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
         format!("{}/√Hz", pretty_unit(&first.unit)),
         Scale::around(all().map(|(_, amplitude)| *amplitude), true),
     );
-    let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.1, dash: Dash::Solid };
     let legend: Vec<_> = (curves.iter().enumerate())
-        .map(|(index, (channel, _))| (Sample::Line(stroke(index)), channel.name.clone()))
+        .map(|(index, (channel, _))| (Sample::Line(solid(index, 1.1)), channel.name.clone()))
         .collect();
     let mut plot = Plot::new(format!("spectrum-{id}"), format!("{title}: spectrum, one-sided"), x, y, &legend);
     let mut peaks: Vec<Peak> =
@@ -44,7 +43,7 @@ pub(crate) fn spectrum(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
         labelled.extend(is_labelled.then_some(*hz));
     }
     for (index, (_, points)) in curves.iter().enumerate() {
-        let mut marks = vec![plot.line(points.iter().copied(), stroke(index))];
+        let mut marks = vec![plot.line(points.iter().copied(), solid(index, 1.1))];
         for Peak { hz, frequency, amplitude, is_labelled, .. } in peaks.iter().filter(|peak| peak.series == index) {
             marks.push(plot.symbol(*frequency, *amplitude, Shape::of_series(index), Colour::Series(index)));
             marks.extend(is_labelled.then(|| plot.note(*frequency, *amplitude, format!("{hz:.1} Hz"))));

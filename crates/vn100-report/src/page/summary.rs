@@ -16,7 +16,7 @@ const COLUMNS: [&str; 5] =
     ["sensor", "white noise N, worst axis", "bias instability B", "rate random walk K", "N beside the data sheet"];
 
 pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
-    let warnings = record.measured.snapshot.warnings.len() + record.measured.assessment.warnings.len();
+    let warnings = record.measured.warnings().count();
     html! {
         section.summary {
             h2 { "In short" }

@@ -72,7 +72,7 @@ fn flawless() -> Findings {
 fn text_of(findings: &Findings) -> String {
     conclusions(findings, Remedy::to_string)
         .into_iter()
-        .flat_map(|answer| answer.sentences)
+        .flat_map(|(_, sentences)| sentences)
         .collect::<Vec<_>>()
         .join("\n")
 }
