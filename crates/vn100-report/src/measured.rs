@@ -236,11 +236,6 @@ impl<'a> Record<'a> {
         verdicts.and_then(|(verdicts, place)| verdicts.channels.get(place)).map_or(&[][..], Vec::as_slice)
     }
 
-    /// The channels of the message, without what was read between its lines.
-    pub(crate) fn streamed(&self) -> &[ChannelValues] {
-        self.channels.get(..self.measured.snapshot.channels.len()).unwrap_or(&self.channels)
-    }
-
     pub(crate) fn of(&self, quantity: Quantity) -> Vec<&ChannelValues> {
         self.channels.iter().filter(|channel| channel.quantity == quantity).collect()
     }

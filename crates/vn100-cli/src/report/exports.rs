@@ -82,7 +82,7 @@ impl<'a> Exports<'a> {
         let path = |ending: &str| self.path(index, ending);
         match form {
             ExportForm::Csv => {
-                CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &table.text(record)))
+                CsvTable::ALL.iter().try_for_each(|table| self.text(&path(table.ending), &(table.text)(record)))
             }
             ExportForm::Json => {
                 let document = serde_json::to_string_pretty(&Document::new(record.measured, true, remedy_words))?;

@@ -5,7 +5,7 @@
 use std::{
     fs::OpenOptions,
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
     sync::Arc,
 };
 
@@ -22,31 +22,15 @@ use vn100_report::{
 
 /// Writes both; gives the message. The assessment shown may be of a record a twentieth shorter.
 pub(crate) fn save(state: &ViewState, source: &SourceView, assessment: Assessment, evaluation: &Evaluation) -> String {
-    match write(Path::new("."), state, source, assessment, evaluation) {
-        Ok(files) => {
-            let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-            format!("saved {}", names.join(" and "))
-        }
-        Err(error) => format!("not saved: {error}"),
-    }
-}
-
-fn write(
-    folder: &Path,
-    state: &ViewState,
-    source: &SourceView,
-    assessment: Assessment,
-    evaluation: &Evaluation,
-) -> io::Result<Vec<PathBuf>> {
     let measured = Measured::so_far((*source.origin).clone(), Arc::clone(&source.snapshot), assessment);
     let document = Document::new(&evaluation.complete(measured), true, remedy_words);
-    let json = json_line(&serde_json::to_string_pretty(&document)?);
-    let stem = stem(source);
-    let mut files = vec![new_file(folder, &stem, "json", &json)?];
-    if let Some(figure) = picture(state, source) {
-        files.push(new_file(folder, &stem, "svg", &figure.svg_file())?);
-    }
-    Ok(files)
+    let (folder, stem) = (Path::new("."), stem(source));
+    let write = || -> io::Result<String> {
+        let json = new_file(folder, &stem, "json", &json_line(&serde_json::to_string_pretty(&document)?))?;
+        let Some(figure) = picture(state, source) else { return Ok(json) };
+        Ok(format!("{json} and {}", new_file(folder, &stem, "svg", &figure.svg_file())?))
+    };
+    write().map_or_else(|error| format!("not saved: {error}"), |files| format!("saved {files}"))
 }
 
 /// The curves that are shown, in the unit chosen; `None` while there are none.
@@ -67,14 +51,14 @@ fn stem(source: &SourceView) -> String {
 }
 
 /// Never writes over a file: what is there gets a neighbour with a number.
-fn new_file(folder: &Path, stem: &str, extension: &str, text: &str) -> io::Result<PathBuf> {
+fn new_file(folder: &Path, stem: &str, extension: &str, text: &str) -> io::Result<String> {
     const MOST_NEIGHBOURS: u32 = 1000;
     for number in 1..MOST_NEIGHBOURS {
         let name = if number == 1 { format!("{stem}.{extension}") } else { format!("{stem}-{number}.{extension}") };
         match OpenOptions::new().write(true).create_new(true).open(folder.join(&name)) {
             Ok(mut file) => {
                 file.write_all(text.as_bytes())?;
-                return Ok(PathBuf::from(name));
+                return Ok(name);
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => return Err(error),

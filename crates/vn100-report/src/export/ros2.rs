@@ -158,8 +158,7 @@ impl<W: Write> Ros2Messages<W> {
         };
         let (rate, acceleration) = (of(Quantity::AngularRate), of(Quantity::Acceleration));
         if rate.is_some() || acceleration.is_some() {
-            let mut message = Cdr::new();
-            message.header(at_ns, FRAME);
+            let mut message = Cdr::new(at_ns, FRAME);
             let orientation = of(Quantity::Angle).map(quaternion);
             message.floats(&orientation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
             message.floats(if orientation.is_some() { &UNKNOWN } else { &NOT_PROVIDED });
@@ -167,14 +166,13 @@ impl<W: Write> Ros2Messages<W> {
                 message.floats(&vector.unwrap_or_default());
                 message.floats(if vector.is_some() { &UNKNOWN } else { &NOT_PROVIDED });
             }
-            self.write(self.imu, at_ns, &message.into_bytes())?;
+            self.write(self.imu, at_ns, &message.bytes)?;
         }
         if let Some(field) = of(Quantity::MagneticField) {
-            let mut message = Cdr::new();
-            message.header(at_ns, FRAME);
+            let mut message = Cdr::new(at_ns, FRAME);
             message.floats(&field.map(|gauss| gauss * TESLA_PER_GAUSS));
             message.floats(&UNKNOWN);
-            self.write(self.magnetic_field, at_ns, &message.into_bytes())?;
+            self.write(self.magnetic_field, at_ns, &message.bytes)?;
         }
         Ok(())
     }
@@ -206,34 +204,28 @@ fn quaternion([yaw, pitch, roll]: [f64; 3]) -> [f64; 4] {
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// A message being written; numbers are aligned to their size, counted behind the encapsulation.
-pub(super) struct Cdr {
+struct Cdr {
     bytes: Vec<u8>,
 }
 
 impl Cdr {
-    pub(super) fn new() -> Self {
-        Self { bytes: ENCAPSULATION.to_vec() }
-    }
-
-    /// `std_msgs/msg/Header`: the time in nanoseconds, and the frame.
-    pub(super) fn header(&mut self, stamp_ns: u64, frame: &str) {
+    /// With its `std_msgs/msg/Header`: the time in nanoseconds, and the frame.
+    fn new(stamp_ns: u64, frame: &str) -> Self {
         const SECOND_NS: u64 = 1_000_000_000;
+        let mut message = Self { bytes: ENCAPSULATION.to_vec() };
         // seconds are an int32 there: enough until 2038
-        self.put(&i32::try_from(stamp_ns / SECOND_NS).unwrap_or(i32::MAX).to_le_bytes());
-        self.put(&((stamp_ns % SECOND_NS) as u32).to_le_bytes());
-        self.put(&(frame.len() as u32 + 1).to_le_bytes());
-        self.bytes.extend(frame.as_bytes());
-        self.bytes.push(0);
+        message.put(&i32::try_from(stamp_ns / SECOND_NS).unwrap_or(i32::MAX).to_le_bytes());
+        message.put(&((stamp_ns % SECOND_NS) as u32).to_le_bytes());
+        message.put(&(frame.len() as u32 + 1).to_le_bytes());
+        message.bytes.extend(frame.as_bytes());
+        message.bytes.push(0);
+        message
     }
 
-    pub(super) fn floats(&mut self, values: &[f64]) {
+    fn floats(&mut self, values: &[f64]) {
         for value in values {
             self.put(&value.to_le_bytes());
         }
-    }
-
-    pub(super) fn into_bytes(self) -> Vec<u8> {
-        self.bytes
     }
 
     fn put(&mut self, number: &[u8]) {
@@ -268,17 +260,15 @@ mod tests {
 
     #[test]
     fn numbers_stand_where_their_size_asks() {
-        let mut message = Cdr::new();
-        message.header(1_500_000_002_000_000_003, "imu");
+        let mut message = Cdr::new(1_500_000_002_000_000_003, "imu");
         message.floats(&[1.0]);
-        let bytes = message.into_bytes();
+        let bytes = message.bytes;
         assert_eq!(bytes[4..8], 1_500_000_002_i32.to_le_bytes());
         assert_eq!(bytes[8..12], 3_u32.to_le_bytes());
         assert_eq!(bytes[12..20], *b"\x04\0\0\0imu\0");
         assert_eq!(bytes[20..28], 1.0_f64.to_le_bytes(), "16 bytes in, no filling");
-        let mut padded = Cdr::new();
-        padded.header(0, "vn100");
+        let mut padded = Cdr::new(0, "vn100");
         padded.floats(&[2.0]);
-        assert_eq!(padded.into_bytes()[28..36], 2.0_f64.to_le_bytes(), "18 bytes in, filled to 24");
+        assert_eq!(padded.bytes[28..36], 2.0_f64.to_le_bytes(), "18 bytes in, filled to 24");
     }
 }

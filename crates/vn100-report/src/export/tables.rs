@@ -15,7 +15,8 @@ use crate::{
 pub struct CsvTable {
     /// How the name of its file ends.
     pub ending: &'static str,
-    text: fn(&Record<'_>) -> String,
+    /// A header, and a row for each channel and point.
+    pub text: fn(&Record<'_>) -> String,
 }
 
 impl CsvTable {
@@ -28,12 +29,6 @@ impl CsvTable {
         Self { ending: ".segments.csv", text: segments },
         Self { ending: ".histogram.csv", text: histogram },
     ];
-
-    /// A header, and a row for each channel and point.
-    #[must_use]
-    pub fn text(self, record: &Record<'_>) -> String {
-        (self.text)(record)
-    }
 }
 
 struct Table(String);

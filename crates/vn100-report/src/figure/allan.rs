@@ -195,7 +195,7 @@ impl Model<'_> {
     }
 
     fn lines(&self, plot: &Plot) -> Vec<Reference> {
-        let (from, to) = plot.place.x.ends();
+        let Scale { from, to, .. } = plot.place.x;
         // the middle of the flat part: from where white noise falls below it, to where the random walk or the record ends it
         let flat = |flicker: f64| {
             let begins = self.value(White).map_or(from, |white| (white / (FLAT * flicker)).powi(2)).clamp(from, to);
@@ -227,7 +227,7 @@ impl Model<'_> {
     }
 
     fn below(&self, plot: &Plot) -> Vec<Primitive> {
-        let (from, to) = plot.place.x.ends();
+        let Scale { from, to, .. } = plot.place.x;
         let lines = self.lines(plot);
         let line = |line: &Reference| plot.line([from, to].map(|tau_s| (tau_s, line.at(tau_s))), quiet(1.1, line.dash));
         lines.iter().map(line).collect()

@@ -3,16 +3,11 @@
 use super::drawing::{Anchor, At, Colour, Dash, LETTERS, Primitive, Rectangle, Stroke};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Scale {
-    Linear {
-        from: f64,
-        to: f64,
-    },
-    /// Both positive.
-    Log {
-        from: f64,
-        to: f64,
-    },
+pub(crate) struct Scale {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    /// Logarithmic: both ends are positive.
+    pub(crate) log: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -29,49 +24,42 @@ impl Scale {
         let usable = values.filter(|value| value.is_finite() && (!log || *value > 0.0));
         let (low, high) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         if low > high {
-            return if log { Self::Log { from: 0.1, to: 10.0 } } else { Self::Linear { from: 0.0, to: 1.0 } };
+            let (from, to) = if log { (0.1, 10.0) } else { (0.0, 1.0) };
+            return Self { from, to, log };
         }
-        if log {
+        let (from, to) = if log {
             let (low, high) = (low.log10(), high.log10());
             let room = (ROOM * (high - low)).max(0.08);
-            Self::Log { from: 10_f64.powf(low - room), to: 10_f64.powf(high + room) }
+            (10_f64.powf(low - room), 10_f64.powf(high + room))
         } else {
             let span = if high > low { high - low } else { low.abs().max(1.0) * 1e-3 };
-            Self::Linear { from: low - ROOM * span, to: high + ROOM * span }
-        }
+            (low - ROOM * span, high + ROOM * span)
+        };
+        Self { from, to, log }
     }
 
     /// 0 at the beginning, 1 at the end.
     pub(crate) fn share(&self, value: f64) -> f64 {
         match *self {
-            Self::Linear { from, to } => (value - from) / (to - from),
+            Self { from, to, log: false } => (value - from) / (to - from),
             // far outside, but a number
-            Self::Log { from, .. } if value <= 0.0 => self.share(from * 1e-3),
-            Self::Log { from, to } => (value / from).ln() / (to / from).ln(),
-        }
-    }
-
-    pub(crate) fn ends(&self) -> (f64, f64) {
-        match *self {
-            Self::Linear { from, to } | Self::Log { from, to } => (from, to),
+            Self { from, .. } if value <= 0.0 => self.share(from * 1e-3),
+            Self { from, to, .. } => (value / from).ln() / (to / from).ln(),
         }
     }
 
     /// Numbers at the ticks of a linear scale are in units of ten to this power.
     pub(crate) fn exponent(&self) -> i32 {
-        let Self::Linear { from, to } = *self else { return 0 };
-        let largest = from.abs().max(to.abs());
-        if largest == 0.0 || (0.05..2e4).contains(&largest) {
+        let largest = self.from.abs().max(self.to.abs());
+        if self.log || largest == 0.0 || (0.05..2e4).contains(&largest) {
             return 0;
         }
         3 * (largest.log10() / 3.0).floor() as i32
     }
 
     pub(crate) fn ticks(&self) -> Vec<Tick> {
-        match *self {
-            Self::Linear { from, to } => linear_ticks(from, to, self.exponent()),
-            Self::Log { from, to } => log_ticks(from, to),
-        }
+        let Self { from, to, log } = *self;
+        if log { log_ticks(from, to) } else { linear_ticks(from, to, self.exponent()) }
     }
 }
 
@@ -230,18 +218,18 @@ mod tests {
 
     #[test]
     fn decades_are_labelled_and_split_in_nine() {
-        let scale = Scale::Log { from: 1e-5, to: 1e-3 };
+        let scale = Scale { from: 1e-5, to: 1e-3, log: true };
         assert_eq!(labels(scale), ["10⁻⁵", "10⁻⁴", "10⁻³"]);
         assert_eq!(scale.ticks().len(), 19);
-        assert_eq!(labels(Scale::Log { from: 0.02, to: 300.0 }), ["0.1", "1", "10", "100"]);
-        assert_eq!(labels(Scale::Log { from: 1.5e-4, to: 9e-4 }), ["2·10⁻⁴", "5·10⁻⁴"]);
+        assert_eq!(labels(Scale { from: 0.02, to: 300.0, log: true }), ["0.1", "1", "10", "100"]);
+        assert_eq!(labels(Scale { from: 1.5e-4, to: 9e-4, log: true }), ["2·10⁻⁴", "5·10⁻⁴"]);
         assert_eq!(scale.share(1e-4), 0.5);
     }
 
     #[test]
     fn linear_ticks_are_round_numbers_with_a_common_power() {
-        assert_eq!(labels(Scale::Linear { from: -9.93, to: -9.84 }), ["−9.92", "−9.90", "−9.88", "−9.86", "−9.84"]);
-        let small = Scale::Linear { from: -3.1e-3, to: 4.2e-3 };
+        assert_eq!(labels(Scale { from: -9.93, to: -9.84, log: false }), ["−9.92", "−9.90", "−9.88", "−9.86", "−9.84"]);
+        let small = Scale { from: -3.1e-3, to: 4.2e-3, log: false };
         assert_eq!(labels(small), ["−2", "0", "2", "4"]);
         let axis = Axis { name: "gyro_y".into(), unit: "rad/s".into(), scale: small };
         assert_eq!(axis.label(), "gyro_y (10⁻³ rad/s)");
@@ -251,7 +239,7 @@ mod tests {
     fn scales_hold_all_values_whatever_they_are() {
         for (values, log) in [(vec![], false), (vec![], true), (vec![0.0], false), (vec![5.0, 5.0], false)] {
             let scale = Scale::around(values.iter().copied(), log);
-            let (from, to) = scale.ends();
+            let Scale { from, to, .. } = scale;
             assert!(from < to && !scale.ticks().is_empty(), "{values:?} {log}");
         }
         let scale = Scale::around([1e-4, f64::NAN, 0.0, 3e-3].into_iter(), true);

@@ -25,7 +25,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
         pretty_unit(&channel.unit),
         Scale::around([edge(0), edge(counts.len())].into_iter(), false),
     );
-    let y = Axis::new("samples in a bar", "", Scale::Linear { from: 0.0, to: 1.06 * top.max(1.0) });
+    let y = Axis::new("samples in a bar", "", Scale { from: 0.0, to: 1.06 * top.max(1.0), log: false });
     let mut legend = vec![(Sample::Area(Colour::Series(0), 0.5), "measured".to_owned())];
     if normal.is_some() {
         legend.push((Sample::Line(solid(1, 1.8)), "normal, same mean and std".to_owned()));
@@ -44,7 +44,7 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     plot.draw(0, marks);
     if normal.is_some() {
         const STEPS: usize = 120;
-        let (from, to) = plot.place.x.ends();
+        let Scale { from, to, .. } = plot.place.x;
         let places = (0..=STEPS).map(|step| from + (to - from) * step as f64 / STEPS as f64);
         let curve = plot.line(places.filter_map(|x| Some((x, expected(x)?))), solid(1, 1.8));
         plot.draw(1, vec![curve]);

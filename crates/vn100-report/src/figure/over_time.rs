@@ -85,7 +85,7 @@ pub(crate) fn segments(id: &str, title: &str, channels: &[&ChannelValues]) -> Op
     let y = Axis::new(
         "standard deviation",
         pretty_unit(&first.unit),
-        Scale::Linear { from: 0.0, to: if highest > 0.0 { 1.08 * highest } else { 1.0 } },
+        Scale { from: 0.0, to: if highest > 0.0 { 1.08 * highest } else { 1.0 }, log: false },
     );
     let stroke = |index| Stroke { colour: Colour::Series(index), width: 1.2, dash: Dash::of_series(index) };
     let legend: Vec<_> = (channels.iter().enumerate())

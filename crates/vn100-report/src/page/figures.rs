@@ -165,8 +165,7 @@ fn curve(series: &Series) -> Curve<'_> {
 }
 
 fn side(axis: &Axis) -> Side<'_> {
-    let (from, to) = axis.scale.ends();
-    let log = matches!(axis.scale, Scale::Log { .. });
+    let Scale { from, to, log } = axis.scale;
     Side { name: &axis.name, unit: &axis.unit, log, from: six_digits(from), to: six_digits(to) }
 }
 
