@@ -146,7 +146,6 @@ impl Signals {
     /// Listens from now on. Once the terminal was hung up, that no longer ends the program.
     #[cfg(unix)]
     pub(crate) fn listen() -> io::Result<Self> {
-        use std::sync::atomic::Ordering;
         use tokio::signal::unix::{SignalKind, signal};
         let signals = Self::default();
         let received = signals.clone();

@@ -92,7 +92,7 @@ pub fn write_page(
                             }
                         }
                     }
-                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } (references()) } }
+                    @if !records.iter().all(is_empty) { section id="references" { h2 { "References" } ol.references { @for reference in REFERENCES { li { (reference) } } } } }
                 }
                 footer { p { "Made by " (options.program.name) ", commit " (options.program.commit.unwrap_or(facts::NOT_RECORDED)) ", from the capture alone: the same capture and options give the same page, byte by byte." } }
                 script type="application/json" id="readings" { (PreEscaped(readings)) }
@@ -223,9 +223,3 @@ const REFERENCES: [&str; 8] = [
     "Z. A. Lomnicki, \"Tests for departure from normality in the case of linear stochastic processes\", Metrika 4 (1961), 37-62.",
     "Kalibr, \"IMU noise model\", the page of that name in the project's documentation: continuous-time densities and their units.",
 ];
-
-pub(super) fn references() -> Markup {
-    html! {
-        ol.references { @for reference in REFERENCES { li { (reference) } } }
-    }
-}

@@ -136,24 +136,23 @@ fn draw_tabs(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, all: bool, reg
     let Scene { state, source, theme, .. } = scene;
     let mut spans = Vec::new();
     let mut x = area.x;
+    let mut tab = |text: String, style: Style| {
+        let at = Rect::new(x, area.y, text.chars().count() as u16, 1);
+        x = at.right();
+        spans.push(Span::raw(text).style(style));
+        at
+    };
+    let style = |chosen: bool| if chosen { theme.chosen() } else { Style::new() };
     if !all {
         for panel in Panel::ALL {
-            let text = format!(" {} ", panel.name());
-            let width = text.chars().count() as u16;
-            regions.tabs.push((Rect::new(x, area.y, width, 1), panel));
-            x += width;
-            spans.push(if panel == state.panel { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
+            let at = tab(format!(" {} ", panel.name()), style(panel == state.panel));
+            regions.tabs.push((at, panel));
         }
-        spans.push(Span::raw("│").style(theme.faint()));
-        x += 1;
+        tab("│".into(), theme.faint());
     }
     for (place, group) in source.groups().iter().enumerate() {
-        let name = names_of(group.quantity).short;
-        let text = format!(" {} {name} ", place + 1);
-        let width = text.chars().count() as u16;
-        regions.sensors.push((Rect::new(x, area.y, width, 1), place));
-        x += width;
-        spans.push(if place == state.sensor { Span::raw(text).style(theme.chosen()) } else { Span::raw(text) });
+        let text = format!(" {} {} ", place + 1, names_of(group.quantity).short);
+        regions.sensors.push((tab(text, style(place == state.sensor)), place));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
 }

@@ -27,12 +27,18 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     ];
     let id = format!("time-{}", id_of(&channel.name));
     let mut plot = Plot::new(id, format!("{}: time plot", channel.name), x, y, &legend);
+    let band = |run: &[BlockValues], opacity, range: &dyn Fn(&BlockValues) -> (f64, f64)| {
+        let upper = run.iter().flat_map(|block| [start(block), end(block)].map(|x| (x, range(block).1)));
+        let lower = run.iter().rev().flat_map(|block| [end(block), start(block)].map(|x| (x, range(block).0)));
+        let points = upper.chain(lower).map(|(x, y)| plot.place.of(x, y)).collect();
+        Primitive::Area { points, colour: Colour::Series(0), opacity }
+    };
     let mut marks = Vec::new();
     // nothing is drawn across a gap
     for run in blocks.chunk_by(|a, b| b.start_s - a.start_s <= 1.5 * a.duration_s) {
         let std = |block: &BlockValues| block.std.unwrap_or(0.0);
-        marks.push(band(&plot, run, start, end, |block| (block.min, block.max), 0.25));
-        marks.push(band(&plot, run, start, end, |block| (block.mean - std(block), block.mean + std(block)), 0.35));
+        marks.push(band(run, 0.25, &|block| (block.min, block.max)));
+        marks.push(band(run, 0.35, &|block| (block.mean - std(block), block.mean + std(block))));
         let steps = run.iter().flat_map(|block| [(start(block), block.mean), (end(block), block.mean)]);
         marks.push(plot.line(steps, solid(1, 1.6)));
     }
@@ -44,20 +50,6 @@ pub(crate) fn envelope(channel: &ChannelValues) -> Option<Figure> {
     };
     let values = blocks.iter().map(value).collect();
     Some(plot.done(vec![Series { name: "mean, smallest to largest".into(), values }]))
-}
-
-fn band(
-    plot: &Plot,
-    run: &[BlockValues],
-    start: impl Fn(&BlockValues) -> f64,
-    end: impl Fn(&BlockValues) -> f64,
-    range: impl Fn(&BlockValues) -> (f64, f64),
-    opacity: f64,
-) -> Primitive {
-    let upper = run.iter().flat_map(|block| [start(block), end(block)].map(|x| (x, range(block).1)));
-    let lower = run.iter().rev().flat_map(|block| [end(block), start(block)].map(|x| (x, range(block).0)));
-    let points = upper.chain(lower).map(|(x, y)| plot.place.of(x, y)).collect();
-    Primitive::Area { points, colour: Colour::Series(0), opacity }
 }
 
 /// What people would say the length of a record in, and its seconds.
