@@ -212,6 +212,11 @@ pub fn shown_in(sensor: Sensor, term: Term) -> (&'static str, f64) {
         (Sensor::Accelerometer, Term::BiasInstability) => "mg",
         _ => "",
     };
+    in_unit(sensor, term, unit)
+}
+
+/// That unit and its factor; the SI unit where the parameter has no such unit.
+pub(crate) fn in_unit(sensor: Sensor, term: Term, unit: &str) -> (&'static str, f64) {
     let all = conventions(sensor, term);
     let convention = all.iter().find(|convention| convention.unit == unit).or(all.first());
     convention.map_or(("", 1.0), |convention| (convention.unit, convention.factor))

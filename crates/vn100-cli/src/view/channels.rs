@@ -22,7 +22,7 @@ use vn100_report::{
 
 use super::{
     draw::{Regions, Scene, framed},
-    source::{Group, SourceView},
+    source::SourceView,
     state::Panel,
     theme::Theme,
 };
@@ -95,7 +95,8 @@ pub(crate) fn draw_signal(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>) {
     let wide = inner.width >= 100;
     let parts = [Constraint::Fill(1), Constraint::Fill(1)];
     let [history, histogram] = if wide { Layout::horizontal(parts) } else { Layout::vertical(parts) }.areas(inner);
-    let color = Theme::colour_of(scene.theme.axis(axis(&group, place)));
+    let axis = group.channels.iter().position(|channel| *channel == place).unwrap_or(0);
+    let color = Theme::colour_of(scene.theme.axis(axis));
     draw_history(frame, history, scene, place, color);
     draw_histogram(frame, histogram, scene, channel, color);
 }
@@ -109,10 +110,6 @@ fn parts(area: Rect) -> [Rect; 3] {
 fn values_width(channel: &ChannelValues) -> u16 {
     let width = |value: Option<f64>| value.map_or(0, |value| format!("{value:.*}", channel.decimals).len());
     width(channel.min).max(width(channel.max)) as u16 + 1
-}
-
-fn axis(group: &Group, place: usize) -> usize {
-    group.channels.iter().position(|channel| *channel == place).unwrap_or(0)
 }
 
 fn draw_history(frame: &mut Frame<'_>, area: Rect, scene: Scene<'_>, place: usize, color: Color) {

@@ -1,12 +1,13 @@
 //! What stands between the record and the sensor, and what would make a better record.
 
-use vn100_analysis::noise::{Sensor, Status, Term, Verdict, conventions};
+use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
 use vn100_analysis::{LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, letter};
 
 use super::listed;
 use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
+    names::in_unit,
     numbers::{digits, duration, trimmed},
 };
 
@@ -117,9 +118,7 @@ fn sheet_unit(sensor: Sensor) -> (&'static str, f64) {
         Sensor::Accelerometer => "mg/sqrt(Hz)",
         Sensor::Magnetometer => "gauss/sqrt(Hz)",
     };
-    let factor =
-        conventions(sensor, Term::White).iter().find(|unit| unit.unit == printed).map_or(1.0, |unit| unit.factor);
-    (printed, factor)
+    in_unit(sensor, Term::White, printed)
 }
 
 pub(super) fn limits(findings: &Findings) -> Vec<String> {
@@ -131,7 +130,10 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
             duration(findings.timing.duration_s()),
             duration(tau_s)
         ),
-        None => format!("Its length: {} too few for any deviation with an interval.", samples_are(findings.timing.samples)),
+        None => {
+            let are = if findings.timing.samples == 1 { "sample is" } else { "samples are" };
+            format!("Its length: {} {are} too few for any deviation with an interval.", findings.timing.samples)
+        }
     });
     if findings.compensated {
         limits.push("Its message: compensated values. The bias of the gyroscope is tracked out, and the noise of the bias with it.".into());
@@ -152,10 +154,6 @@ pub(super) fn limits(findings: &Findings) -> Vec<String> {
         limits.push("Its form: without arrival times neither the true rate nor lines lost whole can be seen.".into());
     }
     limits
-}
-
-fn samples_are(count: u64) -> String {
-    if count == 1 { "1 sample is".into() } else { format!("{count} samples are") }
 }
 
 pub(super) fn not_tested(findings: &Findings) -> Vec<String> {

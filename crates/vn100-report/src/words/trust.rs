@@ -84,8 +84,9 @@ fn fits(findings: &Findings) -> Option<String> {
         findings.axes().filter(judged).partition(|axis| axis.quality.is_some());
     let names = |axes: &[&AxisFindings]| listed(&axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>());
     let least = good.iter().filter_map(|axis| Some(axis.quality?.p)).reduce(f64::min);
-    let rejected: Vec<&AxisFindings> =
-        bad.into_iter().filter(|axis| axis.white.is_some_and(|white| is_without_model(&white))).collect();
+    // white noise may be bounded without a model
+    let is_rejected = |white: Parameter| matches!(white.status, Status::ModelRejected | Status::Bounded);
+    let rejected: Vec<&AxisFindings> = bad.into_iter().filter(|axis| axis.white.is_some_and(is_rejected)).collect();
     let good = least.map(|least| {
         format!("The noise model explains the curves of {} over the range of averaging times it was fitted to (smallest p {}; below 0.01 it would have been refused).", names(&good), digits(least, 2))
     });
@@ -97,11 +98,6 @@ fn fits(findings: &Findings) -> Option<String> {
     });
     let parts: Vec<String> = good.into_iter().chain(rejected).collect();
     (!parts.is_empty()).then(|| parts.join(" "))
-}
-
-/// White noise may be bounded without a model.
-fn is_without_model(white: &Parameter) -> bool {
-    matches!(white.status, Status::ModelRejected | Status::Bounded)
 }
 
 fn vibration(findings: &Findings) -> Option<String> {
