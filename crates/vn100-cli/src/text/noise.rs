@@ -117,7 +117,8 @@ fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
 }
 
 fn write_quality(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
-    let cells: [(&str, fn(&FitQuality) -> String); 4] = [
+    type Cell = fn(&FitQuality) -> String;
+    let cells: [(&str, Cell); 4] = [
         ("fitted from tau (s)", |quality| short(quality.tau_min_s)),
         ("  to tau (s)", |quality| short(quality.tau_max_s)),
         ("  chi2 / dof", |quality| format!("{:.1} / {}", quality.chi2, quality.dof)),
@@ -139,7 +140,8 @@ fn write_classical(out: &mut String, group: &[Axis<'_>], deviation: Deviation) -
         return writeln!(out, "{}", fill(text, "  ", "  "));
     }
     row(out, "read by rule, not fitted:", group, |_| String::new())?;
-    let rules: [(Term, &str, fn(&ChannelNoise) -> Option<f64>); 3] = [
+    type Rule = fn(&ChannelNoise) -> Option<f64>;
+    let rules: [(Term, &str, Rule); 3] = [
         (Term::White, "  N, slope -1/2 at 1 s", |noise| noise.classical.white),
         (Term::BiasInstability, "  B, minimum / 0.664", |noise| noise.classical.bias_instability),
         (Term::RateRandomWalk, "  K, slope +1/2 at 3 s", |noise| noise.classical.rate_random_walk),
