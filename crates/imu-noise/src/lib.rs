@@ -4,7 +4,7 @@
 //! stream with its dropped samples. Beside them moments, histogram, spectrum, unwrapped angles.
 //!
 //! ```
-//! use imu_noise::{
+//! use imu_noise::{ChannelCurve,
 //!     ChannelAccumulator, Deviation, Estimator, NoiseModel, RecordShape, Term, Terms,
 //!     counts_to_unit,
 //! };
@@ -23,7 +23,7 @@
 //! });
 //! let (octaves, variances): (Vec<_>, Vec<f64>) = variances.unzip();
 //! let shape = RecordShape { samples: 16_384, interval_s: 0.025, estimator, deviation };
-//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, None, 0.95);
+//! let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, None), 0.95);
 //!
 //! // N, the angle random walk: 0.001 rad/s / sqrt(12 * 40 Hz) is the truth
 //! let white = fit.parameter(Term::White).ok_or("not in the model")?;
@@ -80,12 +80,15 @@ pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions};
 pub use infer::disturbance::Disturbance;
 pub use infer::level_change::{LevelChange, LevelShape};
+pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound, Parameter,
-    Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound, visible_random_walk, white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound,
+    Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound, visible_random_walk,
+    white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
+pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

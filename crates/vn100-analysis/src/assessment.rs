@@ -75,7 +75,9 @@ impl Assessment {
         let channels = snapshot.measured().map(|(channel, results)| {
             ChannelAssessment::new(channel, results, snapshot, motion.is_some(), confidence, &mut models)
         });
-        let channels: Vec<_> = channels.collect();
+        let mut channels: Vec<_> = channels.collect();
+        noise::withhold_unproved(&mut channels);
+        noise::add_detectable_rrw(&mut channels, &mut models);
         let mut warnings = stream::warnings(snapshot, &channels);
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
@@ -103,7 +105,9 @@ impl ChannelAssessment {
             true => Disturbed::default(),
             false => Disturbed::of(channel, results, curve.shape.interval_s),
         };
-        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &disturbed.lines, confidence, models);
+        let bands = results.signal.as_ref().map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
+        let roll_off = results.signal.as_ref().and_then(|signal| signal.roll_off(&bands));
+        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &bands, roll_off, confidence, models);
         if let Some(noise) = noise.as_mut().filter(|_| was_moved) {
             noise.was_moved();
         }

@@ -25,6 +25,8 @@ const FARTHEST: u64 = 1 << 62;
 #[derive(Clone, Debug)]
 pub struct ChannelSignal {
     spectrum: Spectrum,
+    /// Of the sums of windows: the spectrum up to 1/64 of the sampling rate, in finer steps.
+    slow_spectrum: Spectrum<i64>,
     blocks: Blocks,
     pub(crate) windows: WindowStatistics,
     next: u64,
@@ -37,6 +39,7 @@ impl ChannelSignal {
     pub fn new(plan: &SpectrumPlan) -> Self {
         Self {
             spectrum: Spectrum::new(plan),
+            slow_spectrum: Spectrum::new(plan),
             blocks: Blocks::new(),
             windows: WindowStatistics::new(),
             next: 0,
@@ -68,6 +71,7 @@ impl ChannelSignal {
     /// across.
     pub fn gap(&mut self, missing: Option<u64>) {
         self.spectrum.gap();
+        self.slow_spectrum.gap();
         self.end_window();
         self.windows.gap();
         let beyond = self.next.saturating_add(missing.unwrap_or(0));
@@ -78,6 +82,10 @@ impl ChannelSignal {
     #[must_use]
     pub const fn spectrum(&self) -> &Spectrum {
         &self.spectrum
+    }
+
+    pub(crate) const fn slow_spectrum(&self) -> &Spectrum<i64> {
+        &self.slow_spectrum
     }
 
     /// Mean, deviation and extremes of the blocks of the record, in time order: at most
@@ -106,6 +114,7 @@ impl ChannelSignal {
         self.blocks.add(self.next, &sums);
         if window.len() == WINDOW {
             self.windows.push(self.next / WINDOW as u64, &sums, spread);
+            self.slow_spectrum.push(&[sums.sum]);
         }
     }
 }

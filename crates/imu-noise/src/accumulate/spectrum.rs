@@ -25,9 +25,9 @@ const DENSE_SAMPLES: u64 = 32_768;
 /// [averages](Density::averages) stay above 120. Sums are single precision: densities are good to
 /// 1e-5 of the largest, and the same bits in any division over calls.
 #[derive(Clone, Debug)]
-pub struct Spectrum {
+pub struct Spectrum<T = i32> {
     plan: SpectrumPlan,
-    segment: Vec<i32>,
+    segment: Vec<T>,
     samples: u64,
     /// Where the next segment may start; where `segment` starts when it is not empty.
     start: u64,
@@ -35,7 +35,25 @@ pub struct Spectrum {
     short: PowerSums<SHORT>,
 }
 
-impl Spectrum {
+/// A whole number of counts: a sample, or a sum of samples below 2^53.
+pub trait Count: Copy + Into<i64> {
+    /// The same number.
+    fn as_f64(self) -> f64;
+}
+
+impl Count for i32 {
+    fn as_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Count for i64 {
+    fn as_f64(self) -> f64 {
+        self as f64
+    }
+}
+
+impl<T: Count> Spectrum<T> {
     pub(crate) fn new(plan: &SpectrumPlan) -> Self {
         Self {
             plan: plan.clone(),
@@ -47,7 +65,7 @@ impl Spectrum {
         }
     }
 
-    pub(crate) fn push(&mut self, mut counts: &[i32]) {
+    pub(crate) fn push(&mut self, mut counts: &[T]) {
         while !counts.is_empty() {
             if self.segment.is_empty() {
                 let skipped = self.start.saturating_sub(self.samples).min(counts.len() as u64) as usize;
@@ -72,6 +90,14 @@ impl Spectrum {
 
     pub(crate) fn gap(&mut self) {
         self.segment.clear();
+    }
+
+    pub(crate) fn powers(&self) -> Option<Powers> {
+        if self.long.segments >= MIN_LONG_SEGMENTS {
+            Some(self.long.powers())
+        } else {
+            (self.short.segments > 0).then(|| self.short.powers())
+        }
     }
 
     fn step_filled(&mut self) {
@@ -187,14 +213,6 @@ impl Spectrum {
         };
         Some((0..=segment_samples / 4).map(covariance).collect())
     }
-
-    pub(crate) fn powers(&self) -> Option<Powers> {
-        if self.long.segments >= MIN_LONG_SEGMENTS {
-            Some(self.long.powers())
-        } else {
-            (self.short.segments > 0).then(|| self.short.powers())
-        }
-    }
 }
 
 /// Window and Fourier transform, made once and shared by the channels: a copy is a reference.
@@ -254,12 +272,12 @@ impl<const N: usize> PowerSums<N> {
         Self { squares: vec![0.0; N / 2 + 1], segments: 0, weight: 0.0, weight_squares: 0.0 }
     }
 
-    fn add(&mut self, transform: &Transform<N>, segment: &[i32; N], stands_for: u64) {
-        let sum: i64 = segment.iter().map(|&count| i64::from(count)).sum();
+    fn add<T: Count>(&mut self, transform: &Transform<N>, segment: &[T; N], stands_for: u64) {
+        let sum: i64 = segment.iter().map(|&count| count.into()).sum();
         let mean = sum as f64 / N as f64;
         let mut input = transform.window;
         for (value, &count) in input.iter_mut().zip(segment) {
-            *value *= (f64::from(count) - mean) as f32;
+            *value *= (count.as_f64() - mean) as f32;
         }
         let weight = stands_for as f64;
         // One place more than N/2 + 1, since a length cannot be computed from N here.

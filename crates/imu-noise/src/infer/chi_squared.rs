@@ -62,6 +62,11 @@ pub(crate) fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
+/// P(Z > x) for a standard normal Z.
+pub(crate) fn normal_above(x: f64) -> f64 {
+    Normal::standard().sf(x)
+}
+
 /// x with P(|Z| < x) = `p` for a standard normal Z; `None` unless 0 < p < 1.
 pub(crate) fn normal_two_sided(p: f64) -> Option<f64> {
     (p > 0.0 && p < 1.0).then(|| Normal::standard().inverse_cdf(0.5 + p / 2.0))
@@ -74,6 +79,12 @@ pub(crate) fn student_two_sided(p: f64, dof: f64) -> Option<f64> {
     }
     let dof = if dof.is_nan() { 1.0 } else { dof.clamp(1.0, 10_000.0) };
     StudentsT::new(0.0, 1.0, dof).ok().map(|student| student.inverse_cdf(0.5 + p / 2.0))
+}
+
+/// P(|T| > x) for Student's T, `dof` clamped to 1..=10 000; `None` where x is no number.
+pub(crate) fn student_two_sided_above(x: f64, dof: f64) -> Option<f64> {
+    let dof = if dof.is_nan() { 1.0 } else { dof.clamp(1.0, 10_000.0) };
+    StudentsT::new(0.0, 1.0, dof).ok().filter(|_| !x.is_nan()).map(|student| 2.0 * student.sf(x))
 }
 
 /// Channels that make up a record: a probability of false alarm is shared among them.

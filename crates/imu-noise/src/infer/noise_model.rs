@@ -17,9 +17,10 @@ pub use boxcar::{BoxcarWindow, white_deficit};
 pub use curve_reading::{
     ClassicalReading, OverBound, classical_reading, curve_minimum, over_bound, visible_random_walk,
 };
-pub use fit::{FitQuality, NoiseFit};
+pub use fit::{ChannelCurve, FitQuality, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
+pub(crate) use least_squares::non_negative;
 use model::{Model, Slope};
 pub use parameter::{Parameter, Status, Term, Terms};
 pub use record_length::{Aim, Wanted};

@@ -134,16 +134,11 @@ mod tests {
     use super::*;
 
     fn estimated(lower: f64, upper: f64) -> Parameter {
-        Parameter {
-            status: Status::Estimated,
-            value: Some((lower + upper) / 2.0),
-            lower: Some(lower),
-            upper: Some(upper),
-        }
+        Parameter::estimated((lower + upper) / 2.0, lower, upper)
     }
 
     fn bounded(upper: f64) -> Parameter {
-        Parameter { status: Status::Bounded, value: None, lower: None, upper: Some(upper) }
+        Parameter::bounded(upper)
     }
 
     #[test]

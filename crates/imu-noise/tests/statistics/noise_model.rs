@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use imu_noise::{
-    BoxcarWindow, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, Octaves, Parameter,
-    RecordShape, Status, Term, Terms,
+    BoxcarWindow, ChannelCurve, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, Octaves,
+    Parameter, RecordShape, Status, Term, Terms,
 };
 
 use crate::oracle;
@@ -24,7 +24,8 @@ fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> Noi
     sums.push(&counts);
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window).fit(&variances, None, 0.95)
+    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window)
+        .fit(&ChannelCurve::new(&variances, None), 0.95)
 }
 
 /// The shortest `skipped` octaves have no part.
@@ -66,7 +67,7 @@ fn curves_without_noise_give_their_parameters_back() {
         let octaves: Vec<_> = rows.iter().map(|(m, _)| Octave { m: *m, terms: shape.windows(*m) }).collect();
         let variances: Vec<_> = rows.iter().map(|(_, variance)| *variance).collect();
         let terms = Terms::of(&[Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk]);
-        let fit = NoiseModel::new(&octaves, &shape, terms, None).fit(&variances, None, 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, terms, None).fit(&ChannelCurve::new(&variances, None), 0.95);
         for (term, name) in
             [(Term::Quantization, "Q"), (Term::White, "N"), (Term::BiasInstability, "B"), (Term::RateRandomWalk, "K")]
         {
@@ -161,13 +162,13 @@ fn intervals_widen_with_the_level() {
     let mut width_before = 0.0;
     for confidence in [0.5, 0.6827, 0.95, 0.999] {
         let Parameter { value, lower, upper, .. } =
-            model.fit(&variances, None, confidence).parameter(Term::BiasInstability).unwrap();
+            model.fit(&ChannelCurve::new(&variances, None), confidence).parameter(Term::BiasInstability).unwrap();
         let (value, lower, upper) = (value.unwrap(), lower.unwrap(), upper.unwrap());
         assert!(lower <= value && value <= upper && upper - lower > width_before, "{lower} {value} {upper}");
         width_before = upper - lower;
     }
     for confidence in [0.0, 1.0, f64::NAN] {
-        let parameter = model.fit(&variances, None, confidence).parameter(Term::White).unwrap();
+        let parameter = model.fit(&ChannelCurve::new(&variances, None), confidence).parameter(Term::White).unwrap();
         assert_eq!(parameter.status, Status::NotObservable);
     }
 }
@@ -189,7 +190,8 @@ fn lost_samples_widen_the_intervals_as_they_must() {
         }
         let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
         let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-        let fit = NoiseModel::new(&octaves, &shape(SAMPLES as u64), STOCHASTIC, None).fit(&variances, None, 0.95);
+        let fit = NoiseModel::new(&octaves, &shape(SAMPLES as u64), STOCHASTIC, None)
+            .fit(&ChannelCurve::new(&variances, None), 0.95);
         rejected += usize::from(fit.quality.is_none());
         let white = fit.parameter(Term::White).unwrap();
         let truth = INTERVAL_S.sqrt();
@@ -243,7 +245,7 @@ fn a_time_at_the_end_of_what_can_be_told_is_a_bound() {
     let (white, _, walk) = synthesis.next_record();
     let walking: Vec<f64> = white.iter().zip(&walk).map(|(white, walk)| white + 0.02 * walk).collect();
     let found = fit_gauss_markov(&walking, None, 0).unwrap();
-    let Parameter { status, value, lower, upper } = found.correlation_time_s;
+    let Parameter { status, value, lower, upper, .. } = found.correlation_time_s;
     assert_eq!((status, value, upper), (Status::Bounded, None, None), "{found:?}");
     assert!(lower.unwrap() > 1000.0 * INTERVAL_S, "{found:?}");
     assert_eq!((found.sigma.value, found.sigma.upper), (None, None), "{found:?}");

@@ -1,7 +1,7 @@
 //! Planned lengths against records of those lengths.
 
 use imu_noise::{
-    Aim, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, Status, Term, Terms, Wanted,
+    Aim, ChannelCurve, Deviation, Estimator, NoiseModel, Octaves, Parameter, RecordShape, Status, Term, Terms, Wanted,
     visible_random_walk,
 };
 
@@ -55,7 +55,7 @@ impl Noise {
             let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
             let model = model.get_or_insert_with(|| NoiseModel::new(&octaves, &shape, Terms::RATE, None));
             let slope = slope(&counts) * 1e-4 / INTERVAL_S;
-            model.fit(&variances, Some(slope), 0.95).parameter(term).unwrap()
+            model.fit(&ChannelCurve::new(&variances, Some(slope)), 0.95).parameter(term).unwrap()
         });
         parameters.collect()
     }

@@ -6,8 +6,8 @@
 use std::{env, fs, path::Path};
 
 use imu_noise::{
-    ChannelAccumulator, ChannelSignal, Deviation, Estimator, FitQuality, NoiseModel, RecordShape, SpectrumPlan, Status,
-    Term, Terms, counts_to_unit,
+    ChannelAccumulator, ChannelCurve, ChannelSignal, Deviation, Estimator, FitQuality, NoiseModel, RecordShape,
+    SpectrumPlan, Status, Term, Terms, counts_to_unit,
 };
 
 #[test]
@@ -29,7 +29,7 @@ fn white_noise_is_read_beside_a_vibration_line() {
         let variances: Vec<_> =
             channel.octaves().sums().map(|sum| counts_to_unit(sum.variance_counts2().unwrap(), 2 * decimals)).collect();
         let slope = channel.slope_counts().map(|slope| counts_to_unit(slope, decimals) / shape.interval_s);
-        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, slope, 0.95);
+        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, slope), 0.95);
         let found = fit.parameter(Term::White).unwrap();
         let quality: FitQuality = fit.quality.unwrap();
         assert_eq!(found.status, Status::Estimated);

@@ -1,8 +1,8 @@
 //! Which intervals of a record with known noise hold the truth.
 
 use imu_noise::{
-    Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape, Status, Term,
-    Terms, curve_minimum, white_deficit,
+    ChannelCurve, Deviation, Estimator, Interval, NoiseFit, NoiseModel, Octaves, Parameter, PowerLaw, RecordShape,
+    Status, Term, Terms, curve_minimum, white_deficit,
 };
 
 pub(crate) const RATE_HZ: f64 = 40.0;
@@ -125,7 +125,7 @@ impl ReadOut {
     }
 
     pub(crate) fn fit(&self, model: &NoiseModel) -> NoiseFit {
-        model.fit(&self.variances, Some(self.slope_s), self.confidence)
+        model.fit(&ChannelCurve::new(&self.variances, Some(self.slope_s)), self.confidence)
     }
 
     /// N by the averaging times that show nothing of a filter which tracks the bias.
@@ -134,7 +134,10 @@ impl ReadOut {
         let octaves: Vec<_> = self.octaves.iter().take_while(before_filter).copied().collect();
         let terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
         let model = NoiseModel::new(&octaves, &self.shape, terms, None);
-        model.fit_part(&self.variances[..octaves.len()], self.confidence).parameter(Term::White).unwrap()
+        model
+            .fit_part(&ChannelCurve::new(&self.variances[..octaves.len()], None), self.confidence)
+            .parameter(Term::White)
+            .unwrap()
     }
 }
 

@@ -1,9 +1,9 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ClassicalReading, Deviation, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, OverBound,
-    Parameter, PowerLaw, RecordShape, Sensor, SpectralLine, Status, Term, Terms, classical_reading, edf, over_bound,
-    white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Interval, NarrowBand, NoiseFit,
+    NoiseModel, Octave, OverBound, Parameter, PowerLaw, RecordShape, RollOff, Sensor, Status, Term, Terms,
+    classical_reading, edf, holm, over_bound, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -73,24 +73,26 @@ impl ChannelNoise {
         curve: &Curve,
         snapshot: &Snapshot,
         onboard: Option<Onboard>,
-        lines: &[SpectralLine],
+        bands: &[NarrowBand],
+        roll_off: Option<RollOff>,
         confidence: f64,
         models: &mut Models,
     ) -> Option<Self> {
         let sensor = sensor_of(channel.quantity)?;
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
+        // The roll-off of a known window is part of the model.
+        let roll_off = roll_off.filter(|_| window.is_none());
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
         let with_quantization =
             |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
         let (rate, stochastic) = (with_quantization(Terms::RATE), with_quantization(STOCHASTIC));
-        let disturbed = disturbed_octaves(curve, lines);
         // an octave more than terms to be distinguished
         let least = 4 + usize::from(snapshot.quantization);
         let mut part = |end: usize| {
             let end = end.max(least).min(curve.octaves.len());
-            let octaves = disturbed.min(end.saturating_sub(least))..end;
-            let model = models.of(&curve.octaves[octaves.clone()], stochastic, window);
-            model.fit_part(&curve.variances[octaves], confidence)
+            let model = models.of(&curve.octaves[..end], stochastic, window);
+            let curve = ChannelCurve { variances: &curve.variances[..end], slope_unit_s: None, bands, roll_off };
+            model.fit_part(&curve, confidence)
         };
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
         let (fit, long_taus) = match sensor {
@@ -101,11 +103,11 @@ impl ChannelNoise {
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
                     Some(before_filter) => (before_filter, LongTauValidity::LooksCompensated),
                     None => {
-                        let disturbed = disturbed.min(curve.octaves.len() / 2);
-                        let model = models.of(&curve.octaves[disturbed..], rate, window);
+                        let model = models.of(&curve.octaves, rate, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        (model.fit(&curve.variances[disturbed..], slope_unit_s, confidence), LongTauValidity::Sensor)
+                        let curve = ChannelCurve { variances: &curve.variances, slope_unit_s, bands, roll_off };
+                        (model.fit(&curve, confidence), LongTauValidity::Sensor)
                     }
                 }
             }
@@ -117,12 +119,10 @@ impl ChannelNoise {
             // the recipes are for the Allan deviation
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
-        let walk = fit.parameter(Term::RateRandomWalk).filter(|_| long_taus == LongTauValidity::Sensor);
-        let detectable_rrw = walk.filter(|walk| walk.value.is_none()).and_then(|_| models.detectable_rrw(&fit));
         let is_rejected = fit.parameter(Term::White).is_some_and(|white| white.status == Status::ModelRejected);
         // windows that share samples read low
         let white_bound = (is_rejected && window.is_none()).then(|| white_bound(curve, confidence)).flatten();
-        Some(Self { sensor, fit, window, white_bound, classical, detectable_rrw, long_taus })
+        Some(Self { sensor, fit, window, white_bound, classical, detectable_rrw: None, long_taus })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
@@ -151,14 +151,34 @@ impl ChannelNoise {
     }
 }
 
-/// Octaves to which vibration adds more than a quarter of a standard deviation of the noise.
-fn disturbed_octaves(curve: &Curve, lines: &[SpectralLine]) -> usize {
-    let shows = |(octave, variance): (&Octave, &f64)| {
-        let added: f64 = lines.iter().map(|line| line.allan_variance(octave.m, curve.shape.interval_s)).sum();
-        let edf = edf(octave, &curve.shape, PowerLaw::White).unwrap_or(1.0);
-        added > 0.25 * variance * (2.0 / edf).sqrt()
-    };
-    curve.octaves.iter().zip(&curve.variances).rposition(shows).map_or(0, |last| last + 1)
+/// Probability that a record of noise without them shows a bias instability, a random walk or a
+/// ramp on any axis.
+const FALSE_TERM: f64 = 0.05;
+
+/// Bounds the terms that the record, all axes and slow terms together (Holm), does not prove.
+pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
+    const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
+    let mut tests = Vec::new();
+    for (channel, assessment) in channels.iter().enumerate() {
+        let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor);
+        let p = |term| Some((channel, term, noise?.fit.parameter(term)?.p?));
+        tests.extend(SLOW.into_iter().filter_map(p));
+    }
+    let corrected = holm(&tests.iter().map(|(.., p)| *p).collect::<Vec<_>>());
+    for ((channel, term, _), corrected) in tests.into_iter().zip(corrected) {
+        if let Some(noise) = channels[channel].noise.as_mut().filter(|_| corrected > FALSE_TERM) {
+            noise.fit.not_proved(term);
+        }
+    }
+}
+
+/// What longer records would show of the random walks that this one does not.
+pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], models: &mut Models) {
+    let noise = channels.iter_mut().filter_map(|assessment| assessment.noise.as_mut());
+    for noise in noise.filter(|noise| noise.long_taus == LongTauValidity::Sensor) {
+        let walk = noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none());
+        noise.detectable_rrw = walk.and_then(|_| models.detectable_rrw(&noise.fit));
+    }
 }
 
 /// The least N that the upper ends of the deviation leave, where no filter of the bias reaches: a
@@ -291,7 +311,8 @@ mod tests {
         };
         let octaves = shape.octaves();
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
-        let fit = NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&variances, Some(0.0), 0.95);
+        let fit =
+            NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
         (shape, fit)
     }
 

@@ -114,7 +114,7 @@ pub fn curve_minimum(white: &Parameter, bias_instability: &Parameter, random_wal
                 .map(|(white, bias)| minimum(white, bias, random_walk.value.unwrap_or(0.0))),
             lower: bias_instability.lower.map(|bias| minimum(0.0, bias, 0.0)),
             upper,
-            status: Status::Estimated,
+            ..Parameter::without_value(Status::Estimated)
         },
         Status::Bounded if upper.is_some() => {
             // both are there only where both are estimated
@@ -179,7 +179,7 @@ mod tests {
     }
 
     fn estimated(value: f64, lower: f64, upper: f64) -> Parameter {
-        Parameter { status: Status::Estimated, value: Some(value), lower: Some(lower), upper: Some(upper) }
+        Parameter::estimated(value, lower, upper)
     }
 
     fn bounded(upper: f64) -> Parameter {

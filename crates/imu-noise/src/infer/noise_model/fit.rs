@@ -3,19 +3,30 @@
 use std::ops::Range;
 
 use super::{
-    NoiseModel, Parameter, Status, Term,
+    NoiseModel, Parameter, Status, Term, gauss_markov,
     least_squares::dot,
-    model::Model,
+    model::{Beside, BesideKind, Model},
     parameter::ramp,
     regression::{Regression, Solution},
 };
+use crate::accumulate::record::Octave;
 use crate::infer::chi_squared;
+use crate::infer::confidence::edf;
+use crate::infer::narrow_bands::NarrowBand;
+use crate::infer::power_law::{PowerLaw, difference_autocovariance};
+use crate::infer::roll_off::RollOff;
 
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
-/// An octave that adds more to χ², as one in twenty does by chance, disagrees with the longer ones.
-const MOST_FROM_ONE: f64 = 3.84;
+/// Lines with a power of their own in the fit.
+const MOST_LINES: usize = 5;
+
+/// After so many times its correlation beyond one sample a filter has forgotten.
+const SETTLED: f64 = 4.0;
+
+/// In samples.
+const SHORTEST_CORRELATION: f64 = 16.0;
 
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +70,14 @@ impl NoiseFit {
         self.parameters[term as usize]
     }
 
+    /// The fit where `term` is known to be no more than bounded, as other channels of the record
+    /// were tested too.
+    pub fn not_proved(&mut self, term: Term) {
+        if let Some(parameter) = &mut self.parameters[term as usize] {
+            *parameter = parameter.not_proved();
+        }
+    }
+
     /// Equivalent degrees of freedom of the octave with averaging factor `m` in the fitted mixture
     /// of noises; `None` for octaves that do not follow the model and below two windows.
     #[must_use]
@@ -74,17 +93,38 @@ impl NoiseFit {
     }
 }
 
+/// The statistics of one channel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ChannelCurve<'a> {
+    /// In the order of the octaves, in the unit of the channel squared. Where one is missing, zero
+    /// or no number, nothing is observable.
+    pub variances: &'a [f64],
+    /// Slope of the regression line, in the unit of the channel per second; without it, a ramp is
+    /// not observable and is not in the model.
+    pub slope_unit_s: Option<f64>,
+    /// Lines of its spectrum, in the unit of the channel.
+    pub bands: &'a [NarrowBand],
+    /// A filter slower than the output, where the spectrum shows one and its transfer is unknown.
+    pub roll_off: Option<RollOff>,
+}
+
+impl<'a> ChannelCurve<'a> {
+    /// A channel without lines.
+    #[must_use]
+    pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
+        Self { variances, slope_unit_s, bands: &[], roll_off: None }
+    }
+}
+
 impl NoiseModel {
-    /// Fits the model to the `variances` of one channel, in the order of the octaves, in the unit
-    /// of the channel squared. Where one is missing, zero or no number, nothing is observable.
-    /// `slope_unit_s` is the slope of the regression line, in the unit of the channel per second;
-    /// without it, a ramp is not observable and is not in the model.
+    /// Fits the model to one channel.
     ///
     /// Generalised least squares with the covariance of all octaves from the fitted model itself,
-    /// on statistics made normal, with squared amplitudes that cannot be negative. The shortest
-    /// octaves, half of all at most, are excluded until the model holds with p >= 0.01: vibration
-    /// shows there, and a fit through it invents bias instability. Where one had to go, so must the
-    /// next unless χ² falls by less than 3.84 without it.
+    /// on statistics made normal, with squared amplitudes that cannot be negative. Each line of the
+    /// spectrum is a term of its own, with its frequency known and its power free. Where that does
+    /// not hold with p >= 0.01, Gauss-Markov processes with correlation times of 16 samples times
+    /// powers of four, up to a quarter of the record, join the terms; where it does not hold
+    /// either, the model is rejected.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -92,32 +132,27 @@ impl NoiseModel {
     /// terms fitted anew for each of them; the bound is the upper end of the two-sided interval, so
     /// that the level holds whichever comes out.
     #[must_use]
-    pub fn fit(&self, variances: &[f64], slope_unit_s: Option<f64>, confidence: f64) -> NoiseFit {
-        let without_shortest = (0..=self.fitted / 2).map(|skip| skip..self.fitted);
-        self.fit_first(without_shortest, variances, slope_unit_s, confidence)
+    pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
+        self.fit_first(core::iter::once(0..self.fitted), curve, confidence)
     }
 
     /// As [`fit`](Self::fit), without a ramp, to as many octaves as follow the model, half of all
-    /// at least, without the shortest or the longest: for streams whose long averaging times show
-    /// something else, such as a filter that takes slow changes out. Of as many octaves, those at
-    /// shorter averaging times are tried first.
+    /// at least, without the longest: for streams whose long averaging times show something else,
+    /// such as a filter that takes slow changes out.
     #[must_use]
-    pub fn fit_part(&self, variances: &[f64], confidence: f64) -> NoiseFit {
-        let parts = (0..=self.fitted / 2)
-            .flat_map(|excluded| (0..=excluded).map(move |skip| (skip, excluded - skip)))
-            .map(|(skip, end)| skip..self.fitted - end);
-        self.fit_first(parts, variances, None, confidence)
+    pub fn fit_part(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
+        let parts = (0..=self.fitted / 2).map(|excluded| 0..self.fitted - excluded);
+        self.fit_first(parts, &ChannelCurve { slope_unit_s: None, ..*curve }, confidence)
     }
 
     fn fit_first(
         &self,
-        ranges: impl Iterator<Item = Range<usize>>,
-        variances: &[f64],
-        slope_unit_s: Option<f64>,
+        ranges: impl Iterator<Item = Range<usize>> + Clone,
+        curve: &ChannelCurve<'_>,
         confidence: f64,
     ) -> NoiseFit {
-        let mut values: Vec<f64> = self.octaves.iter().filter_map(|(i, _)| variances.get(*i).copied()).collect();
-        let slope = slope_unit_s.map(|slope| slope * self.shape.interval_s);
+        let mut values: Vec<f64> = self.octaves.iter().filter_map(|(i, _)| curve.variances.get(*i).copied()).collect();
+        let slope = curve.slope_unit_s.map(|slope| slope * self.shape.interval_s);
         let (model, slope) = match (&self.with_ramp, slope) {
             (Some(model), Some(slope)) => (Some(model), Some(slope)),
             _ => (self.without_ramp.as_ref(), None),
@@ -125,40 +160,101 @@ impl NoiseModel {
         let usable = values.len() == self.octaves.len() && values.iter().all(|value| value.is_finite() && *value > 0.0);
         values.extend(slope.map(|slope| slope * slope));
         let Some(model) = model.filter(|_| usable) else { return self.without_values(Status::NotObservable) };
-        if self.fitted + usize::from(slope.is_some()) <= model.basis.len() {
+        if self.fitted + usize::from(slope.is_some()) <= model.terms() {
             return self.without_values(Status::NotObservable);
         }
-        for range in ranges {
-            let regression = Regression::new(model, &values, range.clone());
-            if regression.statistics() <= model.basis.len() {
-                break;
-            }
-            let Some(solution) = regression.fit() else { continue };
-            let positive = solution.parameters.iter().filter(|parameter| **parameter > 0.0).count();
-            let dof = regression.statistics() - positive;
-            let Some(p) = chi_squared::probability_above(solution.chi2, dof as f64).filter(|p| *p >= LEAST_P) else {
-                continue;
+        let lines = self.lines(curve.bands, self.fitted.saturating_sub(model.terms() + 1));
+        let mut with_lines = model.beside(lines);
+        let mut first = 0;
+        if let Some(roll_off) = curve.roll_off {
+            let shortest = (SETTLED * (roll_off.correlation_samples - 1.0)).max(2.0);
+            first = self.octaves.iter().take_while(|(_, octave)| (octave.m as f64) < shortest).count();
+            let Some((_, octave)) = self.octaves.get(first).filter(|_| first < self.fitted) else {
+                return self.without_values(Status::ModelRejected);
             };
-            // where octaves had to go, the line that made them go still pulls at the next, which says most of the white noise
-            let without_first = Regression::new(model, &values, range.start + 1..range.end);
-            if range.start > 0
-                && without_first.statistics() > model.basis.len()
-                && without_first.fit().is_some_and(|without| solution.chi2 - without.chi2 > MOST_FROM_ONE)
-            {
-                continue;
-            }
-            let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
-            let quality = FitQuality {
-                tau_min_s: tau_s(range.start),
-                tau_max_s: tau_s(range.end - 1),
-                chi2: solution.chi2,
-                dof,
-                p,
-            };
-            let accepted = Accepted { model, regression, solution, range, quality };
-            return self.read_out(&accepted, slope, confidence);
+            with_lines = with_lines.filtered(octave.m as f64);
         }
-        self.without_values(Status::ModelRejected)
+        let ceiling = self.white_ceiling(model, &values, curve.roll_off);
+        let attempt = |model: &Model| {
+            ranges.clone().find_map(|range| {
+                let range = range.start.max(first)..range.end;
+                let regression = Regression::new(model, &values, range.clone());
+                let solution = regression.fit()?;
+                let positive = solution.parameters.iter().filter(|parameter| **parameter > 0.0).count();
+                let dof = regression.statistics().checked_sub(positive).filter(|dof| *dof > 0)?;
+                let p = chi_squared::probability_above(solution.chi2, dof as f64).filter(|p| *p >= LEAST_P)?;
+                let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
+                let quality = FitQuality {
+                    tau_min_s: tau_s(range.start),
+                    tau_max_s: tau_s(range.end - 1),
+                    chi2: solution.chi2,
+                    dof,
+                    p,
+                };
+                let accepted = Accepted { model, regression, solution, range, quality };
+                let fit = self.read_out(&accepted, slope, confidence);
+                let white = fit.parameter(Term::White).and_then(|white| white.lower);
+                let scale = Term::White.per_second(self.shape.interval_s);
+                white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)
+            })
+        };
+        attempt(&with_lines)
+            .or_else(|| attempt(&with_lines.beside(self.gauss_markov_processes())))
+            .unwrap_or_else(|| self.without_values(Status::ModelRejected))
+    }
+
+    /// What the squared N cannot be above, per sample: a variance is that of the white noise and
+    /// whatever adds, so that its upper end bounds N². The upper ends of all octaves hold together at
+    /// 99 % (Bonferroni), with the degrees of freedom of a random walk, which has fewest. Behind an
+    /// unknown filter those count that average over ten times its correlation.
+    fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>) -> f64 {
+        let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
+        let octaves = self.octaves.iter().zip(values).zip(model.white());
+        let counted: Vec<(f64, f64)> = octaves
+            .filter(|(((_, octave), _), _)| octave.m as f64 >= shortest)
+            .filter_map(|(((_, octave), value), white)| {
+                let edf = edf(octave, &self.shape, PowerLaw::RandomWalk).filter(|edf| *edf >= 10.0)?;
+                Some((value / white, edf))
+            })
+            .collect();
+        let each = 0.01 / counted.len() as f64;
+        let bound = |(value, edf): &(f64, f64)| Some(value * edf / chi_squared::quantile(each, *edf)?);
+        counted.iter().filter_map(bound).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A column for each of the strongest bands, `most` of them at most, and one for the others.
+    fn lines(&self, bands: &[NarrowBand], most: usize) -> Vec<Beside> {
+        let mut bands: Vec<&NarrowBand> = bands.iter().filter(|band| band.power > 0.0).collect();
+        bands.sort_by(|a, b| b.power.total_cmp(&a.power));
+        let separate = most.saturating_sub(1).clamp(1, MOST_LINES).min(bands.len());
+        let (strongest, others) = bands.split_at(separate);
+        let groups = strongest.iter().map(core::slice::from_ref).chain((!others.is_empty()).then_some(others));
+        groups
+            .map(|group| {
+                let total: f64 = group.iter().map(|band| band.power).sum();
+                let variance = |(_, octave): &(usize, Octave)| {
+                    let of = |band: &&NarrowBand| band.power / total * band.variance(self.shape.deviation, octave.m);
+                    group.iter().map(of).sum()
+                };
+                let noise = group.iter().map(|band| band.power / total * band.noise_density).sum::<f64>();
+                let noise = noise / self.shape.samples as f64;
+                Beside { variances: self.octaves.iter().map(variance).collect(), kind: BesideKind::Line { noise } }
+            })
+            .collect()
+    }
+
+    fn gauss_markov_processes(&self) -> Vec<Beside> {
+        let times = core::iter::successors(Some(SHORTEST_CORRELATION), |time| Some(4.0 * time));
+        let process = |time: f64| {
+            let variance = |(_, octave): &(usize, Octave)| {
+                let m = octave.m as f64;
+                let phase = |lag| gauss_markov::phase_covariance(lag, time);
+                difference_autocovariance(self.shape.deviation, m, 0.0, phase)
+                    / (self.shape.deviation.divisor() * m * m)
+            };
+            Beside { variances: self.octaves.iter().map(variance).collect(), kind: BesideKind::GaussMarkov { time } }
+        };
+        times.take_while(|time| *time <= self.shape.samples as f64 / 4.0).map(process).collect()
     }
 
     fn without_values(&self, status: Status) -> NoiseFit {
@@ -173,6 +269,9 @@ impl NoiseModel {
         // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
         let mut upper_bounds = solution.parameters.clone();
         let mut deviations = vec![0.0; upper_bounds.len()];
+        for i in model.terms()..upper_bounds.len() {
+            deviations[i] = solution.standard_deviation(i).unwrap_or_default();
+        }
         for (i, &term) in self.noise.iter().enumerate() {
             let parameter = Parameter::of(regression, solution, i, confidence);
             if parameter.status == Status::Bounded {
@@ -189,7 +288,7 @@ impl NoiseModel {
         }
         if let Some(slope) = slope {
             let per_parameter = model.slope_variances();
-            let variance = dot(per_parameter, &upper_bounds);
+            let variance = dot(&per_parameter, &upper_bounds);
             let error: f64 = per_parameter.iter().zip(&deviations).map(|(c, deviation)| (c * deviation).powi(2)).sum();
             let parameter = ramp(slope, variance.sqrt(), 2.0 * variance * variance / error, confidence);
             fit.parameters[Term::RateRamp as usize] =

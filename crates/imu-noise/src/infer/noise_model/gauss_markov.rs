@@ -94,7 +94,10 @@ impl NoiseModel {
                     Parameter { lower, upper, ..Parameter::without_value(status) },
                 )
             }
-            found => (found, Parameter { status: Status::Estimated, value: Some(seconds(best)), lower, upper }),
+            found => (
+                found,
+                Parameter { value: Some(seconds(best)), lower, upper, ..Parameter::without_value(Status::Estimated) },
+            ),
         };
         Some(GaussMarkovFit {
             white: parameter(0).scaled(Term::White.per_second(self.shape.interval_s)),
@@ -117,7 +120,7 @@ impl NoiseModel {
 
 /// Generalised covariance of the phase of a process with covariance e^(-|t|/T): -T² (e^(-x) - 1 + x
 /// - x²/2), x = |t|/T. The polynomial cancels in differences and keeps the digits.
-fn phase_covariance(lag: f64, time: f64) -> f64 {
+pub(super) fn phase_covariance(lag: f64, time: f64) -> f64 {
     let x = lag.abs() / time;
     let remainder = if x < 0.5 {
         // -x³/6 + x⁴/24 - ...

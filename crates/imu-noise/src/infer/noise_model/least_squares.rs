@@ -37,7 +37,7 @@ impl Cholesky {
 
 /// The x >= 0 that minimises |A x - y|², by the active-set method of Lawson and Hanson (Solving
 /// Least Squares Problems, 1974, chapter 23).
-pub(super) fn non_negative(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
+pub(crate) fn non_negative(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     // Columns of length one: their amplitudes may differ by many powers of ten.
     let norms: Vec<_> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
     let unit: Vec<Vec<f64>> = columns

@@ -1,6 +1,8 @@
 //! Expected octave variances and their covariance, as functions of the noise parameters; and the
 //! slope of the regression line over the record as one more statistic.
 
+use std::sync::Arc;
+
 use core::f64::consts::PI;
 
 use super::{
@@ -15,11 +17,39 @@ use crate::infer::power_law::difference_autocovariance;
 /// slope of the record. Both are in units of the channel and of one sample interval.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
-    /// By parameter and statistic: expected value for parameter 1.
+    /// By parameter and statistic: expected value for parameter 1. The terms of noise come first,
+    /// then the ramp if there is one, then what one channel shows beside them.
     pub(super) basis: Vec<Vec<f64>>,
     pub(super) octaves: usize,
-    joint: JointMeans,
-    slope: Option<Slope>,
+    /// Terms of noise, a random walk the last.
+    noise: usize,
+    /// Place of white noise, the first but for quantisation.
+    white: usize,
+    /// Averaging factor of each octave.
+    factors: Vec<f64>,
+    joint: Arc<JointMeans>,
+    slope: Option<Arc<Slope>>,
+    beside: Vec<Beside>,
+}
+
+/// What one channel shows beside the terms, with a squared amplitude as its parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Beside {
+    /// By octave: expected value for parameter 1.
+    pub(super) variances: Vec<f64>,
+    pub(super) kind: BesideKind,
+}
+
+/// How it varies from record to record.
+#[derive(Clone, Debug)]
+pub(super) enum BesideKind {
+    /// A sine: known but for the noise at its own frequency, whose density over the samples this is.
+    Line { noise: f64 },
+    /// A Gauss-Markov process with this correlation time in samples: longer averages of it vary as
+    /// those of white noise, shorter ones as those of a random walk.
+    GaussMarkov { time: f64 },
+    /// What a filter changes at the edges of every block: part of the white noise.
+    Edges,
 }
 
 impl Model {
@@ -31,7 +61,19 @@ impl Model {
         };
         let basis =
             noise.iter().map(|component| octaves.iter().map(|octave| variance(component, octave)).collect()).collect();
-        Self { basis, octaves: octaves.len(), joint: JointMeans::new(octaves, shape, noise), slope: None }
+        let factors = octaves.iter().map(|octave| octave.m as f64).collect();
+        let white = noise.iter().position(|component| !component.meets_at_edges).unwrap_or_default();
+        let joint = Arc::new(JointMeans::new(octaves, shape, noise));
+        Self {
+            basis,
+            octaves: octaves.len(),
+            noise: noise.len(),
+            white,
+            factors,
+            joint,
+            slope: None,
+            beside: Vec::new(),
+        }
     }
 
     /// The ramp is the last parameter.
@@ -40,8 +82,43 @@ impl Model {
             column.push(*variance);
         }
         self.basis.push(slope.ramp_basis.clone());
-        self.slope = Some(slope);
+        self.slope = Some(Arc::new(slope));
         self
+    }
+
+    /// What a channel shows beside the terms are the last parameters.
+    pub(super) fn beside(&self, beside: Vec<Beside>) -> Self {
+        let mut model = self.clone();
+        for beside in &beside {
+            let of_slope = self.slope.as_ref().map(|slope| match beside.kind {
+                BesideKind::GaussMarkov { time } => slope.gauss_markov_variance(time),
+                BesideKind::Line { .. } | BesideKind::Edges => 0.0,
+            });
+            model.basis.push(beside.variances.iter().copied().chain(of_slope).collect());
+        }
+        model.beside.extend(beside);
+        model
+    }
+
+    /// For white noise behind a filter that forgets within less than `shortest` samples, the first
+    /// averaging factor in use: N²/m - c/m², with any c up to N² · `shortest`.
+    pub(super) fn filtered(&self, shortest: f64) -> Self {
+        let edges: Vec<f64> = self.factors.iter().map(|m| 1.0 / (m * m)).collect();
+        let mut model = self.beside(vec![Beside { variances: edges.clone(), kind: BesideKind::Edges }]);
+        for (value, edge) in model.basis[self.white].iter_mut().zip(edges) {
+            *value -= shortest * edge;
+        }
+        model
+    }
+
+    /// Expected value of each octave for white noise of parameter 1, without a filter.
+    pub(super) fn white(&self) -> &[f64] {
+        &self.basis[self.white][..self.octaves]
+    }
+
+    /// Of the terms and the ramp, not of what is beside them.
+    pub(super) fn terms(&self) -> usize {
+        self.noise + usize::from(self.slope.is_some())
     }
 
     pub(super) fn statistics(&self) -> usize {
@@ -56,7 +133,7 @@ impl Model {
     pub(super) fn covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
         let mut covariance = self.octave_covariance(parameters);
         if let Some(slope) = &self.slope {
-            slope.add_covariance(parameters, parameters, &mut covariance);
+            slope.add_covariance(parameters[self.noise], &self.of_slope(parameters), &mut covariance);
         }
         covariance
     }
@@ -65,26 +142,55 @@ impl Model {
     pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
         let mut covariance = self.octave_covariance(parameters);
         if let Some(slope) = &self.slope {
-            slope.add_covariance(parameters, upper_bounds, &mut covariance);
+            slope.add_covariance(parameters[self.noise], &self.of_slope(upper_bounds), &mut covariance);
         }
         (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance[a][a]).collect()
     }
 
     /// Of the slope of the record, by parameter for parameter 1; nothing without a ramp in the
     /// model.
-    pub(super) fn slope_variances(&self) -> &[f64] {
-        self.slope.as_ref().map_or(&[], |slope| &slope.variances)
+    pub(super) fn slope_variances(&self) -> Vec<f64> {
+        let Some(slope) = &self.slope else { return Vec::new() };
+        let mut variances: Vec<f64> = self.basis.iter().map(|column| column[self.octaves]).collect();
+        // The ramp is no noise.
+        variances[self.noise] = 0.0;
+        debug_assert_eq!(variances[..self.noise], slope.variances);
+        variances
+    }
+
+    /// The parameters of the terms, with the white noise or walk that other noise is to the slope.
+    fn of_slope(&self, parameters: &[f64]) -> Vec<f64> {
+        let mut noise = parameters[..self.noise].to_vec();
+        let Some(slope) = &self.slope else { return noise };
+        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            if let BesideKind::GaussMarkov { time } = beside.kind {
+                noise[self.white] += parameter * slope.gauss_markov_variance(time) / slope.variances[self.white];
+            }
+        }
+        noise
     }
 
     fn octave_covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
         let size = self.statistics();
-        let noise = self.basis.len() - usize::from(self.slope.is_some());
-        let present: Vec<usize> = (0..noise).filter(|p| parameters[*p] > 0.0).collect();
-        // √V of each component in each octave
-        let roots: Vec<Vec<f64>> = present
-            .iter()
-            .map(|&p| self.basis[p][..self.octaves].iter().map(|value| (value * parameters[p]).sqrt()).collect())
+        // V of each component in each octave
+        let mut variances: Vec<Vec<f64>> = (self.basis[..self.noise].iter().zip(parameters))
+            .map(|(column, parameter)| column[..self.octaves].iter().map(|value| value * parameter).collect())
             .collect();
+        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            for (a, value) in beside.variances.iter().enumerate() {
+                match beside.kind {
+                    BesideKind::GaussMarkov { time } => {
+                        variances[self.like_gauss_markov(a, time)][a] += value * parameter;
+                    }
+                    BesideKind::Edges => variances[self.white][a] += value * parameter,
+                    BesideKind::Line { .. } => {}
+                }
+            }
+        }
+        let present: Vec<usize> =
+            (0..self.noise).filter(|p| variances[*p].iter().any(|variance| *variance > 0.0)).collect();
+        let roots: Vec<Vec<f64>> =
+            present.iter().map(|&p| variances[p].iter().map(|variance| variance.sqrt()).collect()).collect();
         let mut covariance = vec![vec![0.0; size]; size];
         for a in 0..self.octaves {
             for b in 0..=a {
@@ -96,7 +202,22 @@ impl Model {
                 covariance[a][b] = 2.0 * pairs.sum::<f64>();
             }
         }
+        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            // The power P of a line in noise of density S has the variance 4 P S/n.
+            if let BesideKind::Line { noise } = beside.kind {
+                for a in 0..self.octaves {
+                    for b in 0..=a {
+                        covariance[a][b] += 4.0 * parameter * noise * beside.variances[a] * beside.variances[b];
+                    }
+                }
+            }
+        }
         covariance
+    }
+
+    /// The term of noise that octave `a` of a Gauss-Markov process is most like.
+    fn like_gauss_markov(&self, a: usize, time: f64) -> usize {
+        if self.factors[a] < time { self.noise - 1 } else { self.white }
     }
 }
 
@@ -122,6 +243,7 @@ pub(super) struct Slope {
     /// By octave: the divisor c m² of a squared difference.
     divisors: Vec<f64>,
     deviation: Deviation,
+    samples: f64,
 }
 
 impl Slope {
@@ -149,16 +271,16 @@ impl Slope {
             places: places.collect(),
             divisors: octaves.iter().map(|octave| shape.deviation.divisor() * (octave.m as f64).powi(2)).collect(),
             deviation: shape.deviation,
+            samples: n,
         }
     }
 
-    /// Fills the last row, that of the squared slope, and adds the products of the ramp, the last
-    /// of the `parameters`, with the noise of `noise`.
-    fn add_covariance(&self, parameters: &[f64], noise: &[f64], covariance: &mut [Vec<f64>]) {
+    /// Fills the last row, that of the squared slope, and adds the products of the squared `ramp`
+    /// with the noise of `noise`.
+    fn add_covariance(&self, ramp: f64, noise: &[f64], covariance: &mut [Vec<f64>]) {
         let sum =
             |per_term: &[f64]| per_term.iter().zip(noise).map(|(value, parameter)| value * parameter).sum::<f64>();
         let variance = sum(&self.variances);
-        let ramp = parameters.last().copied().unwrap_or_default();
         let last = covariance.len() - 1;
         for (a, (places, divisor)) in self.places.iter().zip(&self.divisors).enumerate() {
             let squares: f64 = places.iter().map(|place| sum(place).powi(2)).sum();
@@ -173,6 +295,16 @@ impl Slope {
                 covariance[last][a] += 2.0 * ramp * sum(&self.means[a]);
             }
         }
+    }
+}
+
+impl Slope {
+    /// Of a Gauss-Markov process of variance 1 and this correlation time in samples: that of the
+    /// white noise that it is to long averages, or of the walk that it is to short ones, the
+    /// smaller.
+    fn gauss_markov_variance(&self, time: f64) -> f64 {
+        let n = self.samples;
+        (2.0 * time * slope_variance(Term::White, n)).min(2.0 / time * slope_variance(Term::RateRandomWalk, n))
     }
 }
 

@@ -126,25 +126,34 @@ pub struct Parameter {
     pub lower: Option<f64>,
     /// Upper end of the interval, where estimated; the bound on the magnitude, where bounded.
     pub upper: Option<f64>,
+    /// Probability that noise without this term would show as much of it; `None` where that was
+    /// not tested.
+    pub p: Option<f64>,
 }
 
 impl Parameter {
     /// A parameter of which nothing more is known than `status`.
     #[must_use]
     pub const fn without_value(status: Status) -> Self {
-        Self { status, value: None, lower: None, upper: None }
+        Self { status, value: None, lower: None, upper: None, p: None }
     }
 
     /// A value with the interval from `lower` to `upper`.
     #[must_use]
     pub const fn estimated(value: f64, lower: f64, upper: f64) -> Self {
-        Self { status: Status::Estimated, value: Some(value), lower: Some(lower), upper: Some(upper) }
+        Self { status: Status::Estimated, value: Some(value), lower: Some(lower), upper: Some(upper), p: None }
     }
 
     /// A bound from above.
     #[must_use]
     pub const fn bounded(upper: f64) -> Self {
         Self { upper: Some(upper), ..Self::without_value(Status::Bounded) }
+    }
+
+    /// The same, known to be no more than bounded: it may be absent after all.
+    #[must_use]
+    pub const fn not_proved(self) -> Self {
+        Self { status: Status::Bounded, value: None, lower: None, ..self }
     }
 
     /// Half the width of the interval over the value; `None` without a value other than zero.
@@ -160,8 +169,12 @@ impl Parameter {
         let found = chi_squared::normal_two_sided(confidence).and_then(|z| Some((z, search.crossing_above(z)?)));
         let Some((z, upper)) = found else { return Self::without_value(Status::NotObservable) };
         let best = solution.parameters[term];
-        let (lower, present) = search.lower(z);
-        if present { Self::estimated(best.sqrt(), lower.sqrt(), upper.sqrt()) } else { Self::bounded(upper.sqrt()) }
+        let (lower, at_zero) = search.lower(z);
+        let found = match at_zero > PRESENT {
+            true => Self::estimated(best.sqrt(), lower.sqrt(), upper.sqrt()),
+            false => Self::bounded(upper.sqrt()),
+        };
+        Self { p: Some(chi_squared::normal_above(at_zero)), ..found }
     }
 
     pub(super) fn scaled(self, factor: f64) -> Self {
@@ -176,11 +189,11 @@ impl Parameter {
 pub(super) fn ramp(slope: f64, deviation: f64, dof: f64, confidence: f64) -> Parameter {
     let quantiles = chi_squared::student_two_sided(confidence, dof).zip(chi_squared::student_two_sided(0.96, dof));
     let Some((t, present)) = quantiles else { return Parameter::without_value(Status::NotObservable) };
-    if slope.abs() > present.max(2.0) * deviation {
-        Parameter::estimated(slope, slope - t * deviation, slope + t * deviation)
-    } else {
-        Parameter::bounded(slope.abs() + t * deviation)
-    }
+    let found = match slope.abs() > present.max(2.0) * deviation {
+        true => Parameter::estimated(slope, slope - t * deviation, slope + t * deviation),
+        false => Parameter::bounded(slope.abs() + t * deviation),
+    };
+    Parameter { p: chi_squared::student_two_sided_above(slope.abs() / deviation, dof), ..found }
 }
 
 struct Search<'a> {
@@ -222,21 +235,18 @@ impl Search<'_> {
         None
     }
 
-    /// The smallest value less than `z` standard deviations below the data; whether zero is
-    /// excluded.
-    fn lower(&self, z: f64) -> (f64, bool) {
+    /// The smallest value less than `z` standard deviations below the data, and how many of them
+    /// zero is.
+    fn lower(&self, z: f64) -> (f64, f64) {
         let best = self.best();
         if best == 0.0 {
-            return (0.0, false);
+            return (0.0, self.solution.score(self.term).unwrap_or(0.0));
         }
         let near = &self.solution.parameters;
         // Without the term there may be nothing left that could explain the data.
         let (at_zero, parameters) = self.score(0.0, near).unwrap_or((f64::INFINITY, near.clone()));
-        if at_zero <= PRESENT {
-            return (0.0, false);
-        }
-        if at_zero <= z {
-            return (0.0, true);
+        if at_zero <= PRESENT.max(z) {
+            return (0.0, at_zero);
         }
         let deviation = self.solution.standard_deviation(self.term).unwrap_or(best);
         // Far from zero the bound is near the normal one.
@@ -244,7 +254,7 @@ impl Search<'_> {
         if low > 0.0 {
             while let Some((score, _)) = self.score(low, near) {
                 if score > z {
-                    return (self.root((low, score - z), (best, -z), -z, near), true);
+                    return (self.root((low, score - z), (best, -z), -z, near), at_zero);
                 }
                 low = 2.0 * low - best;
                 if low <= 0.0 {
@@ -253,7 +263,7 @@ impl Search<'_> {
             }
         }
         let finite = at_zero.min(100.0);
-        (self.root((0.0, finite - z), (best, -z), -z, &parameters), true)
+        (self.root((0.0, finite - z), (best, -z), -z, &parameters), at_zero)
     }
 
     /// Where score + `offset` falls through zero, by false position with halving of a stale end

@@ -1,7 +1,7 @@
 //! What a record to come can be expected to show, by the model fitted to the values that it expects
 //! itself, and how long a record must be to show a parameter.
 
-use super::{NoiseFit, NoiseModel, Status, Term, Terms, model::Model, regression::Regression};
+use super::{ChannelCurve, NoiseFit, NoiseModel, Status, Term, Terms, model::Model, regression::Regression};
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
 use crate::infer::chi_squared;
 
@@ -90,7 +90,7 @@ impl NoiseModel {
 
     /// With the square of the slope so many times the expected one.
     fn fit_to_expected(&self, parameters: &[f64], slope_factor: f64, confidence: f64) -> NoiseFit {
-        let Some(model) = self.expecting_model() else { return self.fit(&[], None, confidence) };
+        let Some(model) = self.expecting_model() else { return self.fit(&ChannelCurve::default(), confidence) };
         let places = self.octaves.last().map_or(0, |(place, _)| place + 1);
         let mut variances = vec![f64::NAN; places];
         for (i, (place, _)) in self.octaves.iter().enumerate() {
@@ -99,7 +99,7 @@ impl NoiseModel {
         let has_slope = self.with_ramp.is_some();
         let slope2 = |model: &Model| slope_factor * model.expected(parameters, self.octaves.len());
         let slope = has_slope.then(|| slope2(model).sqrt() / self.shape.interval_s);
-        self.fit(&variances, slope, confidence)
+        self.fit(&ChannelCurve::new(&variances, slope), confidence)
     }
 }
 

@@ -1,0 +1,160 @@
+//! Bands of frequencies whose power stands out of the noise around them, for the fit: vibration
+//! lines, steady, drifting or swept, with what they add to the Allan variance.
+
+use core::f64::consts::PI;
+
+use super::chi_squared;
+use crate::accumulate::blocks::WINDOW;
+use crate::accumulate::record::Deviation;
+use crate::accumulate::signal::ChannelSignal;
+use crate::accumulate::spectrum::Powers;
+
+/// Lowest point examined: below, the noise around a point includes the point, and drift leaks in.
+const LOWEST: usize = 4;
+
+/// Points on either side in the median that is the noise around a point.
+const SIDE: usize = 25;
+
+/// Probability that the noise alone lifts one point above the threshold.
+const FALSE_ALARM: f64 = 1e-5;
+
+/// Points on either side that a steady line reaches under the Hann window.
+const REACH: usize = 2;
+
+/// Uncertainty of an interpolated frequency, in points.
+const INTERPOLATED: f64 = 0.1;
+
+/// A band of frequencies whose power stands out of the noise around it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NarrowBand {
+    /// Frequencies in cycles per sample, each with its standard deviation and its share of the
+    /// power.
+    parts: Vec<(f64, f64, f64)>,
+    /// Power above the noise, the variance of the line, in the unit of the channel squared.
+    pub power: f64,
+    /// Density of the noise around it, in the unit squared per cycle per sample, two-sided.
+    pub noise_density: f64,
+    /// Frequencies it covers, both sides counted, as a share of all.
+    pub share_of_band: f64,
+}
+
+impl NarrowBand {
+    /// Frequency in cycles per sample: the mean over its power.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        self.parts.iter().map(|(frequency, _, share)| frequency * share).sum()
+    }
+
+    /// Whether it reaches within `margin` of `frequency`, both in cycles per sample.
+    pub(crate) fn covers(&self, frequency: f64, margin: f64) -> bool {
+        self.parts.iter().any(|(part, ..)| (part - frequency).abs() <= margin)
+    }
+
+    /// What a line of variance 1 in this band adds to the Allan or Hadamard variance at averaging
+    /// factor `m`: for a sine of frequency f 2 sin⁴(πfm)/(m sin πf)² and (8/3) sin⁶(πfm)/(m sin
+    /// πf)², averaged over the uncertainty of the frequency.
+    #[must_use]
+    pub(crate) fn variance(&self, deviation: Deviation, m: u64) -> f64 {
+        let m = m as f64;
+        let of = |(frequency, spread, share): &(f64, f64, f64)| {
+            let (phase, spread) = (PI * frequency * m, PI * spread * m);
+            // The mean of cos 2kφ over a normal φ.
+            let cosine = |k: f64| (2.0 * k * phase).cos() * (-2.0 * (k * spread).powi(2)).exp();
+            let power = match deviation {
+                Deviation::Allan => 2.0 * (0.375 - 0.5 * cosine(1.0) + 0.125 * cosine(2.0)),
+                Deviation::Hadamard => 8.0 / 3.0 * (10.0 - 15.0 * cosine(1.0) + 6.0 * cosine(2.0) - cosine(3.0)) / 32.0,
+            };
+            share * power / (m * (PI * frequency).sin()).powi(2)
+        };
+        self.parts.iter().map(of).sum()
+    }
+}
+
+impl ChannelSignal {
+    /// The bands of the record in rising frequency: those below 1/64 of the sampling rate from the
+    /// spectrum of the sums of windows, the others from that of the samples. None before four
+    /// segments are full.
+    #[must_use]
+    pub fn narrow_bands(&self, unit_per_count: f64) -> Vec<NarrowBand> {
+        let window = WINDOW as f64;
+        let of = |powers: Option<Powers>, step: f64| {
+            powers.filter(|powers| powers.segments >= 4).map(|powers| (bands(&powers, step), powers.segment_samples))
+        };
+        let fast = of(self.spectrum().powers(), 1.0).map_or_else(Vec::new, |(bands, _)| bands);
+        let scaled = |mut band: NarrowBand| {
+            band.power *= unit_per_count * unit_per_count;
+            band.noise_density *= unit_per_count * unit_per_count;
+            band
+        };
+        let Some((slow, points)) = of(self.slow_spectrum().powers(), window) else {
+            return fast.into_iter().map(scaled).collect();
+        };
+        let fast: Vec<_> = fast.into_iter().filter(|band| band.frequency() * window > 0.45).collect();
+        // A line above half the rate of the windows is in their spectrum too, folded.
+        let is_folded = |band: &NarrowBand| {
+            let reach = (REACH + 1) as f64 / points as f64;
+            fast.iter().flat_map(|band| &band.parts).any(|(frequency, ..)| {
+                let cycles = frequency * window;
+                ((cycles - cycles.round()).abs() - band.frequency() * window).abs() < reach
+            })
+        };
+        slow.into_iter().filter(|band| !is_folded(band)).chain(fast.iter().cloned()).map(scaled).collect()
+    }
+}
+
+/// Bands of the spectrum of sums of `samples` samples each.
+fn bands(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
+    let last = spectrum.segment_samples / 2;
+    let freedom = 2.0 * spectrum.averages;
+    let Some(threshold) = chi_squared::quantile(1.0 - FALSE_ALARM, freedom).map(|quantile| quantile / freedom) else {
+        return Vec::new();
+    };
+    let floors: Vec<f64> = (0..=last).map(|k| if k < LOWEST { f64::INFINITY } else { floor(spectrum, k) }).collect();
+    let stands_out: Vec<usize> =
+        (LOWEST..=last).filter(|&k| floors[k] > 0.0 && spectrum.powers[k] > threshold * floors[k]).collect();
+    // Points of one band are at most the reach of a line apart.
+    let bands = stands_out.chunk_by(|a, b| b - a <= 2 * REACH);
+    bands.filter_map(|points| band(spectrum, &floors, points, samples)).collect()
+}
+
+/// Median of the points around k; as many on either side, so that a slope cancels.
+fn floor(spectrum: &Powers, k: usize) -> f64 {
+    let last = spectrum.segment_samples / 2;
+    let side = SIDE.min(k - 1);
+    let mirrored = |k: usize| spectrum.powers[if k > last { 2 * last - k } else { k }];
+    let mut around: Vec<f64> = (k - side..=k + side).map(mirrored).collect();
+    *around.select_nth_unstable_by(side, f64::total_cmp).1
+}
+
+fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Option<NarrowBand> {
+    let n = spectrum.segment_samples as f64;
+    let last = spectrum.segment_samples / 2;
+    let (first, end) = (*points.first()?, *points.last()?);
+    let reach = first.saturating_sub(REACH).max(LOWEST)..=(end + REACH).min(last);
+    let above = |k: usize| spectrum.powers[k] - floors[k];
+    let sides = |k: usize| if k == last { 1.0 } else { 2.0 };
+    let power: f64 = reach.clone().map(|k| sides(k) * above(k)).sum::<f64>() / n;
+    let frequency = |point: f64| point / n / samples;
+    let peak = points.iter().copied().max_by(|a, b| above(*a).total_cmp(&above(*b)))?;
+    let parts = if end - first <= REACH && peak < last && peak > LOWEST {
+        // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
+        // (1 + δ)/(2 - δ).
+        let (below, here, beyond) = (above(peak - 1).max(0.0), above(peak), above(peak + 1).max(0.0));
+        let ratio = (below.max(beyond) / here).sqrt();
+        let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
+        vec![(frequency(peak as f64 + if beyond >= below { off } else { -off }), frequency(INTERPOLATED), 1.0)]
+    } else {
+        let total: f64 = reach.clone().map(|k| sides(k) * above(k).max(0.0)).sum();
+        let part = |k: usize| (frequency(k as f64), frequency(0.5), sides(k) * above(k).max(0.0) / total);
+        reach.clone().map(part).collect()
+    };
+    // The mean over the samples of a sum passes a line at f with the amplitude sin(πfs)/(s sin πf).
+    let passed: f64 =
+        parts.iter().map(|(f, _, share)| share * ((PI * f * samples).sin() / (samples * (PI * f).sin())).powi(2)).sum();
+    Some(NarrowBand {
+        parts,
+        power: power / (samples * samples) / passed,
+        noise_density: floors[peak] / samples,
+        share_of_band: reach.count() as f64 / last as f64 / samples,
+    })
+}
