@@ -21,6 +21,10 @@ const FALSE_ALARM: f64 = 1e-5;
 /// Points on either side that a steady line reaches under the Hann window.
 const REACH: usize = 2;
 
+/// Variance in points² of the power of a line of one frequency under the Hann window is 1/3; wider
+/// bands are of a line that drifts.
+const STEADY: f64 = 0.6;
+
 /// Uncertainty of an interpolated frequency, in points.
 const INTERPOLATED: f64 = 0.1;
 
@@ -51,22 +55,32 @@ impl NarrowBand {
     }
 
     /// What a line of variance 1 in this band adds to the Allan or Hadamard variance at averaging
-    /// factor `m`: for a sine of frequency f 2 sin⁴(πfm)/(m sin πf)² and (8/3) sin⁶(πfm)/(m sin
-    /// πf)², averaged over the uncertainty of the frequency.
+    /// factor `m`, and the standard deviation of that: for a sine of frequency f 2 sin⁴(πfm)/(m sin
+    /// πf)² and (8/3) sin⁶(πfm)/(m sin πf)², over the uncertainty of the frequency.
     #[must_use]
-    pub(crate) fn variance(&self, deviation: Deviation, m: u64) -> f64 {
+    pub(crate) fn variance(&self, deviation: Deviation, m: u64) -> (f64, f64) {
         let m = m as f64;
+        // By cosines of even multiples of the phase: sin⁴, sin⁸, and sin⁶, sin¹².
+        let (factor, power, square): (f64, &[f64], &[f64]) = match deviation {
+            Deviation::Allan => (2.0, &[3.0, -4.0, 1.0], &[35.0, -56.0, 28.0, -8.0, 1.0]),
+            Deviation::Hadamard => {
+                (8.0 / 3.0, &[10.0, -15.0, 6.0, -1.0], &[462.0, -792.0, 495.0, -220.0, 66.0, -12.0, 1.0])
+            }
+        };
         let of = |(frequency, spread, share): &(f64, f64, f64)| {
             let (phase, spread) = (PI * frequency * m, PI * spread * m);
             // The mean of cos 2kφ over a normal φ.
             let cosine = |k: f64| (2.0 * k * phase).cos() * (-2.0 * (k * spread).powi(2)).exp();
-            let power = match deviation {
-                Deviation::Allan => 2.0 * (0.375 - 0.5 * cosine(1.0) + 0.125 * cosine(2.0)),
-                Deviation::Hadamard => 8.0 / 3.0 * (10.0 - 15.0 * cosine(1.0) + 6.0 * cosine(2.0) - cosine(3.0)) / 32.0,
+            // The coefficients of a power of the sine are those at φ = π/2, where it is 1.
+            let mean = |coefficients: &[f64]| {
+                let sum: f64 = coefficients.iter().enumerate().map(|(k, c)| c * cosine(k as f64)).sum();
+                sum / coefficients.iter().map(|c| c.abs()).sum::<f64>()
             };
-            share * power / (m * (PI * frequency).sin()).powi(2)
+            let scale = factor * share / (m * (PI * frequency).sin()).powi(2);
+            let mean_power = mean(power);
+            (scale * mean_power, scale * (mean(square) - mean_power * mean_power).max(0.0).sqrt())
         };
-        self.parts.iter().map(of).sum()
+        self.parts.iter().map(of).fold((0.0_f64, 0.0_f64), |(mean, spread), part| (mean + part.0, spread.hypot(part.1)))
     }
 }
 
@@ -136,7 +150,11 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
     let power: f64 = reach.clone().map(|k| sides(k) * above(k)).sum::<f64>() / n;
     let frequency = |point: f64| point / n / samples;
     let peak = points.iter().copied().max_by(|a, b| above(*a).total_cmp(&above(*b)))?;
-    let parts = if end - first <= REACH && peak < last && peak > LOWEST {
+    let shares: Vec<(f64, f64)> = reach.clone().map(|k| (k as f64, sides(k) * above(k).max(0.0))).collect();
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let mean: f64 = shares.iter().map(|(k, share)| k * share / total).sum();
+    let variance: f64 = shares.iter().map(|(k, share)| (k - mean).powi(2) * share / total).sum();
+    let parts = if variance < STEADY && peak < last && peak > LOWEST {
         // Grandke (1983): of a line at k + δ the Hann window passes to k and k + 1 amplitudes in the ratio
         // (1 + δ)/(2 - δ).
         let (below, here, beyond) = (above(peak - 1).max(0.0), above(peak), above(peak + 1).max(0.0));
@@ -144,9 +162,7 @@ fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Op
         let off = ((2.0 * ratio - 1.0) / (ratio + 1.0)).max(0.0);
         vec![(frequency(peak as f64 + if beyond >= below { off } else { -off }), frequency(INTERPOLATED), 1.0)]
     } else {
-        let total: f64 = reach.clone().map(|k| sides(k) * above(k).max(0.0)).sum();
-        let part = |k: usize| (frequency(k as f64), frequency(0.5), sides(k) * above(k).max(0.0) / total);
-        reach.clone().map(part).collect()
+        shares.iter().map(|(k, share)| (frequency(*k), frequency(0.5), share / total)).collect()
     };
     // The mean over the samples of a sum passes a line at f with the amplitude sin(πfs)/(s sin πf).
     let passed: f64 =

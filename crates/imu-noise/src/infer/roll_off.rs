@@ -7,8 +7,15 @@ use super::noise_model::non_negative;
 use crate::accumulate::signal::ChannelSignal;
 use crate::accumulate::spectrum::Powers;
 
+/// Of the rate: above, Gauss-Markov noise with a correlation time of 16 samples or more falls as a
+/// random walk does.
+const LOWEST: f64 = 1.0 / 16.0;
+
+/// Correlation times in samples that tell of a filter.
+const FAST: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+
 /// Lowest point in use: below, segments have lost their mean.
-const LOWEST: usize = 4;
+const FIRST: usize = 4;
 
 /// Twice the log-likelihood ratio that a clean record of twelve channels does not reach.
 const EVIDENCE: f64 = 20.0;
@@ -18,9 +25,8 @@ const DEPENDENCE: f64 = 1.944;
 
 const ROUNDS: usize = 8;
 
-/// In samples: noise with longer correlation is noise, with shorter it is filtered.
-const SLOW: f64 = 16.0;
-const FAST: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// Of the largest power, below which none is told from leakage.
+const LEAKAGE: f64 = 1e-3;
 
 /// A low pass slower than the output: white noise is correlated from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,34 +47,47 @@ impl ChannelSignal {
         let last = powers.segment_samples / 2;
         let is_free = |k: usize| bands.iter().all(|band| !band.covers(k as f64 / n, 2.0 / n));
         // The last point has half the degrees of freedom.
-        let points: Vec<usize> = (LOWEST..last).filter(|k| is_free(*k) && powers.powers[*k] > 0.0).collect();
+        let points: Vec<usize> = (FIRST..last).filter(|k| is_free(*k) && powers.powers[*k] > 0.0).collect();
+        let fast: Vec<usize> = points.iter().copied().filter(|k| *k as f64 >= LOWEST * n).collect();
         let column = |shape: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            points.iter().map(|&k| shape((TAU * k as f64 / n).cos())).collect()
+            fast.iter().map(|&k| shape((TAU * k as f64 / n).cos())).collect()
         };
         // 4 sin² πf = 2 - 2 cos 2πf
-        let slow = [
-            column(&|cos| (2.0 - 2.0 * cos).powf(-0.5)),
-            column(&|cos| (2.0 - 2.0 * cos).recip()),
-            column(&|cos| correlated(SLOW, cos)),
-        ];
-        let with = |fast: Vec<Vec<f64>>| fit(&powers, &points, &[&fast[..], &slow].concat());
-        let (flat, _) = with(vec![column(&|_| 1.0)])?;
-        let (sloped, parameters) = with(vec![column(&|cos| 1.0 + cos), column(&|cos| 1.0 - cos)])?;
-        if parameters[0] <= parameters[1] || 2.0 * powers.averages * (flat - sloped) / DEPENDENCE < EVIDENCE {
+        let slow = [column(&|cos| (2.0 - 2.0 * cos).powf(-0.5)), column(&|cos| (2.0 - 2.0 * cos).recip())];
+        let with = |white: Vec<Vec<f64>>| fit(&powers, &fast, &[&white[..], &slow].concat());
+        let white = vec![column(&|_| 1.0)];
+        let fast_noise = FAST.map(|time| column(&|cos| correlated(time, cos)));
+        let (flat, _) = with(white.clone())?;
+        let (filtered, _) = with([white, vec![column(&|cos| 1.0 + cos)], fast_noise.to_vec()].concat())?;
+        let is_filtered = 2.0 * powers.averages * (flat - filtered) / DEPENDENCE > EVIDENCE;
+        if !is_filtered && !falls_faster_than_a_walk(&powers, &points) {
             return None;
         }
-        let fast = [vec![column(&|_| 1.0)], FAST.map(|time| column(&|cos| correlated(time, cos))).to_vec()].concat();
-        let (_, parameters) = with(fast)?;
-        // Each has a mean density of 1.
-        let mean: f64 = parameters[..=FAST.len()].iter().sum();
-        let at_zero: f64 = parameters[0]
-            + FAST
-                .iter()
-                .zip(&parameters[1..])
-                .map(|(time, parameter)| parameter * correlated(*time, 1.0))
-                .sum::<f64>();
-        Some(RollOff { correlation_samples: (at_zero / mean).max(1.0) })
+        let mean = powers.powers[1..].iter().sum::<f64>() / last as f64;
+        let mut low: Vec<f64> = points.iter().take_while(|k| **k <= last / 8).map(|k| powers.powers[*k]).collect();
+        let middle = low.len() / 2;
+        let plateau = *low.get_mut(..).filter(|low| !low.is_empty())?.select_nth_unstable_by(middle, f64::total_cmp).1;
+        Some(RollOff { correlation_samples: (plateau / mean).max(1.0) })
     }
+}
+
+/// Whether the mean power of the upper half of a range of frequencies is below that of the lower
+/// one by more than a random walk's is, beyond doubt.
+fn falls_faster_than_a_walk(powers: &Powers, points: &[usize]) -> bool {
+    const DOUBT_STD: f64 = 5.0;
+    let n = powers.segment_samples as f64;
+    let mean = |from: f64, to: f64| {
+        let points = points.iter().filter(|k| (from..to).contains(&(**k as f64 / n)));
+        let (sum, walk, count) = points.fold((0.0, 0.0, 0.0), |(sum, walk, count), &k| {
+            (sum + powers.powers[k], walk + (1.0 - (TAU * k as f64 / n).cos()).recip(), count + 1.0)
+        });
+        (sum / walk, count)
+    };
+    [(1.0 / 16.0, 0.125, 0.25), (0.125, 0.25, 0.5), (0.25, 0.375, 0.5)].into_iter().any(|(from, middle, to)| {
+        let ((lower, below), (upper, above)) = (mean(from, middle), mean(middle, to));
+        let relative = (DEPENDENCE / powers.averages * (1.0 / below + 1.0 / above)).sqrt();
+        upper < lower * (1.0 - DOUBT_STD * relative)
+    })
 }
 
 /// Density of samples with the covariance e^(-|k|/`time`), for variance 1.
@@ -80,7 +99,8 @@ fn correlated(time: f64, cos: f64) -> f64 {
 /// Non-negative amplitudes of the `columns` by the likelihood of averaged periodograms, and its
 /// negative logarithm over the averages.
 fn fit(powers: &Powers, points: &[usize], columns: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
-    let mut expected: Vec<f64> = points.iter().map(|&k| powers.powers[k]).collect();
+    let mean = points.iter().map(|&k| powers.powers[k]).sum::<f64>() / points.len() as f64;
+    let mut expected = vec![mean; points.len()];
     let mut parameters = Vec::new();
     for _ in 0..ROUNDS {
         let scaled: Vec<Vec<f64>> =
@@ -90,9 +110,12 @@ fn fit(powers: &Powers, points: &[usize], columns: &[Vec<f64>]) -> Option<(f64, 
         for (i, expected) in expected.iter_mut().enumerate() {
             *expected = columns.iter().zip(&parameters).map(|(column, parameter)| column[i] * parameter).sum();
         }
-        if expected.iter().any(|value| value.is_nan() || *value <= 0.0) {
+        // Behind a steep filter the smallest powers are leakage.
+        let least = LEAKAGE * expected.iter().copied().fold(0.0, f64::max);
+        if least.is_nan() || least <= 0.0 {
             return None;
         }
+        expected.iter_mut().for_each(|expected| *expected = expected.max(least));
     }
     let minus_log_likelihood = points.iter().zip(&expected).map(|(&k, e)| e.ln() + powers.powers[k] / e).sum();
     Some((minus_log_likelihood, parameters))

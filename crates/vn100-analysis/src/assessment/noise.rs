@@ -1,9 +1,9 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Interval, NarrowBand, NoiseFit,
-    NoiseModel, Octave, OverBound, Parameter, PowerLaw, RecordShape, RollOff, Sensor, Status, Term, Terms,
-    classical_reading, edf, holm, over_bound, white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, NarrowBand, NoiseFit, NoiseModel, Octave,
+    OverBound, Parameter, RecordShape, RollOff, Sensor, Status, Term, Terms, classical_reading, holm, over_bound,
+    white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -25,8 +25,6 @@ pub struct ChannelNoise {
     pub fit: NoiseFit,
     /// The averaging on board, where it is known and depresses short averaging times.
     pub(super) window: Option<BoxcarWindow>,
-    /// What white noise cannot be above where no model fits, see [`parameter`](Self::parameter).
-    white_bound: Option<f64>,
     /// By the graphical method, for comparison with published figures only.
     pub classical: ClassicalReading,
     /// What a longer record would show, where this one is too short for the random walk.
@@ -80,8 +78,6 @@ impl ChannelNoise {
     ) -> Option<Self> {
         let sensor = sensor_of(channel.quantity)?;
         let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
-        // The roll-off of a known window is part of the model.
-        let roll_off = roll_off.filter(|_| window.is_none());
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
         let with_quantization =
             |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
@@ -119,21 +115,14 @@ impl ChannelNoise {
             // the recipes are for the Allan deviation
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
-        let is_rejected = fit.parameter(Term::White).is_some_and(|white| white.status == Status::ModelRejected);
-        // windows that share samples read low
-        let white_bound = (is_rejected && window.is_none()).then(|| white_bound(curve, confidence)).flatten();
-        Some(Self { sensor, fit, window, white_bound, classical, detectable_rrw: None, long_taus })
+        Some(Self { sensor, fit, window, classical, detectable_rrw: None, long_taus })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
-    /// do not show the sensor, white and quantisation noise alone are its own. Where no model fits,
-    /// white noise is bounded by the lowest that the curve shows.
+    /// do not show the sensor, white and quantisation noise alone are its own.
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
-            _ if term == Term::White && self.white_bound.is_some() => {
-                Some(Parameter { upper: self.white_bound, ..Parameter::without_value(Status::Bounded) })
-            }
             _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
             LongTauValidity::Sensor => self.fit.parameter(term),
             LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Motion => {
@@ -179,19 +168,6 @@ pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], models: &mu
         let walk = noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none());
         noise.detectable_rrw = walk.and_then(|_| models.detectable_rrw(&noise.fit));
     }
-}
-
-/// The least N that the upper ends of the deviation leave, where no filter of the bias reaches: a
-/// variance is N²/τ and whatever else adds. All upper ends hold together at the level `confidence`
-/// (Bonferroni), with the degrees of freedom of the noise that has fewest.
-fn white_bound(curve: &Curve, confidence: f64) -> Option<f64> {
-    let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
-    let each = 1.0 - (1.0 - confidence) / before_filter as f64;
-    let bounds = curve.octaves[..before_filter].iter().zip(&curve.variances).filter_map(|(octave, variance)| {
-        let edf = edf(octave, &curve.shape, PowerLaw::RandomWalk)?;
-        Some(Interval::new(*variance, edf, each)?.upper * curve.tau_s(octave).sqrt())
-    });
-    bounds.reduce(f64::min)
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.

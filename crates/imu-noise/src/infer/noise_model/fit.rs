@@ -19,6 +19,9 @@ use crate::infer::roll_off::RollOff;
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
+/// χ² falls by more with Gauss-Markov processes in few records of noise without them.
+const PROCESS: f64 = 8.0;
+
 /// Lines with a power of their own in the fit.
 const MOST_LINES: usize = 5;
 
@@ -122,9 +125,10 @@ impl NoiseModel {
     /// Generalised least squares with the covariance of all octaves from the fitted model itself,
     /// on statistics made normal, with squared amplitudes that cannot be negative. Each line of the
     /// spectrum is a term of its own, with its frequency known and its power free. Where that does
-    /// not hold with p >= 0.01, Gauss-Markov processes with correlation times of 16 samples times
-    /// powers of four, up to a quarter of the record, join the terms; where it does not hold
-    /// either, the model is rejected.
+    /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
+    /// correlation times of 16 samples times powers of four, up to a quarter of the record, join
+    /// the terms. Where that does not hold either, the model is rejected, and N is bounded by the
+    /// curve itself.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -164,50 +168,74 @@ impl NoiseModel {
             return self.without_values(Status::NotObservable);
         }
         let lines = self.lines(curve.bands, self.fitted.saturating_sub(model.terms() + 1));
-        let mut with_lines = model.beside(lines);
-        let mut first = 0;
-        if let Some(roll_off) = curve.roll_off {
-            let shortest = (SETTLED * (roll_off.correlation_samples - 1.0)).max(2.0);
-            first = self.octaves.iter().take_while(|(_, octave)| (octave.m as f64) < shortest).count();
-            let Some((_, octave)) = self.octaves.get(first).filter(|_| first < self.fitted) else {
-                return self.without_values(Status::ModelRejected);
-            };
-            with_lines = with_lines.filtered(octave.m as f64);
-        }
-        let ceiling = self.white_ceiling(model, &values, curve.roll_off);
-        let attempt = |model: &Model| {
-            ranges.clone().find_map(|range| {
-                let range = range.start.max(first)..range.end;
-                let regression = Regression::new(model, &values, range.clone());
-                let solution = regression.fit()?;
-                let positive = solution.parameters.iter().filter(|parameter| **parameter > 0.0).count();
-                let dof = regression.statistics().checked_sub(positive).filter(|dof| *dof > 0)?;
-                let p = chi_squared::probability_above(solution.chi2, dof as f64).filter(|p| *p >= LEAST_P)?;
-                let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
-                let quality = FitQuality {
-                    tau_min_s: tau_s(range.start),
-                    tau_max_s: tau_s(range.end - 1),
-                    chi2: solution.chi2,
-                    dof,
-                    p,
-                };
-                let accepted = Accepted { model, regression, solution, range, quality };
-                let fit = self.read_out(&accepted, slope, confidence);
-                let white = fit.parameter(Term::White).and_then(|white| white.lower);
-                let scale = Term::White.per_second(self.shape.interval_s);
-                white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)
+        let with_lines = model.beside(lines);
+        let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, roll_off));
+        let ceiling = self.white_ceiling(model, &values, curve.roll_off, 0.01);
+        let solve = |model: &Model, range: Range<usize>| {
+            let regression = Regression::new(model, &values, range.clone());
+            let solution = regression.fit()?;
+            let positive = solution.parameters.iter().filter(|parameter| **parameter > 0.0).count();
+            let dof = regression.statistics().checked_sub(positive).filter(|dof| *dof > 0)?;
+            let p = chi_squared::probability_above(solution.chi2, dof as f64)?;
+            let tau_s = |i: usize| self.octaves[i].1.m as f64 * self.shape.interval_s;
+            let (tau_min_s, tau_max_s) = (tau_s(range.start), tau_s(range.end - 1));
+            let quality = FitQuality { tau_min_s, tau_max_s, chi2: solution.chi2, dof, p };
+            Some((solution, quality))
+        };
+        let read_out = |model: &Model, range: Range<usize>, (solution, quality): (Solution, FitQuality)| {
+            let regression = Regression::new(model, &values, range.clone());
+            let accepted = Accepted { model, regression, solution, range, quality };
+            let fit = self.read_out(&accepted, slope, confidence);
+            let white = fit.parameter(Term::White).and_then(|white| white.lower);
+            let scale = Term::White.per_second(self.shape.interval_s);
+            white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)
+        };
+        let attempt = |model: &Model, first: usize| {
+            let with_processes = model.beside(self.gauss_markov_processes());
+            let ranges = ranges.clone().map(|range| range.start.max(first)..range.end);
+            let found = ranges.clone().find_map(|range| {
+                let without = solve(model, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
+                let with = solve(&with_processes, range.clone());
+                let is_better = |(_, with): &(Solution, FitQuality)| without.1.chi2 - with.chi2 > PROCESS;
+                match with.filter(is_better) {
+                    Some(with) => read_out(&with_processes, range, with),
+                    None => read_out(model, range, without),
+                }
+            });
+            found.or_else(|| {
+                ranges.clone().find_map(|range| {
+                    let with = solve(&with_processes, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
+                    read_out(&with_processes, range, with)
+                })
             })
         };
-        attempt(&with_lines)
-            .or_else(|| attempt(&with_lines.beside(self.gauss_markov_processes())))
-            .unwrap_or_else(|| self.without_values(Status::ModelRejected))
+        // A known window explains its own roll-off.
+        let whole = (filtered.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
+        whole.or_else(|| filtered.and_then(|(model, first)| attempt(&model, first))).unwrap_or_else(|| {
+            let mut rejected = self.without_values(Status::ModelRejected);
+            let ceiling = self.white_ceiling(model, &values, curve.roll_off, 1.0 - confidence);
+            if let Some(white) = &mut rejected.parameters[Term::White as usize]
+                && ceiling.is_finite()
+            {
+                *white = Parameter::bounded(ceiling.sqrt() * Term::White.per_second(self.shape.interval_s));
+            }
+            rejected
+        })
     }
 
-    /// What the squared N cannot be above, per sample: a variance is that of the white noise and
-    /// whatever adds, so that its upper end bounds N². The upper ends of all octaves hold together at
-    /// 99 % (Bonferroni), with the degrees of freedom of a random walk, which has fewest. Behind an
-    /// unknown filter those count that average over ten times its correlation.
-    fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>) -> f64 {
+    /// The model behind a filter of unknown transfer, and the first octave that averages over what
+    /// it remembers; `None` where there is none.
+    fn filtered(&self, model: &Model, roll_off: RollOff) -> Option<(Model, usize)> {
+        let shortest = (SETTLED * (roll_off.correlation_samples - 1.0)).max(2.0);
+        let first = self.octaves[..self.fitted].iter().position(|(_, octave)| octave.m as f64 >= shortest)?;
+        Some((model.filtered(self.octaves[first].1.m as f64), first))
+    }
+
+    /// What the squared N is above with the probability `risk` at most, per sample: a variance is
+    /// that of the white noise and whatever adds, so that its upper end bounds N². The upper ends of
+    /// all octaves hold together (Bonferroni), with the degrees of freedom of a random walk, which
+    /// has fewest. Behind an unknown filter those count that average over ten times its correlation.
+    fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
         let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
         let octaves = self.octaves.iter().zip(values).zip(model.white());
         let counted: Vec<(f64, f64)> = octaves
@@ -217,7 +245,7 @@ impl NoiseModel {
                 Some((value / white, edf))
             })
             .collect();
-        let each = 0.01 / counted.len() as f64;
+        let each = risk / counted.len() as f64;
         let bound = |(value, edf): &(f64, f64)| Some(value * edf / chi_squared::quantile(each, *edf)?);
         counted.iter().filter_map(bound).fold(f64::INFINITY, f64::min)
     }
@@ -233,12 +261,19 @@ impl NoiseModel {
             .map(|group| {
                 let total: f64 = group.iter().map(|band| band.power).sum();
                 let variance = |(_, octave): &(usize, Octave)| {
-                    let of = |band: &&NarrowBand| band.power / total * band.variance(self.shape.deviation, octave.m);
-                    group.iter().map(of).sum()
+                    let of = |band: &&NarrowBand| {
+                        let (mean, spread) = band.variance(self.shape.deviation, octave.m);
+                        (band.power / total * mean, band.power / total * spread)
+                    };
+                    group
+                        .iter()
+                        .map(of)
+                        .fold((0.0_f64, 0.0_f64), |(mean, spread), of| (mean + of.0, spread.hypot(of.1)))
                 };
                 let noise = group.iter().map(|band| band.power / total * band.noise_density).sum::<f64>();
                 let noise = noise / self.shape.samples as f64;
-                Beside { variances: self.octaves.iter().map(variance).collect(), kind: BesideKind::Line { noise } }
+                let (variances, spread) = self.octaves.iter().map(variance).unzip();
+                Beside { variances, kind: BesideKind::Line { noise, spread } }
             })
             .collect()
     }

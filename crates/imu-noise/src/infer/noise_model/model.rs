@@ -43,8 +43,9 @@ pub(super) struct Beside {
 /// How it varies from record to record.
 #[derive(Clone, Debug)]
 pub(super) enum BesideKind {
-    /// A sine: known but for the noise at its own frequency, whose density over the samples this is.
-    Line { noise: f64 },
+    /// A sine: known but for the noise at its own frequency, whose density over the samples this
+    /// is, and the standard deviation of each octave from what is not known of the frequency.
+    Line { noise: f64, spread: Vec<f64> },
     /// A Gauss-Markov process with this correlation time in samples: longer averages of it vary as
     /// those of white noise, shorter ones as those of a random walk.
     GaussMarkov { time: f64 },
@@ -105,8 +106,8 @@ impl Model {
     pub(super) fn filtered(&self, shortest: f64) -> Self {
         let edges: Vec<f64> = self.factors.iter().map(|m| 1.0 / (m * m)).collect();
         let mut model = self.beside(vec![Beside { variances: edges.clone(), kind: BesideKind::Edges }]);
-        for (value, edge) in model.basis[self.white].iter_mut().zip(edges) {
-            *value -= shortest * edge;
+        for ((value, edge), m) in model.basis[self.white].iter_mut().zip(edges).zip(&self.factors) {
+            *value = 1.0 / m - shortest * edge;
         }
         model
     }
@@ -204,8 +205,9 @@ impl Model {
         }
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
             // The power P of a line in noise of density S has the variance 4 P S/n.
-            if let BesideKind::Line { noise } = beside.kind {
+            if let BesideKind::Line { noise, spread } = &beside.kind {
                 for a in 0..self.octaves {
+                    covariance[a][a] += (parameter * spread[a]).powi(2);
                     for b in 0..=a {
                         covariance[a][b] += 4.0 * parameter * noise * beside.variances[a] * beside.variances[b];
                     }
