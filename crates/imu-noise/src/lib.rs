@@ -82,9 +82,9 @@ pub use infer::disturbance::Disturbance;
 pub use infer::level_change::{LevelChange, LevelShape};
 pub use infer::narrow_bands::NarrowBand;
 pub use infer::noise_model::{
-    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, NoiseFit, NoiseModel, OverBound,
-    Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound, visible_random_walk,
-    white_deficit,
+    Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, GaussMarkovProcess, NoiseFit,
+    NoiseModel, OverBound, Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound,
+    visible_random_walk, white_deficit,
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;

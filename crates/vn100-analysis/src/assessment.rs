@@ -3,7 +3,9 @@ mod rest;
 mod stationary;
 mod stream;
 
-use imu_noise::{Interval, Normality, NotJudged, Octave, PowerLaw, RecordShape, counts_to_unit, edf};
+use imu_noise::{
+    ChannelCurve, Interval, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape, counts_to_unit, edf,
+};
 use vn100_protocol::Channel;
 
 pub(crate) use noise::BEFORE_FILTER_S;
@@ -18,6 +20,10 @@ use crate::{
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
 };
+
+/// Degrees of freedom below which an interval says nothing: its upper end would be many times the
+/// deviation.
+const LEAST_EDF: f64 = 2.0;
 
 /// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot
 /// alone; some milliseconds for twelve channels.
@@ -61,7 +67,7 @@ pub struct OctaveAssessment {
     /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
     pub alpha: Option<i8>,
     /// Degrees of freedom, and bounds of a deviation of 1, to be multiplied by the octave's own;
-    /// `None` below two windows. By the fitted mixture of noises, or, where no model holds, the
+    /// `None` below two degrees of freedom. By the fitted mixture of noises, or, where no model holds, the
     /// kind of noise seen here or next to here.
     pub relative: Option<Interval>,
 }
@@ -105,9 +111,15 @@ impl ChannelAssessment {
             true => Disturbed::default(),
             false => Disturbed::of(channel, results, curve.shape.interval_s),
         };
-        let bands = results.signal.as_ref().map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
-        let roll_off = results.signal.as_ref().and_then(|signal| signal.roll_off(&bands));
-        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &bands, roll_off, confidence, models);
+        let signal = results.signal.as_ref();
+        let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
+        let evidence = ChannelCurve {
+            bands: &bands,
+            roll_off: signal.and_then(|signal| signal.roll_off(&bands)),
+            fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
+            ..ChannelCurve::default()
+        };
+        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &evidence, confidence, models);
         if let Some(noise) = noise.as_mut().filter(|_| was_moved) {
             noise.was_moved();
         }
@@ -121,13 +133,24 @@ impl ChannelAssessment {
                 OctaveAssessment {
                     m: octave.m,
                     alpha: law.map(PowerLaw::alpha),
-                    relative: edf.and_then(|edf| Interval::new(1.0, edf, confidence)),
+                    relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
                 }
             })
             .collect();
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
         Self { octaves, noise, disturbed, normality, onboard }
     }
+}
+
+/// Fourth cumulant of the white noise. Normal noise of any other kind adds none, but one record of
+/// slow noise may look as if it did: 0 where white noise is less than half of the variance.
+fn fourth_cumulant_counts4(results: &ChannelSnapshot) -> f64 {
+    let shortest = results.octaves.first().and_then(OctaveSum::variance_counts2);
+    let of = |(variance, white): (f64, f64)| {
+        let kurtosis = results.moments.excess_kurtosis().filter(|_| variance <= 2.0 * white)?;
+        Some(kurtosis * variance * variance)
+    };
+    results.moments.variance_counts2().zip(shortest).and_then(of).unwrap_or(0.0)
 }
 
 /// The octave variances of one channel, in its own unit.

@@ -50,6 +50,10 @@ pub enum WarningKind {
     StuckDigits,
     /// A spectrum has peaks: something shakes the sensor.
     VibrationLine,
+    /// Noise that is correlated over seconds lies beside the white noise.
+    CorrelatedNoise,
+    /// A filter slower than the output takes the high frequencies.
+    LowPass,
     /// Something happened in the middle of the record.
     NotStationary,
     /// The sensor was still warming up.
@@ -96,6 +100,8 @@ impl WarningKind {
             Self::PrintFormat => "print-format",
             Self::StuckDigits => "stuck-digits",
             Self::VibrationLine => "vibration-line",
+            Self::CorrelatedNoise => "correlated-noise",
+            Self::LowPass => "low-pass",
             Self::NotStationary => "not-stationary",
             Self::WarmUp => "warm-up",
             Self::QuantisationFloor => "quantisation-floor",

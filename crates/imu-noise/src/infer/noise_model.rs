@@ -17,7 +17,7 @@ pub use boxcar::{BoxcarWindow, white_deficit};
 pub use curve_reading::{
     ClassicalReading, OverBound, classical_reading, curve_minimum, over_bound, visible_random_walk,
 };
-pub use fit::{ChannelCurve, FitQuality, NoiseFit};
+pub use fit::{ChannelCurve, FitQuality, GaussMarkovProcess, NoiseFit};
 pub use gauss_markov::GaussMarkovFit;
 use joint::Component;
 pub(crate) use least_squares::non_negative;

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel, Octave, Octaves,
-    Parameter, RecordShape, Status, Term, Terms,
+    BoxcarWindow, ChannelCurve, ChannelSignal, Deviation, Estimator, GaussMarkovFit, Interval, NoiseFit, NoiseModel,
+    Octave, Octaves, Parameter, RecordShape, SpectrumPlan, Status, Term, Terms,
 };
 
 use crate::oracle;
@@ -17,15 +17,24 @@ fn shape(samples: u64) -> RecordShape {
     RecordShape { samples, interval_s: INTERVAL_S, estimator: Estimator::Strided, deviation: Deviation::Allan }
 }
 
-/// Fits `terms` to values in units of 1e-4.
+/// Fits `terms` to values in units of 1e-4, with what their spectrum shows.
 fn fit_record(values: &[f64], terms: Terms, window: Option<BoxcarWindow>) -> NoiseFit {
     let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
     let mut sums = Octaves::new(Estimator::Strided, Deviation::Allan);
     sums.push(&counts);
     let octaves: Vec<_> = sums.sums().map(|sum| sum.octave()).collect();
     let variances: Vec<_> = sums.sums().map(|sum| sum.variance_counts2().unwrap() * 1e-8).collect();
-    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window)
-        .fit(&ChannelCurve::new(&variances, None), 0.95)
+    let signal = signal(&counts);
+    let bands = signal.narrow_bands(1e-4);
+    let roll_off = signal.roll_off(&bands);
+    let curve = ChannelCurve { bands: &bands, roll_off, ..ChannelCurve::new(&variances, None) };
+    NoiseModel::new(&octaves, &shape(values.len() as u64), terms, window).fit(&curve, 0.95)
+}
+
+fn signal(counts: &[i32]) -> ChannelSignal {
+    let mut signal = ChannelSignal::new(&SpectrumPlan::new());
+    signal.push(counts);
+    signal
 }
 
 /// The shortest `skipped` octaves have no part.
@@ -85,19 +94,78 @@ fn curves_without_noise_give_their_parameters_back() {
     assert_eq!(sets, 3);
 }
 
+/// White noise with standard deviation 1 and a sine.
+fn shaken(samples: usize, seed: u64, frequency_hz: f64, amplitude: f64) -> Vec<f64> {
+    let (white, ..) = Synthesis::new(samples, seed).next_record();
+    let sine = |i: usize| amplitude * (TAU * frequency_hz * INTERVAL_S * i as f64 + 1.0).sin();
+    white.iter().enumerate().map(|(i, white)| white + sine(i)).collect()
+}
+
 #[test]
-fn a_vibration_line_shortens_the_range_instead_of_inventing_terms() {
-    let mut synthesis = Synthesis::new(72_000, 3);
-    let (white, ..) = synthesis.next_record();
-    let values: Vec<_> =
-        white.iter().enumerate().map(|(i, white)| white + (TAU * 3.1 * INTERVAL_S * i as f64).sin()).collect();
-    let fit = fit_record(&values, STOCHASTIC, None);
-    let quality = fit.quality.unwrap();
-    assert!(quality.p >= 0.01 && quality.tau_min_s > 0.1, "{quality:?}");
-    let white = fit.parameter(Term::White).unwrap();
-    assert!(near(white.value.unwrap(), INTERVAL_S.sqrt(), 0.1), "{white:?}");
-    assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded);
-    assert_eq!(fit.edf(1), None);
+fn a_line_is_a_term_of_its_own_at_any_frequency() {
+    // Slow ones, one at half the rate of the windows, fast ones, folded ones.
+    for (seed, frequency_hz) in [0.2, 0.53, 0.625, 3.1, 7.93, 18.4, 43.3].into_iter().enumerate() {
+        let fit = fit_record(&shaken(24_000, seed as u64 + 20, frequency_hz, 1.0), STOCHASTIC, None);
+        let quality = fit.quality.unwrap();
+        assert!(quality.p >= 0.01 && quality.tau_min_s == INTERVAL_S, "{frequency_hz} Hz: {quality:?}");
+        let white = fit.parameter(Term::White).unwrap();
+        // Three standard errors.
+        assert!(near(white.value.unwrap(), INTERVAL_S.sqrt(), 0.016), "{frequency_hz} Hz: {white:?}");
+        assert_eq!(fit.parameter(Term::BiasInstability).unwrap().status, Status::Bounded, "{frequency_hz} Hz");
+        assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded, "{frequency_hz} Hz");
+    }
+}
+
+#[test]
+fn a_band_has_the_power_of_its_line_and_is_found_once() {
+    for frequency_hz in [0.2, 0.9, 7.93, 18.4] {
+        let values = shaken(60_000, 31, frequency_hz, 0.5);
+        let counts: Vec<i32> = values.iter().map(|value| (value * 1e4).round() as i32).collect();
+        let bands = signal(&counts).narrow_bands(1e-4);
+        let [band] = &bands[..] else { panic!("{frequency_hz} Hz: {bands:?}") };
+        assert!(near(band.frequency(), frequency_hz * INTERVAL_S, 0.01), "{frequency_hz} Hz: {band:?}");
+        assert!(near(band.power, 0.125, 0.1), "{frequency_hz} Hz: {band:?}");
+        assert!(near(band.noise_density, 1.0, 0.2), "{frequency_hz} Hz: {band:?}");
+    }
+}
+
+#[test]
+fn noise_without_lines_and_filters_shows_none() {
+    let mut synthesis = Synthesis::new(24_000, 41);
+    let mut bands = 0;
+    for _ in 0..10 {
+        let (white, flicker, walk) = synthesis.next_record();
+        for (flicker_b, step) in [(0.0, 0.0), (0.1, 0.0), (0.0, 0.01), (3.0, 0.0), (0.0, 3.0)] {
+            let sum = |i: usize| white[i] + flicker_b * flicker[i] + step * walk[i];
+            let counts: Vec<i32> = (0..white.len()).map(|i| (sum(i) * 1e3).round() as i32).collect();
+            let signal = signal(&counts);
+            let found = signal.narrow_bands(1e-3);
+            assert_eq!(signal.roll_off(&found), None, "flicker {flicker_b}, walk {step}");
+            bands += found.len();
+        }
+    }
+    // Of 50 records with 500 points each, a hundred-thousandth.
+    assert!(bands <= 3, "{bands}");
+}
+
+#[test]
+fn correlated_noise_beside_white_noise_is_not_taken_for_it() {
+    for (seed, time_s, sigma) in [(51, 0.5, 0.5), (52, 5.0, 0.5), (53, 20.0, 0.5)] {
+        let mut synthesis = Synthesis::new(24_000, seed);
+        let (white, ..) = synthesis.next_record();
+        let (driving, ..) = synthesis.next_record();
+        let kept = (-INTERVAL_S / time_s).exp();
+        let mut process = 0.0;
+        let values: Vec<f64> = (white.iter().zip(&driving))
+            .map(|(white, driving)| {
+                process = kept * process + sigma * (1.0 - kept * kept).sqrt() * driving;
+                white + process
+            })
+            .collect();
+        let fit = fit_record(&values, STOCHASTIC, None);
+        let white = fit.parameter(Term::White).unwrap();
+        assert!(near(white.value.unwrap(), INTERVAL_S.sqrt(), 0.02), "{time_s} s: {white:?}");
+    }
 }
 
 #[test]
@@ -108,9 +176,13 @@ fn data_that_follow_no_model_are_rejected() {
     let values: Vec<_> = white.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let fit = fit_record(&values, STOCHASTIC, None);
     assert_eq!(fit.quality, None);
-    for term in [Term::White, Term::BiasInstability, Term::RateRandomWalk] {
+    for term in [Term::BiasInstability, Term::RateRandomWalk] {
         assert_eq!(fit.parameter(term), Some(Parameter::without_value(Status::ModelRejected)));
     }
+    // The curve itself bounds what is white of it: nothing at long averaging times.
+    let white = fit.parameter(Term::White).unwrap();
+    assert_eq!(white.status, Status::Bounded);
+    assert!(white.upper.unwrap() < 0.2 * INTERVAL_S.sqrt(), "{white:?}");
     assert_eq!(fit.parameter(Term::Quantization), None);
     // It is quantisation of the angle, which is fitted on request.
     let fit = fit_record(&values, Terms::of(&[Term::Quantization, Term::White]), None);
@@ -144,8 +216,12 @@ fn a_window_longer_than_the_interval_needs_its_own_basis() {
     let beside_a_process = fit_gauss_markov(&values, Some(BoxcarWindow { length: 20, decimation: 4.0 }), 0).unwrap();
     assert!(near(beside_a_process.white.value.unwrap(), expected, 0.02), "{beside_a_process:?}, not {expected}");
     assert_eq!(beside_a_process.sigma.status, Status::Bounded);
-    let naive = fit_record(&values, STOCHASTIC, None);
-    assert!(naive.quality.is_none_or(|quality| quality.tau_min_s > 4.0 * INTERVAL_S), "{:?}", naive.quality);
+    // Where the window is unknown the spectrum tells of it, and N is that of longer averages.
+    let unknown = fit_record(&values, STOCHASTIC, None);
+    assert!(unknown.quality.unwrap().tau_min_s > 4.0 * INTERVAL_S, "{:?}", unknown.quality);
+    let white = unknown.parameter(Term::White).unwrap();
+    assert!(white.lower.unwrap() < expected && expected < white.upper.unwrap(), "{white:?}, not {expected}");
+    assert!(white.relative_half_width().unwrap() < 0.1, "{white:?}");
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, NarrowBand, NoiseFit, NoiseModel, Octave,
-    OverBound, Parameter, RecordShape, RollOff, Sensor, Status, Term, Terms, classical_reading, holm, over_bound,
-    white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, NoiseFit, NoiseModel, Octave, OverBound,
+    Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, holm, over_bound, white_deficit,
 };
 use vn100_protocol::Channel;
 
@@ -65,14 +64,14 @@ impl DetectableRrw {
 }
 
 impl ChannelNoise {
-    /// The parameters of an axis; `None` for what is no axis of a sensor.
+    /// The parameters of an axis; `None` for what is no axis of a sensor. `evidence`: what is known
+    /// of it beside the curve.
     pub(super) fn new(
         channel: &Channel,
         curve: &Curve,
         snapshot: &Snapshot,
         onboard: Option<Onboard>,
-        bands: &[NarrowBand],
-        roll_off: Option<RollOff>,
+        evidence: &ChannelCurve<'_>,
         confidence: f64,
         models: &mut Models,
     ) -> Option<Self> {
@@ -87,7 +86,7 @@ impl ChannelNoise {
         let mut part = |end: usize| {
             let end = end.max(least).min(curve.octaves.len());
             let model = models.of(&curve.octaves[..end], stochastic, window);
-            let curve = ChannelCurve { variances: &curve.variances[..end], slope_unit_s: None, bands, roll_off };
+            let curve = ChannelCurve { variances: &curve.variances[..end], ..*evidence };
             model.fit_part(&curve, confidence)
         };
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
@@ -102,7 +101,7 @@ impl ChannelNoise {
                         let model = models.of(&curve.octaves, rate, window);
                         // a line that was taken out is no ramp to be found
                         let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        let curve = ChannelCurve { variances: &curve.variances, slope_unit_s, bands, roll_off };
+                        let curve = ChannelCurve { variances: &curve.variances, slope_unit_s, ..*evidence };
                         (model.fit(&curve, confidence), LongTauValidity::Sensor)
                     }
                 }
@@ -227,9 +226,6 @@ fn longer_model(shape: &RecordShape) -> (NoiseModel, f64) {
     (NoiseModel::new(longest, &shape, Terms::RATE, None), shape.samples as f64 * shape.interval_s)
 }
 
-/// With fewer degrees of freedom the upper bound of an octave says nothing.
-const LEAST_EDF_OF_BOUND: f64 = 2.0;
-
 /// Noise models of one axis for a filter, in the unit of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
@@ -260,7 +256,7 @@ impl FilterModels {
                 let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
                     (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
                         .filter_map(|((octave, variance), assessed)| {
-                            let relative = assessed.relative.filter(|relative| relative.edf >= LEAST_EDF_OF_BOUND)?;
+                            let relative = assessed.relative?;
                             Some((curve.tau_s(octave), variance.sqrt() * relative.upper))
                         })
                         .unzip();

@@ -113,6 +113,16 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
                     output";
         warnings.push(Warning::new(WarningKind::CompensatedStream, tracked, text));
     }
+    let filtered = names(&|_, _, assessed| filtered_from_s(assessed).is_some());
+    if !filtered.is_empty() {
+        let from_s = assessed.iter().filter_map(filtered_from_s).fold(0.0, f64::max);
+        let text = format!(
+            "the spectrum falls towards high frequencies as no noise of a sensor does: a low pass slower than the output, of unknown \
+             transfer. N is that of averaging times from {from_s:.3} s on; shorter ones have no part in it"
+        );
+        warnings.push(Warning::new(WarningKind::LowPass, filtered, text));
+    }
+    warnings.extend(correlated_noise(snapshot, assessed));
     let rounded = names(&|channel, results, assessed| {
         assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)
     });
@@ -122,6 +132,38 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, text));
     }
     warnings
+}
+
+/// From where on averaging times show the sensor behind a filter of unknown transfer.
+fn filtered_from_s(assessed: &ChannelAssessment) -> Option<f64> {
+    let fit = &assessed.noise.as_ref()?.fit;
+    fit.roll_off.and(fit.quality).map(|quality| quality.tau_min_s)
+}
+
+fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Option<Warning> {
+    let found: Vec<(String, String)> = (snapshot.assessed(assessed))
+        .filter_map(|(channel, _, assessed)| {
+            let fit = &assessed.noise.as_ref()?.fit;
+            let apparent = fit.apparent_white()?;
+            let process = fit.processes.iter().max_by(|a, b| a.sigma.total_cmp(&b.sigma))?;
+            let (name, unit) = (channel.name.to_string(), &channel.unit);
+            let text = format!(
+                "{name} {:.2e} {unit} over about {:.1} s, apparent random walk {apparent:.3e} {unit}/sqrt(Hz)",
+                process.sigma, process.correlation_time_s
+            );
+            Some((name, text))
+        })
+        .collect();
+    if found.is_empty() {
+        return None;
+    }
+    let (channels, list): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    let text = format!(
+        "correlated noise lies beside the white noise: {}. N is that of averaging times below its correlation; what integrates for \
+         longer walks as with the apparent random walk",
+        list.join("; ")
+    );
+    Some(Warning::new(WarningKind::CorrelatedNoise, channels, text))
 }
 
 fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text> {

@@ -38,6 +38,10 @@ pub struct NoiseFit {
     pub quality: Option<FitQuality>,
     /// By term, as in [`Term::ALL`]; `None` for terms that were not asked for.
     parameters: [Option<Parameter>; Term::ALL.len()],
+    /// Gauss-Markov noise beside the terms, in rising correlation time.
+    pub processes: Vec<GaussMarkovProcess>,
+    /// The filter of unknown transfer behind which the terms were fitted.
+    pub roll_off: Option<RollOff>,
     /// Averaging factor and edf of each octave from the shortest in use on.
     edf: Vec<(u64, f64)>,
     correlations: Vec<(Term, Term, f64)>,
@@ -58,6 +62,15 @@ pub struct FitQuality {
     pub p: f64,
 }
 
+/// First-order Gauss-Markov noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussMarkovProcess {
+    /// Where the covariance is σ²/e; known to a factor of about two.
+    pub correlation_time_s: f64,
+    /// Standard deviation σ, in the unit of the channel.
+    pub sigma: f64,
+}
+
 struct Accepted<'a> {
     model: &'a Model,
     regression: Regression<'a>,
@@ -71,6 +84,15 @@ impl NoiseFit {
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         self.parameters[term as usize]
+    }
+
+    /// N that long averages show, in unit/√Hz: that of the white noise and of the Gauss-Markov noise
+    /// together, √(N² + Σ 2σ²T). `None` where there is no Gauss-Markov noise or N has no value.
+    #[must_use]
+    pub fn apparent_white(&self) -> Option<f64> {
+        let white = self.parameter(Term::White)?.value.filter(|_| !self.processes.is_empty())?;
+        let of = |process: &GaussMarkovProcess| 2.0 * process.sigma.powi(2) * process.correlation_time_s;
+        Some((white * white + self.processes.iter().map(of).sum::<f64>()).sqrt())
     }
 
     /// The fit where `term` is known to be no more than bounded, as other channels of the record
@@ -109,13 +131,17 @@ pub struct ChannelCurve<'a> {
     pub bands: &'a [NarrowBand],
     /// A filter slower than the output, where the spectrum shows one and its transfer is unknown.
     pub roll_off: Option<RollOff>,
+    /// Fourth cumulant of the samples, in the unit to the fourth: excess kurtosis times variance
+    /// squared; 0 for a normal distribution. Independent samples with heavy tails make every
+    /// octave less certain.
+    pub fourth_cumulant: f64,
 }
 
 impl<'a> ChannelCurve<'a> {
     /// A channel without lines.
     #[must_use]
     pub const fn new(variances: &'a [f64], slope_unit_s: Option<f64>) -> Self {
-        Self { variances, slope_unit_s, bands: &[], roll_off: None }
+        Self { variances, slope_unit_s, bands: &[], roll_off: None, fourth_cumulant: 0.0 }
     }
 }
 
@@ -168,7 +194,8 @@ impl NoiseModel {
             return self.without_values(Status::NotObservable);
         }
         let lines = self.lines(curve.bands, self.fitted.saturating_sub(model.terms() + 1));
-        let with_lines = model.beside(lines);
+        let tails = curve.fourth_cumulant.max(0.0) / self.shape.samples as f64;
+        let with_lines = model.beside(lines).with_tails(tails);
         let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, roll_off));
         let ceiling = self.white_ceiling(model, &values, curve.roll_off, 0.01);
         let solve = |model: &Model, range: Range<usize>| {
@@ -294,13 +321,29 @@ impl NoiseModel {
 
     fn without_values(&self, status: Status) -> NoiseFit {
         let parameter = |term| self.terms.contains(term).then_some(Parameter::without_value(status));
-        NoiseFit { quality: None, parameters: Term::ALL.map(parameter), edf: Vec::new(), correlations: Vec::new() }
+        NoiseFit {
+            quality: None,
+            parameters: Term::ALL.map(parameter),
+            processes: Vec::new(),
+            roll_off: None,
+            edf: Vec::new(),
+            correlations: Vec::new(),
+        }
     }
 
     fn read_out(&self, accepted: &Accepted<'_>, slope: Option<f64>, confidence: f64) -> NoiseFit {
         let Accepted { model, regression, solution, range, quality } = accepted;
         let mut fit = self.without_values(Status::NotObservable);
         fit.quality = Some(*quality);
+        fit.processes = model
+            .gauss_markov_times()
+            .zip(&solution.parameters[model.terms()..])
+            .filter_map(|(time, square)| Some((time?, square)).filter(|(_, square)| **square > 0.0))
+            .map(|(time, square)| GaussMarkovProcess {
+                correlation_time_s: time * self.shape.interval_s,
+                sigma: square.sqrt(),
+            })
+            .collect();
         // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
         let mut upper_bounds = solution.parameters.clone();
         let mut deviations = vec![0.0; upper_bounds.len()];

@@ -30,6 +30,8 @@ pub(super) struct Model {
     joint: Arc<JointMeans>,
     slope: Option<Arc<Slope>>,
     beside: Vec<Beside>,
+    /// Fourth cumulant of the white noise over the samples.
+    tails: f64,
 }
 
 /// What one channel shows beside the terms, with a squared amplitude as its parameter.
@@ -99,6 +101,21 @@ impl Model {
         }
         model.beside.extend(beside);
         model
+    }
+
+    /// With white noise whose fourth cumulant, over the samples, is `tails`: each sample squared is in
+    /// every octave with the weight 1/m, so that it adds `tails`/(m m') to the covariance.
+    pub(super) fn with_tails(mut self, tails: f64) -> Self {
+        self.tails = tails;
+        self
+    }
+
+    /// Correlation times in samples of what is beside the terms, where it is a Gauss-Markov process.
+    pub(super) fn gauss_markov_times(&self) -> impl Iterator<Item = Option<f64>> {
+        self.beside.iter().map(|beside| match beside.kind {
+            BesideKind::GaussMarkov { time } => Some(time),
+            BesideKind::Line { .. } | BesideKind::Edges => None,
+        })
     }
 
     /// For white noise behind a filter that forgets within less than `shortest` samples, the first
@@ -201,6 +218,11 @@ impl Model {
                     root_p[a] * root_p[b] * sum
                 });
                 covariance[a][b] = 2.0 * pairs.sum::<f64>();
+            }
+        }
+        for a in 0..self.octaves {
+            for b in 0..=a {
+                covariance[a][b] += self.tails / (self.factors[a] * self.factors[b]);
             }
         }
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
