@@ -21,10 +21,6 @@ use crate::{
     warning::Warning,
 };
 
-/// Degrees of freedom below which an interval says nothing: its upper end would be many times the
-/// deviation.
-const LEAST_EDF: f64 = 2.0;
-
 /// What a snapshot says of the sensor, at one level of confidence: a function of the snapshot
 /// alone; some milliseconds for twelve channels.
 ///
@@ -67,7 +63,7 @@ pub struct OctaveAssessment {
     /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
     pub alpha: Option<i8>,
     /// Degrees of freedom, and bounds of a deviation of 1, to be multiplied by the octave's own;
-    /// `None` below two degrees of freedom. By the fitted mixture of noises, or, where no model holds, the
+    /// `None` below two windows. By the fitted mixture of noises, or, where no model holds, the
     /// kind of noise seen here or next to here.
     pub relative: Option<Interval>,
 }
@@ -133,7 +129,7 @@ impl ChannelAssessment {
                 OctaveAssessment {
                     m: octave.m,
                     alpha: law.map(PowerLaw::alpha),
-                    relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
+                    relative: edf.and_then(|edf| Interval::new(1.0, edf, confidence)),
                 }
             })
             .collect();
@@ -169,7 +165,7 @@ impl Curve {
         let variance = |counts2| counts_to_unit(counts2, 2 * channel.decimals) * channel.scale * channel.scale;
         Self {
             shape,
-            octaves: results.octaves.iter().map(imu_noise::OctaveSum::octave).collect(),
+            octaves: results.octaves.iter().map(OctaveSum::octave).collect(),
             variances: (results.octaves.iter()).map(|sum| sum.variance_counts2().map_or(f64::NAN, variance)).collect(),
             slope_unit_s: results.slope_counts.map(|slope| channel.in_unit(slope) / shape.interval_s),
         }

@@ -13,9 +13,9 @@ fn intervals_hold_the_truth_and_absent_terms_are_not_estimated() {
 
 #[test]
 fn so_do_those_of_other_estimators() {
-    check(Estimator::Full, Deviation::Allan, CONFIDENCE, 40);
-    check(Estimator::Strided, Deviation::Hadamard, CONFIDENCE, 40);
-    check(Estimator::Plain, Deviation::Allan, CONFIDENCE, 40);
+    check(Estimator::Full, Deviation::Allan, CONFIDENCE, 80);
+    check(Estimator::Strided, Deviation::Hadamard, CONFIDENCE, 80);
+    check(Estimator::Plain, Deviation::Allan, CONFIDENCE, 80);
 }
 
 #[test]

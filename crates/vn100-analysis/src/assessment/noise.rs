@@ -226,6 +226,9 @@ fn longer_model(shape: &RecordShape) -> (NoiseModel, f64) {
     (NoiseModel::new(longest, &shape, Terms::RATE, None), shape.samples as f64 * shape.interval_s)
 }
 
+/// With fewer degrees of freedom the upper bound of an octave says nothing.
+const LEAST_EDF_OF_BOUND: f64 = 2.0;
+
 /// Noise models of one axis for a filter, in the unit of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
@@ -256,7 +259,7 @@ impl FilterModels {
                 let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
                     (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
                         .filter_map(|((octave, variance), assessed)| {
-                            let relative = assessed.relative?;
+                            let relative = assessed.relative.filter(|relative| relative.edf >= LEAST_EDF_OF_BOUND)?;
                             Some((curve.tau_s(octave), variance.sqrt() * relative.upper))
                         })
                         .unzip();

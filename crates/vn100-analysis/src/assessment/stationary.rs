@@ -85,14 +85,14 @@ fn vibration(channels: &[Of<'_>], rejected: &[String], snapshot: &Snapshot) -> O
     let instead = match disturbed.is_empty() {
         true => String::new(),
         false => format!(
-            "; too few are left on {}, where no model fits, and N is at most what the curve leaves. A longer record does not help: another \
-             place does, or another rate or averaging window, which put the line elsewhere",
+            ". No model fits on {}, where N is at most what the curve leaves. A longer record does not help: another place does, or another \
+             rate or averaging window, which put the line elsewhere",
             disturbed.join(" ")
         ),
     };
     let text = format!(
-        "lines stand out of the spectrum: {list}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and the shortest averaging \
-         times show that: set it on something heavy, away from them. The noise is fitted without the octaves that they spoil{instead}"
+        "lines stand out of the spectrum: {list}.{alias} Something shakes the sensor, a fan, a motor or footsteps, and averages shorter \
+         than its period show that: set it on something heavy, away from them. Each line has a term of its own beside the noise{instead}"
     );
     Some(Warning::new(WarningKind::VibrationLine, axes, text))
 }

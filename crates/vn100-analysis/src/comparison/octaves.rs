@@ -6,6 +6,9 @@ use vn100_protocol::{Channel, Quantity};
 use super::{Chance, ComparedRecord, chances, pairs};
 use crate::assessment::{BEFORE_FILTER_S, is_rounded_away};
 
+/// With fewer degrees of freedom the shape of the distribution is not known well enough.
+const LEAST_EDF: f64 = 2.0;
+
 /// Averaging times are the same within this, relative.
 const SAME_TAU: f64 = 1e-3;
 
@@ -99,7 +102,7 @@ fn points(record: &ComparedRecord<'_>, index: usize) -> Vec<Point> {
             let deviation = channel.in_unit(octave.deviation_counts()?);
             let edf = assessed.relative?.edf;
             let tau_s = octave.m as f64 / snapshot.timing.rate_hz;
-            (deviation > 0.0).then_some(Point { tau_s, deviation, edf })
+            (deviation > 0.0 && edf >= LEAST_EDF).then_some(Point { tau_s, deviation, edf })
         })
         .collect()
 }

@@ -76,6 +76,7 @@ impl Model {
             joint,
             slope: None,
             beside: Vec::new(),
+            tails: 0.0,
         }
     }
 
