@@ -54,6 +54,8 @@ pub enum WarningKind {
     CorrelatedNoise,
     /// A filter slower than the output takes the high frequencies.
     LowPass,
+    /// Lines leave less than half of the frequencies to the noise.
+    LineFreeBand,
     /// Something happened in the middle of the record.
     NotStationary,
     /// The sensor was still warming up.
@@ -102,6 +104,7 @@ impl WarningKind {
             Self::VibrationLine => "vibration-line",
             Self::CorrelatedNoise => "correlated-noise",
             Self::LowPass => "low-pass",
+            Self::LineFreeBand => "line-free-band",
             Self::NotStationary => "not-stationary",
             Self::WarmUp => "warm-up",
             Self::QuantisationFloor => "quantisation-floor",

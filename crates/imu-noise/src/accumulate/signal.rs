@@ -8,8 +8,8 @@ const FARTHEST: u64 = 1 << 62;
 /// Spectrum, block statistics and watch for disturbances of one channel.
 ///
 /// The same, bit by bit, for any division of the samples over calls of [`push`](Self::push). Holds
-/// 10 KiB of a sensor at rest (blocks 4.5 KiB, spectrum 3.3 KiB, watch the rest), for any length of
-/// record; below 13 KiB whatever the counts.
+/// 16 KiB of a sensor at rest (blocks 4.5 KiB, spectra 8.7 KiB, watch the rest), for any length of
+/// record; below 19 KiB whatever the counts.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};
@@ -84,6 +84,7 @@ impl ChannelSignal {
         &self.spectrum
     }
 
+    /// Of the sums of 32 samples.
     pub(crate) const fn slow_spectrum(&self) -> &Spectrum<i64> {
         &self.slow_spectrum
     }

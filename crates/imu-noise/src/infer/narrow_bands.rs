@@ -38,7 +38,7 @@ pub struct NarrowBand {
     pub power: f64,
     /// Density of the noise around it, in the unit squared per cycle per sample, two-sided.
     pub noise_density: f64,
-    /// Frequencies it covers, both sides counted, as a share of all.
+    /// Share of the frequencies up to half the sampling rate that it covers.
     pub share_of_band: f64,
 }
 

@@ -122,6 +122,12 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         );
         warnings.push(Warning::new(WarningKind::LowPass, filtered, text));
     }
+    let full = names(&|_, _, assessed| assessed.noise.as_ref().is_some_and(|noise| noise.fit.lacks_free_band));
+    if !full.is_empty() {
+        let text = "lines cover more than half of the frequencies: what looks like white noise between them may be theirs, and N is bounded \
+                    only. Measure on something heavy, away from what shakes the sensor";
+        warnings.push(Warning::new(WarningKind::LineFreeBand, full, text));
+    }
     warnings.extend(correlated_noise(snapshot, assessed));
     let rounded = names(&|channel, results, assessed| {
         assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)

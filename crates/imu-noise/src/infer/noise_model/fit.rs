@@ -31,6 +31,9 @@ const SETTLED: f64 = 4.0;
 /// In samples.
 const SHORTEST_CORRELATION: f64 = 16.0;
 
+/// Of the record: longer processes look like a random walk.
+const LONGEST_CORRELATION: f64 = 1.0 / 16.0;
+
 /// The fitted noise of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
@@ -40,6 +43,9 @@ pub struct NoiseFit {
     parameters: [Option<Parameter>; Term::ALL.len()],
     /// Gauss-Markov noise beside the terms, in rising correlation time.
     pub processes: Vec<GaussMarkovProcess>,
+    /// Lines cover more than half of the frequencies: what looks white between them may be their
+    /// tails, and N is bounded only.
+    pub lacks_free_band: bool,
     /// The filter of unknown transfer behind which the terms were fitted.
     pub roll_off: Option<RollOff>,
     /// Averaging factor and edf of each octave from the shortest in use on.
@@ -152,9 +158,10 @@ impl NoiseModel {
     /// on statistics made normal, with squared amplitudes that cannot be negative. Each line of the
     /// spectrum is a term of its own, with its frequency known and its power free. Where that does
     /// not hold with p >= 0.01, or χ² falls by more than 8 with them, Gauss-Markov processes with
-    /// correlation times of 16 samples times powers of four, up to a quarter of the record, join
-    /// the terms. Where that does not hold either, the model is rejected, and N is bounded by the
-    /// curve itself.
+    /// correlation times of 16 samples times powers of four, up to a sixteenth of the record, join
+    /// the terms. Where that does not hold either, or the lower end of N lies above what the curve
+    /// itself leaves, the model is rejected, and N is bounded by the curve. It is bounded by the
+    /// fit where lines cover more than half of the frequencies.
     ///
     /// A parameter is [`Status::Estimated`] where zero is excluded by more than 1.96 standard
     /// deviations (χ² falls by 3.84), else bounded from above. Interval and bound are the
@@ -215,7 +222,12 @@ impl NoiseModel {
             let fit = self.read_out(&accepted, slope, confidence);
             let white = fit.parameter(Term::White).and_then(|white| white.lower);
             let scale = Term::White.per_second(self.shape.interval_s);
-            white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)
+            let mut fit = white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)?;
+            fit.lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
+            if fit.lacks_free_band {
+                fit.not_proved(Term::White);
+            }
+            Some(fit)
         };
         let attempt = |model: &Model, first: usize| {
             let with_processes = model.beside(self.gauss_markov_processes());
@@ -316,7 +328,7 @@ impl NoiseModel {
             };
             Beside { variances: self.octaves.iter().map(variance).collect(), kind: BesideKind::GaussMarkov { time } }
         };
-        times.take_while(|time| *time <= self.shape.samples as f64 / 4.0).map(process).collect()
+        times.take_while(|time| *time <= self.shape.samples as f64 * LONGEST_CORRELATION).map(process).collect()
     }
 
     fn without_values(&self, status: Status) -> NoiseFit {
@@ -325,6 +337,7 @@ impl NoiseModel {
             quality: None,
             parameters: Term::ALL.map(parameter),
             processes: Vec::new(),
+            lacks_free_band: false,
             roll_off: None,
             edf: Vec::new(),
             correlations: Vec::new(),
@@ -347,8 +360,8 @@ impl NoiseModel {
         // What noise may be at most makes slopes; a measured noise is known to some degrees of freedom.
         let mut upper_bounds = solution.parameters.clone();
         let mut deviations = vec![0.0; upper_bounds.len()];
-        for i in model.terms()..upper_bounds.len() {
-            deviations[i] = solution.standard_deviation(i).unwrap_or_default();
+        for (i, deviation) in deviations.iter_mut().enumerate().skip(model.terms()) {
+            *deviation = solution.standard_deviation(i).unwrap_or_default();
         }
         for (i, &term) in self.noise.iter().enumerate() {
             let parameter = Parameter::of(regression, solution, i, confidence);

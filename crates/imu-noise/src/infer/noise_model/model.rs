@@ -221,19 +221,25 @@ impl Model {
                 covariance[a][b] = 2.0 * pairs.sum::<f64>();
             }
         }
-        for a in 0..self.octaves {
-            for b in 0..=a {
-                covariance[a][b] += self.tails / (self.factors[a] * self.factors[b]);
+        let inverse: Vec<f64> = self.factors.iter().map(|m| 1.0 / m).collect();
+        let mut add_product = |values: &[f64], factor: f64| {
+            for (row, a) in covariance.iter_mut().zip(values) {
+                row.iter_mut().zip(values).for_each(|(covariance, b)| *covariance += factor * a * b);
             }
+        };
+        if self.tails > 0.0 {
+            add_product(&inverse, self.tails);
         }
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
             // The power P of a line in noise of density S has the variance 4 P S/n.
-            if let BesideKind::Line { noise, spread } = &beside.kind {
-                for a in 0..self.octaves {
-                    covariance[a][a] += (parameter * spread[a]).powi(2);
-                    for b in 0..=a {
-                        covariance[a][b] += 4.0 * parameter * noise * beside.variances[a] * beside.variances[b];
-                    }
+            if let BesideKind::Line { noise, .. } = &beside.kind {
+                add_product(&beside.variances, 4.0 * parameter * noise);
+            }
+        }
+        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            if let BesideKind::Line { spread, .. } = &beside.kind {
+                for (a, spread) in spread.iter().enumerate() {
+                    covariance[a][a] += (parameter * spread).powi(2);
                 }
             }
         }
