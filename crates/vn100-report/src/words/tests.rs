@@ -7,7 +7,7 @@ use super::*;
 use crate::findings::{AxisFindings, SensorFindings};
 
 fn estimated(value: f64) -> Parameter {
-    Parameter { status: Status::Estimated, value: Some(value), lower: Some(0.98 * value), upper: Some(1.02 * value) }
+    Parameter::estimated(value, 0.98 * value, 1.02 * value)
 }
 
 fn bounded(upper: f64) -> Parameter {
