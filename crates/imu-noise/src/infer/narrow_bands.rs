@@ -1,5 +1,5 @@
-//! Bands of frequencies whose power stands out of the noise around them, for the fit: vibration
-//! lines, steady, drifting or swept, with what they add to the Allan variance.
+//! Narrow bands of high power, for the fit: vibration lines, steady, drifting or swept, with what
+//! they add to the Allan variance.
 
 use core::f64::consts::PI;
 
@@ -28,7 +28,7 @@ const STEADY: f64 = 0.6;
 /// Uncertainty of an interpolated frequency, in points.
 const INTERPOLATED: f64 = 0.1;
 
-/// A band of frequencies whose power stands out of the noise around it.
+/// A narrow band of frequencies with more power than the noise around it has by chance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NarrowBand {
     /// Frequencies in cycles per sample, each with its standard deviation and its share of the
@@ -123,21 +123,29 @@ fn bands(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
     let Some(threshold) = chi_squared::quantile(1.0 - FALSE_ALARM, freedom).map(|quantile| quantile / freedom) else {
         return Vec::new();
     };
-    let floors: Vec<f64> = (0..=last).map(|k| if k < LOWEST { f64::INFINITY } else { floor(spectrum, k) }).collect();
-    let stands_out: Vec<usize> =
+    let floors = floors(spectrum);
+    let high: Vec<usize> =
         (LOWEST..=last).filter(|&k| floors[k] > 0.0 && spectrum.powers[k] > threshold * floors[k]).collect();
     // Points of one band are at most the reach of a line apart.
-    let bands = stands_out.chunk_by(|a, b| b - a <= 2 * REACH);
+    let bands = high.chunk_by(|a, b| b - a <= 2 * REACH);
     bands.filter_map(|points| band(spectrum, &floors, points, samples)).collect()
 }
 
-/// Median of the points around k; as many on either side, so that a slope cancels.
-fn floor(spectrum: &Powers, k: usize) -> f64 {
+/// For each point the median of those around it, as many on either side, so that a slope cancels.
+fn floors(spectrum: &Powers) -> Vec<f64> {
     let last = spectrum.segment_samples / 2;
-    let side = SIDE.min(k - 1);
     let mirrored = |k: usize| spectrum.powers[if k > last { 2 * last - k } else { k }];
-    let mut around: Vec<f64> = (k - side..=k + side).map(mirrored).collect();
-    *around.select_nth_unstable_by(side, f64::total_cmp).1
+    let mut around = Vec::with_capacity(2 * SIDE + 1);
+    let floor = |k: usize| {
+        if k < LOWEST {
+            return f64::INFINITY;
+        }
+        let side = SIDE.min(k - 1);
+        around.clear();
+        around.extend((k - side..=k + side).map(mirrored));
+        *around.select_nth_unstable_by(side, f64::total_cmp).1
+    };
+    (0..=last).map(floor).collect()
 }
 
 fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Option<NarrowBand> {

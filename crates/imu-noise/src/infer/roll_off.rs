@@ -11,7 +11,7 @@ use crate::accumulate::spectrum::Powers;
 /// random walk does.
 const LOWEST: f64 = 1.0 / 16.0;
 
-/// Correlation times in samples that tell of a filter.
+/// Correlation times in samples that indicate a filter.
 const FAST: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 
 /// Lowest point in use: below, segments have lost their mean.
@@ -25,7 +25,7 @@ const DEPENDENCE: f64 = 1.944;
 
 const ROUNDS: usize = 8;
 
-/// Of the largest power, below which none is told from leakage.
+/// Of the largest power: what is below may be leakage.
 const LEAKAGE: f64 = 1e-3;
 
 /// A low pass slower than the output: white noise is correlated from sample to sample.
@@ -38,7 +38,7 @@ pub struct RollOff {
 
 impl ChannelSignal {
     /// The roll-off of the spectrum towards half the sampling rate, beyond what white, flicker,
-    /// random-walk and Gauss-Markov noise show, the `bands` left out; `None` where the record does
+    /// random-walk and Gauss-Markov noise show, the `bands` excluded; `None` where the record does
     /// not show it, and before eight segments are full.
     #[must_use]
     pub fn roll_off(&self, bands: &[NarrowBand]) -> Option<RollOff> {

@@ -92,7 +92,7 @@ impl NoiseFit {
         self.parameters[term as usize]
     }
 
-    /// N that long averages show, in unit/√Hz: that of the white noise and of the Gauss-Markov noise
+    /// N that long averages show, in unit/√Hz: that of the white and the Gauss-Markov noise
     /// together, √(N² + Σ 2σ²T). `None` where there is no Gauss-Markov noise or N has no value.
     #[must_use]
     pub fn apparent_white(&self) -> Option<f64> {
@@ -271,9 +271,10 @@ impl NoiseModel {
     }
 
     /// What the squared N is above with the probability `risk` at most, per sample: a variance is
-    /// that of the white noise and whatever adds, so that its upper end bounds N². The upper ends of
-    /// all octaves hold together (Bonferroni), with the degrees of freedom of a random walk, which
-    /// has fewest. Behind an unknown filter those count that average over ten times its correlation.
+    /// that of the white noise and whatever adds, so that its upper end bounds N². The upper ends
+    /// of all octaves hold together (Bonferroni), with the degrees of freedom of a random walk,
+    /// which has fewest. Behind an unknown filter those octaves count that average over ten times
+    /// its correlation.
     fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
         let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
         let octaves = self.octaves.iter().zip(values).zip(model.white());

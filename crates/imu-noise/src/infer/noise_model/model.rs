@@ -104,14 +104,15 @@ impl Model {
         model
     }
 
-    /// With white noise whose fourth cumulant, over the samples, is `tails`: each sample squared is in
-    /// every octave with the weight 1/m, so that it adds `tails`/(m m') to the covariance.
+    /// With white noise whose fourth cumulant, over the samples, is `tails`: each sample squared is
+    /// in every octave with the weight 1/m, so that it adds `tails`/(m m') to the covariance.
     pub(super) fn with_tails(mut self, tails: f64) -> Self {
         self.tails = tails;
         self
     }
 
-    /// Correlation times in samples of what is beside the terms, where it is a Gauss-Markov process.
+    /// Correlation times in samples of what is beside the terms, where that is a Gauss-Markov
+    /// process.
     pub(super) fn gauss_markov_times(&self) -> impl Iterator<Item = Option<f64>> {
         self.beside.iter().map(|beside| match beside.kind {
             BesideKind::GaussMarkov { time } => Some(time),
