@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use imu_noise::{Claim, Sensor, Term, Verdict};
 use vn100_analysis::{
-    Analysis, Assessment, CaveatKind, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given, Plan,
-    PlanningError, Settings, Snapshot, StreamUnknown, Want, WarningKind, not_passed,
+    Analysis, Assessment, CaveatKind, ComparedRecord, Comparison, Datasheet, DatasheetFigure, Given, Goal, Plan,
+    PlanningError, Settings, Snapshot, StreamUnknown, UnmetGoal, Want, WarningKind, WhyUnmet, not_passed,
 };
 use vn100_protocol::stream::{Batch, StreamCounts};
 use vn100_protocol::{
@@ -365,4 +365,38 @@ fn lines_that_are_no_samples_are_counted_and_named() {
     for kind in [WarningKind::RejectedLines, WarningKind::UncheckedLines, WarningKind::LinkBudget] {
         assert_eq!(text(&unknown, kind), "", "{kind:?}");
     }
+}
+
+#[test]
+fn a_goal_is_met_by_every_axis_meant_or_says_how_far_each_is() {
+    let (snapshot, assessment) = Simulated::default().record();
+    let goal = |text: &str| text.parse::<Goal>().unwrap();
+    // Ten minutes of white noise: half widths of 0.9 %.
+    for (text, is_met) in
+        [("gyro N ±1.2%", true), ("accel N ±1.2%", true), ("gyro N ±0.6%", false), ("gyro K ±50%", false)]
+    {
+        assert_eq!(goal(text).is_met(&snapshot, &assessment), is_met, "{text}");
+    }
+    let unmet = UnmetGoal::of(&[goal("gyro N ±1.2%"), goal("gyro N ±0.6%")], &snapshot, &assessment);
+    let [UnmetGoal { goal: unmet, why: WhyUnmet::EndedBefore(axes) }] = &unmet[..] else { panic!("{unmet:?}") };
+    assert_eq!(unmet, &goal("gyro N ±0.6%"));
+    assert_eq!(axes.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["gyro_x", "gyro_y", "gyro_z"]);
+    assert!(axes.iter().all(|(_, width)| width.is_some_and(|width| (0.007..0.012).contains(&width))), "{axes:?}");
+    let empty = Analysis::new(Settings::default()).snapshot();
+    assert!(!goal("gyro N ±1.2%").is_met(&empty, &Assessment::new(&empty, 0.95)));
+}
+
+#[test]
+fn records_at_rates_that_fold_differently_are_not_ranked_as_they_are() {
+    let at = |rate_hz: f64| {
+        let settings = Settings { rate_hz: Some(rate_hz), ..Settings::default() };
+        Simulated { settings, ..Simulated::default() }.record()
+    };
+    let folds_alike = |a: f64, b: f64| {
+        let comparison = compared(&[at(a), at(b)]);
+        comparison.rankings.iter().find(|ranking| ranking.quantity == Quantity::AngularRate).unwrap().folds_alike
+    };
+    assert!(folds_alike(40.0, 40.0));
+    assert!(!folds_alike(40.0, 50.0));
+    assert!(!folds_alike(50.0, 40.0));
 }
