@@ -1,3 +1,5 @@
+//! What a snapshot says of the sensor, channel by channel.
+
 mod noise;
 mod rest;
 mod stationary;

@@ -1,3 +1,5 @@
+//! Records side by side: what differs significantly.
+
 mod caveat;
 mod means;
 mod octaves;

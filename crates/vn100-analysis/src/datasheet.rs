@@ -1,3 +1,5 @@
+//! Data sheets, and verdicts of an assessment against one.
+
 use std::f64::consts::{LN_2, PI};
 
 use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, StreamFactor, Term, Verdict, curve_minimum};

@@ -1,3 +1,5 @@
+//! What the user can do, as data that the faces put into words.
+
 use std::fmt;
 
 /// What a user can do.

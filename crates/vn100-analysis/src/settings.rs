@@ -1,3 +1,5 @@
+//! What the user sets of an analysis.
+
 use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};

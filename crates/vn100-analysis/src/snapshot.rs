@@ -1,3 +1,5 @@
+//! The state of the statistics at one moment.
+
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{

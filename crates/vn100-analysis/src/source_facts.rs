@@ -1,3 +1,5 @@
+//! What is known of a source beside its samples.
+
 use std::collections::BTreeMap;
 
 use vn100_protocol::stream::CsvReport;

@@ -1,3 +1,5 @@
+//! Warnings: kinds, channels and texts.
+
 pub(crate) mod advice;
 
 use std::fmt;

@@ -1,3 +1,5 @@
+//! The one assessment of a source, refreshed as its record grows.
+
 use std::sync::{Arc, Mutex, PoisonError};
 
 use vn100_analysis::{Analysis, Assessment, Snapshot};

@@ -1,3 +1,5 @@
+//! What a face can ask of a session.
+
 /// A command to a session. Those for a playback have no effect on a live source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Command {

@@ -1,3 +1,5 @@
+//! Why a session ended.
+
 use std::{error::Error, fmt, io, sync::Arc, time::Duration};
 
 use vn100_analysis::protocol::stream::MessageName;

@@ -1,3 +1,5 @@
+//! A live source before it is opened.
+
 use std::{
     future::Future,
     io::{self, Read},

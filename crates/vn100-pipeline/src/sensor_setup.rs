@@ -1,3 +1,5 @@
+//! What is set on a sensor before it is measured, and undone after.
+
 use tokio_util::sync::CancellationToken;
 use vn100_analysis::protocol::{Register, SensorCommand};
 use vn100_driver::{Change, CommandError, ConfigureError, Configured, LinkHandle, OutputSettings, configure, restore};

@@ -1,3 +1,5 @@
+//! A session: what its faces hold of it.
+
 use std::sync::Arc;
 
 use tokio::{

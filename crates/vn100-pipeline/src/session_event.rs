@@ -1,3 +1,5 @@
+//! What a session reports beside its state.
+
 use std::time::Duration;
 
 use vn100_driver::{Change, Configured};

@@ -1,3 +1,5 @@
+//! The published state of a source.
+
 use std::sync::Arc;
 
 use vn100_analysis::{

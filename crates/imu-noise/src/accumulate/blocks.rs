@@ -1,3 +1,5 @@
+//! Statistics of the blocks of a record: mean, deviation and extremes, in bounded memory.
+
 use ethnum::I256;
 
 use super::counts;

@@ -1,3 +1,5 @@
+//! The exact sums of one channel: moments, histogram, octaves, slope.
+
 use super::aligned_sums::{self, AlignedSums, LagOneSums, Trend};
 use super::histogram::Histogram;
 use super::moments::Moments;

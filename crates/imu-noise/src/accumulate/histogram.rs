@@ -1,3 +1,5 @@
+//! Frequencies of the values of one channel.
+
 use std::collections::BTreeMap;
 
 /// Most bins a histogram has.

@@ -1,3 +1,5 @@
+//! Mean, variance, skewness, kurtosis and extremes, from exact power sums.
+
 use ethnum::I256;
 
 use super::counts;

@@ -1,3 +1,5 @@
+//! Streaming sums of the Allan and Hadamard variance at octave averaging factors.
+
 mod cascade;
 mod overlapping;
 mod squares;

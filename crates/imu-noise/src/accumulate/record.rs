@@ -1,3 +1,5 @@
+//! The shape of a record: its windows, its deviation, its octaves.
+
 /// Which windows of m samples enter the sums: those that start at absolute indices that are
 /// multiples of the stride s; n windows fit in N samples without gap (d = 2 for Allan, 3 for
 /// Hadamard).

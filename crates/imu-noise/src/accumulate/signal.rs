@@ -1,3 +1,5 @@
+//! Spectra, blocks and windows of one channel: what may invalidate its deviation.
+
 use super::blocks::{Block, Blocks, Sums, WINDOW};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;

@@ -1,3 +1,5 @@
+//! Streaming power spectral density by Welch's method.
+
 use std::{fmt, sync::Arc};
 
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};

@@ -1,3 +1,5 @@
+//! Continuous counts of a wrapping angle.
+
 /// Makes a continuous series of the counts of a wrapping angle, across any division into slices.
 ///
 /// Each step is taken the short way round: into (-half a turn, half a turn]. The first sample is

@@ -1,3 +1,5 @@
+//! Degrees of freedom of an octave, and intervals of its deviation.
+
 use super::chi_squared;
 use super::power_law::{PowerLaw, difference_autocovariance};
 use crate::accumulate::record::{Octave, RecordShape};

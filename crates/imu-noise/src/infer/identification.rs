@@ -1,3 +1,5 @@
+//! The kind of noise of an octave, by the lag-one autocorrelation of its block sums.
+
 use super::power_law::PowerLaw;
 use crate::accumulate::aligned_sums::{LagOneSums, MAX_DIFFERENCES};
 use crate::accumulate::channel::ChannelAccumulator;

@@ -1,3 +1,5 @@
+//! Warm-up and steps of the level of a channel.
+
 use crate::accumulate::blocks::Block;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::signal::ChannelSignal;

@@ -1,3 +1,5 @@
+//! Noise models: N, B, K and a ramp from the octaves of a record.
+
 mod boxcar;
 mod curve_reading;
 mod fit;

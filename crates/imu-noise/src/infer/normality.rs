@@ -1,3 +1,5 @@
+//! Whether the values of a channel are normally distributed.
+
 use thiserror::Error;
 
 use crate::accumulate::moments::Moments;

@@ -1,3 +1,5 @@
+//! Power-law noise: variances and covariances of its differences, sampled.
+
 use crate::accumulate::record::Deviation;
 
 /// Noise of a rate with the spectrum S(f) ~ f^α, sampled: independent samples and their sums, so

@@ -17,7 +17,8 @@ const FAST: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Lowest point in use: below, segments have lost their mean.
 const FIRST: usize = 4;
 
-/// Twice the log-likelihood ratio that a clean record of twelve channels does not reach.
+/// Twice the log-likelihood ratio that indicates a filter; none of the 50 records of power-law
+/// noise in the tests reaches it.
 const EVIDENCE: f64 = 20.0;
 
 /// Points that the Hann window makes of one independent point: 1 + 2 (4/9 + 1/36).

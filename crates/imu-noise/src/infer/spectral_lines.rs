@@ -1,3 +1,5 @@
+//! Vibration lines of a channel, as they are reported.
+
 use super::chi_squared;
 use crate::accumulate::counts::counts_to_unit;
 use crate::accumulate::spectrum::{Powers, Spectrum};

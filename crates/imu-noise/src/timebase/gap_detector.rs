@@ -1,3 +1,5 @@
+//! The time base of a stream: which samples are missing, by counters or arrival times.
+
 use std::time::Duration;
 
 use super::arrival_times::ArrivalTimes;

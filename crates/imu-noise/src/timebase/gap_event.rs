@@ -1,3 +1,5 @@
+//! A gap: how many samples are missing where, and how that is known.
+
 use std::fmt;
 
 use super::interval_statistics::Arrivals;

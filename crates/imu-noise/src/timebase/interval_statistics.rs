@@ -1,3 +1,5 @@
+//! Running statistics of the intervals between arrivals.
+
 use std::collections::VecDeque;
 
 use hdrhistogram::Histogram;

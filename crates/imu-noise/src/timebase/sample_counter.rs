@@ -1,3 +1,5 @@
+//! Missing samples by the counter that each sample carries.
+
 use std::collections::VecDeque;
 
 use super::gap_event::GapEvent;

@@ -1,3 +1,5 @@
+//! The analysis of one source: batches in, snapshots out.
+
 use std::time::Duration;
 
 use imu_noise::GapDetector;

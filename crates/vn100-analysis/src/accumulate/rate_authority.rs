@@ -1,3 +1,5 @@
+//! Who decides the sample rate, and what a change of it does.
+
 use imu_noise::{GapDetector, NominalRate, Refusal, TimebaseSummary};
 use vn100_protocol::{Layout, MESSAGES, OUTPUT_RATES_HZ};
 

@@ -1,3 +1,5 @@
+//! Why records can be compared with reserve only.
+
 use vn100_protocol::Quantity;
 
 use super::{ComparedRecord, fold_alike, means::are_of_several_sensors, onboard, pairs};

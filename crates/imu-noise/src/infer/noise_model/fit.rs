@@ -19,7 +19,8 @@ use crate::infer::roll_off::RollOff;
 /// Fits with a smaller probability are not believed.
 const LEAST_P: f64 = 0.01;
 
-/// χ² falls by more with Gauss-Markov processes in few records of noise without them.
+/// By how much χ² must fall with Gauss-Markov processes where the model holds without them: chosen
+/// for the coverage of N beside weak processes (the benchmark `cells`).
 const PROCESS: f64 = 8.0;
 
 /// Lines with a power of their own in the fit.

@@ -1,3 +1,5 @@
+//! White noise and one first-order Gauss-Markov process, for filters that ask for them.
+
 use super::{
     NoiseModel, Parameter, Status, Term,
     boxcar::StreamedWhite,

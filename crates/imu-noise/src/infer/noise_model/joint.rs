@@ -1,3 +1,5 @@
+//! How the octaves of a record vary together, by pairs of noise components.
+
 use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
 use crate::infer::power_law::{difference_autocovariance, difference_covariance};
