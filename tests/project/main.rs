@@ -2,6 +2,7 @@
 //! names of tests in documents.
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod codes;
 mod compiler;
 mod doc_width;
 mod flags;

@@ -4,6 +4,7 @@ mod noise;
 mod rest;
 mod stationary;
 mod stream;
+mod white_budget;
 
 use imu_noise::{
     ChannelCurve, Interval, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape, counts_to_unit, edf,
@@ -11,11 +12,12 @@ use imu_noise::{
 use vn100_protocol::Channel;
 
 pub(crate) use noise::BEFORE_FILTER_S;
-pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity};
+pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade};
 pub use rest::Motion;
 pub use stationary::Disturbed;
-pub use stream::Onboard;
 pub(crate) use stream::is_rounded_away;
+pub use stream::{Onboard, WindowFrom};
+pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
     assessment::noise::Models,
@@ -57,6 +59,9 @@ pub struct ChannelAssessment {
     pub onboard: Option<Onboard>,
 }
 
+/// With fewer degrees of freedom an interval spans more than a factor of ten, and none is given.
+pub const LEAST_EDF: f64 = 2.0;
+
 /// What is known of one octave's deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OctaveAssessment {
@@ -65,8 +70,8 @@ pub struct OctaveAssessment {
     /// Exponent of the spectrum nearest to the noise seen here; `None` with too few blocks.
     pub alpha: Option<i8>,
     /// Degrees of freedom, and bounds of a deviation of 1, to be multiplied by the octave's own;
-    /// `None` below two windows. By the fitted mixture of noises, or, where no model holds, the
-    /// kind of noise seen here or next to here.
+    /// `None` below [`LEAST_EDF`] degrees of freedom. By the fitted mixture of noises, or, where no
+    /// model holds, the kind of noise seen here or next to here.
     pub relative: Option<Interval>,
 }
 
@@ -131,7 +136,7 @@ impl ChannelAssessment {
                 OctaveAssessment {
                     m: octave.m,
                     alpha: law.map(PowerLaw::alpha),
-                    relative: edf.and_then(|edf| Interval::new(1.0, edf, confidence)),
+                    relative: edf.filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
                 }
             })
             .collect();

@@ -1,8 +1,8 @@
 //! Data sheets, and verdicts of an assessment against one.
 
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, StreamFactor, Term, Verdict, curve_minimum};
+use imu_noise::{BoxcarWindow, Claim, Parameter, Sensor, Sides, StreamFactor, Term, Verdict};
 
 use crate::{
     assessment::{Assessment, ChannelAssessment, ChannelNoise, Onboard},
@@ -21,6 +21,8 @@ pub struct Datasheet {
     pub onboard: Option<SheetOnboard>,
     /// Its figures.
     pub figures: Vec<DatasheetFigure>,
+    /// Typical figures pass and fail, too.
+    pub typical_is_limit: bool,
 }
 
 /// What a sensor does to gyroscope and accelerometer before it sends a sample.
@@ -39,10 +41,12 @@ pub struct DatasheetFigure {
     pub sensor: Sensor,
     /// The parameter.
     pub term: Term,
-    /// What is claimed, in SI units.
+    /// What is claimed, in SI units; of a density, two-sided.
     pub claim: Claim,
+    /// The density may be one-sided as well: the claim is √2 smaller then.
+    pub is_of_unknown_sides: bool,
     /// The minimum of the Allan deviation, what most sheets call bias instability:
-    /// [`curve_minimum`].
+    /// [`curve_minimum`](imu_noise::curve_minimum).
     pub is_minimum: bool,
     /// The figure as printed, such as `typical 0.0035 deg/s/sqrt(Hz)`.
     pub printed: String,
@@ -63,7 +67,21 @@ pub struct FigureVerdict {
     pub stream: StreamFactor,
     /// Why that is not known; `None` where it is.
     pub unknown: Option<StreamUnknown>,
-    /// From where to where a sensor at the figure reads in this stream, in SI units.
+    /// From where to where a sensor at the figure reads in this stream, in SI units; a density of
+    /// unknown sides taken as two-sided.
+    pub expected: (f64, f64),
+    /// Of a density of unknown sides, what it says as either; else empty.
+    pub readings: Vec<Reading>,
+}
+
+/// One reading of a figure whose convention is not known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// As which density.
+    pub sides: Sides,
+    /// The verdict if that was meant.
+    pub verdict: Verdict,
+    /// From where to where a sensor at the figure reads then in this stream, in SI units.
     pub expected: (f64, f64),
 }
 
@@ -76,6 +94,8 @@ pub struct Verdicts {
     pub note: Option<String>,
     /// By channel of the layout; none for channels without figures.
     pub channels: Vec<Vec<FigureVerdict>>,
+    /// Typical figures pass and fail, too.
+    pub typical_is_limit: bool,
 }
 
 /// Why the effect of the stream on a parameter is unknown; the first reason that holds.
@@ -98,34 +118,37 @@ impl Datasheet {
     /// What the assessment of a snapshot says of every figure.
     ///
     /// White noise is compared with the figure times what averaging and decimation on board make of
-    /// it. Where these are not known, or the sample rate is assumed, nothing passes and nothing
-    /// fails: a window longer than the interval makes white noise read low, and bias instability
-    /// high. Nor do the others where a line was removed. Nothing is compared where the sensor was
-    /// moved.
+    /// it; where these are unknown it neither passes nor fails. Neither of them changes B. All but
+    /// B and the minimum of the curve, which do not depend on the time scale, need a rate that is
+    /// not assumed; all but white noise a record from which no line was removed. Nothing is
+    /// compared where the sensor was moved.
     #[must_use]
     pub fn verdicts(&self, snapshot: &Snapshot, assessment: &Assessment) -> Verdicts {
         let of_channel = |channel: &ChannelAssessment| {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
-            let (window, of_white) = self.window(noise.sensor, channel.onboard, snapshot);
-            let of_others = of_white.or(snapshot.detrended.then_some(StreamUnknown::LineRemoved));
-            let white = StreamFactor {
-                factor: window.white_factor(),
-                uncertainty: Onboard::uncertainty_of(window),
-                is_known: of_white.is_none(),
-            };
-            // only white noise folds
-            let others = StreamFactor { is_known: of_others.is_none(), ..StreamFactor::ONE };
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
-            figures
-                .filter_map(|figure| {
-                    let (stream, unknown) =
-                        if figure.term == Term::White { (white, of_white) } else { (others, of_others) };
-                    figure.judge(noise, stream, unknown)
-                })
-                .collect()
+            let judged = |figure: &DatasheetFigure| {
+                let unknown = self.unknown(figure.term, channel, noise.sensor, snapshot);
+                let stream = StreamFactor { is_known: unknown.is_none(), ..StreamFactor::ONE };
+                // only white noise folds
+                let stream = match figure.term {
+                    Term::White => {
+                        let (window, _) = self.window(noise.sensor, channel.onboard, snapshot);
+                        let (factor, uncertainty) = (window.white_factor(), Onboard::uncertainty_of(window));
+                        StreamFactor { factor, uncertainty, ..stream }
+                    }
+                    _ => stream,
+                };
+                figure.judge(noise, stream, unknown, self.typical_is_limit)
+            };
+            figures.filter_map(judged).collect()
         };
-        let channels = assessment.channels.iter().map(of_channel).collect();
-        Verdicts { datasheet: self.name.clone(), note: self.note.clone(), channels }
+        Verdicts {
+            datasheet: self.name.clone(),
+            note: self.note.clone(),
+            channels: assessment.channels.iter().map(of_channel).collect(),
+            typical_is_limit: self.typical_is_limit,
+        }
     }
 
     /// Each parameter in SI units (magnetic field in gauss), with B as the model has it, by the
@@ -144,16 +167,31 @@ impl Datasheet {
         })
     }
 
-    /// And why that is not known.
-    fn window(
+    /// Why the effect of the stream on that parameter of a channel is unknown; `None` where it is
+    /// known.
+    fn unknown(
         &self,
+        term: Term,
+        channel: &ChannelAssessment,
         sensor: Sensor,
-        onboard: Option<Onboard>,
         snapshot: &Snapshot,
-    ) -> (BoxcarWindow, Option<StreamUnknown>) {
+    ) -> Option<StreamUnknown> {
+        let (_, window_known) = self.window(sensor, channel.onboard, snapshot);
+        let window = (!window_known).then_some(StreamUnknown::Window);
+        let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
+        let line = snapshot.detrended.then_some(StreamUnknown::LineRemoved);
+        match term {
+            Term::White => window.or(rate),
+            Term::BiasInstability => line,
+            Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate.or(line),
+        }
+    }
+
+    /// The averaging on board, and whether it is known.
+    fn window(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> (BoxcarWindow, bool) {
         let stated = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
-        let (window, is_known) = match (onboard, stated) {
-            (Some(onboard), _) => (onboard.window, onboard.window_known),
+        match (onboard, stated) {
+            (Some(onboard), _) => (onboard.window, onboard.window_known()),
             (None, Some(stated)) => {
                 let decimation = stated.refresh_hz / snapshot.timing.rate_hz;
                 let window = BoxcarWindow { length: stated.window, decimation };
@@ -161,10 +199,7 @@ impl Datasheet {
                 (window, !window.overlaps())
             }
             (None, None) => (BoxcarWindow { length: 1, decimation: 1.0 }, false),
-        };
-        let rate_assumed = snapshot.timing.rate_from == RateFrom::Assumed;
-        let unknown = (!is_known).then_some(StreamUnknown::Window).or(rate_assumed.then_some(StreamUnknown::Rate));
-        (window, unknown)
+        }
     }
 }
 
@@ -175,7 +210,9 @@ impl DatasheetFigure {
         if self.is_curve_minimum() { printed / floor_of_flicker() } else { printed }
     }
 
-    fn is_curve_minimum(&self) -> bool {
+    /// Whether it is the minimum of the deviation, rather than a parameter of the model.
+    #[must_use]
+    pub fn is_curve_minimum(&self) -> bool {
         self.is_minimum && self.term == Term::BiasInstability
     }
 
@@ -184,47 +221,58 @@ impl DatasheetFigure {
         noise: &ChannelNoise,
         stream: StreamFactor,
         unknown: Option<StreamUnknown>,
+        typical_is_limit: bool,
     ) -> Option<FigureVerdict> {
-        let measured = if self.is_curve_minimum() {
-            let [white, walk] = [Term::White, Term::RateRandomWalk].map(|term| noise.parameter(term));
-            curve_minimum(&white?, &noise.parameter(self.term)?, &walk?)
-        } else {
-            noise.parameter(self.term)?
+        let measured = if self.is_curve_minimum() { noise.curve_minimum()? } else { noise.parameter(self.term)? };
+        let read = |sides| {
+            let claim = match sides {
+                Sides::Two => self.claim,
+                Sides::One => self.claim.scaled(FRAC_1_SQRT_2),
+            };
+            let verdict = claim.judge(&measured, &stream);
+            let verdict = if typical_is_limit { verdict.with_typical_as_limit() } else { verdict };
+            Reading { sides, verdict, expected: claim.expected(&stream) }
+        };
+        let (as_two_sided, as_one_sided) = (read(Sides::Two), read(Sides::One));
+        let (verdict, readings) = match self.is_of_unknown_sides {
+            true => (as_two_sided.verdict.of_either_reading(as_one_sided.verdict), vec![as_two_sided, as_one_sided]),
+            false => (as_two_sided.verdict, Vec::new()),
         };
         Some(FigureVerdict {
-            verdict: self.claim.judge(&measured, &stream),
-            expected: self.claim.expected(&stream),
+            verdict,
+            expected: as_two_sided.expected,
             figure: self.clone(),
             measured,
             stream,
             unknown,
+            readings,
         })
     }
 }
 
-/// Why not all verdicts on `figure` are a pass, by channel. One of `verdicts` belongs to each
-/// channel of the layout. Where the sheet has a limit, what is typical decides nothing. `None` is a
-/// channel without a figure, or one that is not there.
+/// Why not all verdicts that decide on `figure` are a pass, by channel; none without a data sheet.
+/// Limits decide, and typical figures where they are taken for limits. `None` is a channel without
+/// a figure, or one that is not there.
 #[must_use]
 pub fn not_passed<'a>(
     figure: &NoiseFigure,
     snapshot: &Snapshot,
-    verdicts: &'a [Vec<FigureVerdict>],
+    verdicts: Option<&'a Verdicts>,
 ) -> Vec<(String, Option<&'a FigureVerdict>)> {
+    let judged = verdicts.map_or(&[][..], |verdicts| &verdicts.channels);
+    let typical_decides = verdicts.is_some_and(|verdicts| verdicts.typical_is_limit);
     let concerned: Vec<_> =
-        snapshot.layout_channels().iter().zip(verdicts).filter(|(channel, _)| figure.concerns(channel)).collect();
+        snapshot.layout_channels().iter().zip(judged).filter(|(channel, _)| figure.concerns(channel)).collect();
     if concerned.is_empty() {
         return vec![(figure.to_string(), None)];
     }
     let mut reasons = Vec::new();
     for (channel, verdicts) in concerned {
         let of_term = || verdicts.iter().filter(|verdict| verdict.figure.term == figure.term);
-        let is_limit = |verdict: &&FigureVerdict| matches!(verdict.figure.claim, Claim::Limit(_));
-        let has_limit = of_term().any(|verdict| is_limit(&verdict));
         if of_term().next().is_none() {
             reasons.push((channel.name.to_string(), None));
         }
-        let deciding = of_term().filter(|verdict| !has_limit || is_limit(verdict));
+        let deciding = of_term().filter(|verdict| typical_decides || matches!(verdict.figure.claim, Claim::Limit(_)));
         let worse = deciding.filter(|verdict| verdict.verdict != Verdict::Pass);
         reasons.extend(worse.map(|verdict| (channel.name.to_string(), Some(verdict))));
     }

@@ -30,14 +30,16 @@ pub use accumulate::{
     recent::{Recent, Slot},
 };
 pub use assessment::{
-    Assessment, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LongTauValidity, Motion,
-    OctaveAssessment, Onboard,
+    Aliasing, Assessment, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LEAST_EDF,
+    LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget, WindowFrom,
 };
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanError, OctaveTest, RankedRecord, Ranking,
     RecordDisturbance, RecordMean, WhiteTest,
 };
-pub use datasheet::{Datasheet, DatasheetFigure, FigureVerdict, SheetOnboard, StreamUnknown, Verdicts, not_passed};
+pub use datasheet::{
+    Datasheet, DatasheetFigure, FigureVerdict, Reading, SheetOnboard, StreamUnknown, Verdicts, not_passed,
+};
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};

@@ -18,6 +18,10 @@ pub enum Remedy {
     MapColumns,
     /// Give the data sheet of the sensor.
     GiveDatasheet,
+    /// Say what register 85 was.
+    GiveWindow,
+    /// Take what is typical for a limit.
+    TypicalIsLimit,
     /// Set the sensor, for good.
     Configure(Setting),
     /// Set the sensor for one measurement.
@@ -58,6 +62,8 @@ impl fmt::Display for Remedy {
             Self::AcceptUnchecked => f.write_str("the option for unchecked lines"),
             Self::MapColumns => f.write_str("a map of columns"),
             Self::GiveDatasheet => f.write_str("a data sheet"),
+            Self::GiveWindow => f.write_str("the averaging window"),
+            Self::TypicalIsLimit => f.write_str("what is typical as a limit"),
             Self::Configure(setting) | Self::MeasureWith(setting) => setting.fmt(f),
             Self::MeasureLive => f.write_str("a live measurement"),
             Self::ReadTemperature => f.write_str("the option for the temperature"),

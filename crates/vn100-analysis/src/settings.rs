@@ -29,6 +29,9 @@ pub struct Settings {
     pub detrend: bool,
     /// Look for quantisation noise too, beside the other terms.
     pub quantization: bool,
+    /// The averaging window of gyroscope and accelerometer that register 85 had, in refreshes,
+    /// where the stream does not carry the register.
+    pub window: Option<u32>,
     /// The measurement ends once all of these are known; with none it does not end for that.
     pub until: Vec<Goal>,
     /// Two-sided level of every interval, 0 < p < 1.
@@ -50,6 +53,7 @@ impl Default for Settings {
             duration: None,
             detrend: false,
             quantization: false,
+            window: None,
             until: Vec::new(),
             confidence: DEFAULT_CONFIDENCE,
             recent: false,

@@ -47,6 +47,9 @@ pub struct Snapshot {
     pub detrended: bool,
     /// Quantisation noise is fitted too.
     pub quantization: bool,
+    /// The averaging window of register 85 as the user says, see
+    /// [`Settings::window`](crate::Settings::window).
+    pub given_window: Option<u32>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.
@@ -199,6 +202,11 @@ pub enum MissingFrom {
     RejectedRows,
 }
 
+impl MissingFrom {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Counter, Self::Arrival, Self::RejectedRows];
+}
+
 /// Where the sensor's rate changed in mid-stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateChange {
@@ -232,6 +240,11 @@ pub enum RateFrom {
     Arrival,
     /// Unknown: the sensor's default of 40 Hz.
     Assumed,
+}
+
+impl RateFrom {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Option, Self::Device, Self::Arrival, Self::Assumed];
 }
 
 /// One channel of a [`Snapshot`]. Everything is in counts of the channel's last decimal.

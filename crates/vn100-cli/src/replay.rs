@@ -66,7 +66,7 @@ async fn replay_all(args: &ReplayArgs, speed: Speed, log: Entries) -> Result<Com
     let messages = MessageQueue::default();
     let evaluation = Arc::new(evaluation(&files.measure, args.result.filter_models)?);
     let session = |path: &PathBuf| {
-        let settings = Settings { recent: true, ..files.measure.settings() };
+        let settings = Settings { recent: true, ..files.settings() };
         Session::replay(ReplaySpec { settings, speed: Some(speed), ..replay_spec(files, path, &log, &stop) })
     };
     let sessions: Vec<Session> = files.files.iter().map(session).collect();
@@ -135,7 +135,7 @@ fn replay_spec(args: &FileArgs, path: &Path, log: &Entries, stop: &CancellationT
     let spec = ReplaySpec {
         path: path.to_owned(),
         columns: args.columns.clone(),
-        settings: args.measure.settings(),
+        settings: args.settings(),
         read: log.asked(args.measure.read_options()),
         speed: None,
         each_second: false,

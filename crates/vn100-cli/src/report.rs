@@ -96,6 +96,8 @@ fn option_text(args: &ReportArgs) -> String {
     for figure in &measure.fail_on {
         option("fail-on", Some(format!("\"{figure}\"")));
     }
+    option("typical-is-limit", flag(measure.typical_is_limit));
+    option("window", args.files.window.map(|window| window.to_string()));
     // without its folder: the page says the same wherever the files lie
     let sheet = measure.datasheet.as_deref().and_then(Path::file_name);
     option("datasheet", sheet.map(|name| name.to_string_lossy().into_owned()));

@@ -7,10 +7,10 @@ mod statistics;
 use std::fmt::{self, Write};
 
 use imu_noise::{Arrivals, TimebaseSummary};
-use vn100_analysis::{MissingFrom, RateFrom, Snapshot, SourceFacts};
+use vn100_analysis::{Snapshot, SourceFacts};
 use vn100_protocol::stream::CsvReport;
 use vn100_report::{
-    Measured, RecordingDocument,
+    Measured, RecordingDocument, code_of_missing, code_of_rate,
     names::{echoes, rejected_lines},
     numbers::plain::{counted, ppm, short},
     printable,
@@ -72,7 +72,7 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
         write_distribution(out, &channels)?;
         write_parts(out, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
-        write_noise(out, &channels, assessment, snapshot.deviation)?;
+        write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
         write_filter_models(out, &channels, filter_models)?;
         write_verdicts(out, &channels, verdicts.as_ref(), assessment.motion.as_ref())?;
     }
@@ -98,17 +98,8 @@ fn write_summary(out: &mut String, measured: &Measured) -> fmt::Result {
 fn write_head(out: &mut String, facts: &SourceFacts, snapshot: &Snapshot) -> fmt::Result {
     let timing = &snapshot.timing;
     let message = snapshot.layout.as_ref().map_or("no message", |layout| &layout.message);
-    let rate_from = match timing.rate_from {
-        RateFrom::Option => "as asked",
-        RateFrom::Device => "as the sensor says",
-        RateFrom::Arrival => "by the arrival of its lines",
-        RateFrom::Assumed => "assumed",
-    };
-    let judged = match snapshot.timing.missing_from {
-        MissingFrom::Counter => "the counter in each line",
-        MissingFrom::Arrival => "arrival times",
-        MissingFrom::RejectedRows => "bad lines",
-    };
+    let rate_from = code_of_rate(timing.rate_from).word;
+    let judged = code_of_missing(timing.missing_from).word;
     writeln!(
         out,
         "{}: {} of {message} in {} s at {} Hz ({rate_from})",

@@ -7,9 +7,9 @@ use anyhow::{Context, Result, bail};
 use toml::Value;
 use vn100_analysis::Datasheet;
 use vn100_pipeline::is_reserved;
-use vn100_report::{Evaluation, parse_datasheet, parse_toml};
+use vn100_report::{Asked, Evaluation, parse_datasheet, parse_toml};
 
-use crate::args::MeasureArgs;
+use crate::{args::MeasureArgs, exit::report};
 
 pub(crate) fn read_conditions(file: Option<&Path>) -> Result<BTreeMap<String, String>> {
     let Some(file) = file else { return Ok(BTreeMap::new()) };
@@ -47,7 +47,15 @@ pub(crate) fn open_datasheet(path: &Path) -> Result<Datasheet> {
 /// What completes every result, as asked for.
 pub(crate) fn evaluation(args: &MeasureArgs, filter_models: bool) -> Result<Evaluation> {
     let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
-    Evaluation::new(datasheet, args.fail_on.clone(), filter_models).context("the built-in data sheet")
+    let asked = Asked { fail_on: args.fail_on.clone(), typical_is_limit: args.typical_is_limit };
+    let evaluation = Evaluation::new(datasheet, asked, filter_models).context("the built-in data sheet")?;
+    for figure in evaluation.not_deciding() {
+        report(&format!(
+            "--fail-on \"{figure}\" decides nothing: the data sheet says what is typical, not what the limit is; --typical-is-limit takes the one \
+             for the other"
+        ));
+    }
+    Ok(evaluation)
 }
 
 #[cfg(test)]

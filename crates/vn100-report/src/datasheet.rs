@@ -99,26 +99,32 @@ pub fn parse_datasheet(text: &str) -> Result<Datasheet, DatasheetError> {
     }
     let figure = |printed: Spanned<PrintedFigure>| {
         let line = line(text, printed.span().start);
-        figure(printed.into_inner(), text).map_err(|error| DatasheetError::Figure { line, error })
+        figure(printed.into_inner(), sheet.density, text).map_err(|error| DatasheetError::Figure { line, error })
     };
     let figures = sheet.figure.into_iter().map(figure).collect::<Result<_, _>>()?;
     let onboard = sheet.onboard.map(Spanned::into_inner);
     let onboard = onboard.map(|Onboard { refresh_hz, window }| SheetOnboard { refresh_hz, window });
-    Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures })
+    Ok(Datasheet { name: sheet.name, note: sheet.note, onboard, figures, typical_is_limit: false })
 }
 
-fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure, FigureError> {
+/// `density`: the convention of the whole sheet, which a figure may say better.
+fn figure(printed: PrintedFigure, density: Option<DensityName>, sheet: &str) -> Result<DatasheetFigure, FigureError> {
     use ConventionName::{Flicker, Minimum, OneSided, TwoSided};
     let (sensor, term) = (printed.sensor, printed.parameter);
     let all = conventions(sensor, term);
-    // a density is taken for two-sided: makers print N
+    // a density of unknown sides is read as two-sided first
     let known = all.iter().find(|convention| convention.unit == printed.unit && convention.sides != Some(Sides::One));
     let Some(unit) = known else {
         let choices = all.iter().filter(|c| c.sides != Some(Sides::One)).map(|c| c.unit).collect();
         return Err(FigureError::Unit { unit: printed.unit, choices });
     };
     let is_bias = term == Term::BiasInstability;
-    let (unit, said) = match (printed.convention, unit.sides) {
+    let of_sheet = unit.sides.and(density).map(|density| match density {
+        DensityName::TwoSided => TwoSided,
+        DensityName::OneSided => OneSided,
+    });
+    let convention = printed.convention.or(of_sheet);
+    let (unit, said) = match (convention, unit.sides) {
         (None, _) => (*unit, ""),
         (Some(TwoSided), Some(_)) => (*unit, ", two-sided"),
         (Some(OneSided), Some(_)) => (unit.one_sided(), ", one-sided"),
@@ -160,6 +166,7 @@ fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure, Figure
     Ok(DatasheetFigure {
         sensor,
         term,
+        is_of_unknown_sides: unit.sides.is_some() && convention.is_none(),
         claim: if is_limit { Claim::Limit(low) } else { Claim::Typical { from: low, to: high, rounding } },
         is_minimum: printed.convention != Some(Flicker),
         printed: format!("{} {number} {}{said}", if is_limit { "at most" } else { "typically" }, printed.unit),
@@ -172,6 +179,7 @@ fn figure(printed: PrintedFigure, sheet: &str) -> Result<DatasheetFigure, Figure
 struct Sheet {
     name: String,
     note: Option<String>,
+    density: Option<DensityName>,
     onboard: Option<Spanned<Onboard>>,
     #[serde(default)]
     figure: Vec<Spanned<PrintedFigure>>,
@@ -198,6 +206,16 @@ struct PrintedFigure {
     source: Option<String>,
 }
 
+/// Which frequencies the densities of a sheet count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum DensityName {
+    /// N itself.
+    TwoSided,
+    /// That over positive frequencies only, √2 N.
+    OneSided,
+}
+
 /// What the number is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -206,9 +224,9 @@ enum ConventionName {
     Minimum,
     /// Of a bias instability: that over 0.664.
     Flicker,
-    /// Of a density: N itself, as most sheets have it.
+    /// Of a density: as [`DensityName::TwoSided`].
     TwoSided,
-    /// Of a density: that over positive frequencies only, √2 N.
+    /// Of a density: as [`DensityName::OneSided`].
     OneSided,
 }
 
@@ -316,6 +334,8 @@ mod tests {
         let [Claim::Limit(limit)] = claim(&sheet, Sensor::Accelerometer, Term::BiasInstability)[..] else { panic!() };
         close(limit, 3.92e-4);
         assert!(sheet.figures.iter().all(|figure| figure.source.is_some()));
+        let is_density = |figure: &DatasheetFigure| figure.term == Term::White;
+        assert!(sheet.figures.iter().all(|figure| figure.is_of_unknown_sides == is_density(figure)));
     }
 
     #[test]
@@ -365,6 +385,32 @@ mod tests {
         close(limit("m/s^2/sqrt(Hz)", ""), 1.0);
         // in a unit that no table has with one side
         close(limit("mg/sqrt(Hz)", "convention = \"one-sided\""), 9.806_65e-3 * FRAC_1_SQRT_2);
+    }
+
+    #[test]
+    fn the_sides_of_a_density_are_known_from_the_figure_or_the_sheet_or_not_at_all() {
+        for (sheet, figure, unit, expected) in [
+            ("", "", "deg/s/sqrt(Hz)", (true, 1.0)),
+            ("density = \"two-sided\"\n", "", "deg/s/sqrt(Hz)", (false, 1.0)),
+            ("density = \"one-sided\"\n", "", "deg/s/sqrt(Hz)", (false, FRAC_1_SQRT_2)),
+            ("density = \"one-sided\"\n", "convention = \"two-sided\"", "deg/s/sqrt(Hz)", (false, 1.0)),
+            ("", "convention = \"one-sided\"", "deg/s/sqrt(Hz)", (false, FRAC_1_SQRT_2)),
+            // an angle random walk has one meaning
+            ("density = \"one-sided\"\n", "", "deg/sqrt(h)", (false, 1.0 / 60.0)),
+            ("", "", "deg/sqrt(h)", (false, 1.0 / 60.0)),
+        ] {
+            let text = format!(
+                "name = \"x\"\n{sheet}[[figure]]\nsensor = \"gyroscope\"\nparameter = \"white\"\nunit = \"{unit}\"\nlimit = 1\n{figure}"
+            );
+            let figure = parse_datasheet(&text).unwrap().figures.remove(0);
+            let Claim::Limit(limit) = figure.claim else { panic!() };
+            assert_eq!(figure.is_of_unknown_sides, expected.0, "{text}");
+            close(limit.to_degrees(), expected.1);
+        }
+        let bias = "name = \"x\"\ndensity = \"one-sided\"\n[[figure]]\nsensor = \"gyroscope\"\nparameter = \"bias_instability\"\nunit = \"deg/h\"\nlimit = 1";
+        assert!(!parse_datasheet(bias).unwrap().figures[0].is_of_unknown_sides);
+        let wrong = "name = \"x\"\ndensity = \"half\"";
+        assert!(parse_datasheet(wrong).unwrap_err().to_string().contains("one-sided"));
     }
 
     #[test]

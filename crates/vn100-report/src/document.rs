@@ -10,9 +10,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, LevelChange, LevelShape, Normality, NotJudged};
 use vn100_analysis::protocol::RejectedCounts;
-use vn100_analysis::{MissingFrom, RateFrom, RemedyWords, Snapshot};
+use vn100_analysis::{RemedyWords, Snapshot};
 
 use crate::{
+    codes::{code_of_missing, code_of_rate},
     measured::Measured,
     units::{BarValues, BlockValues, ChannelValues, NormValues, Point, SignalValues, channel_values, norm_values},
 };
@@ -221,12 +222,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     Timing {
         rate_hz: timing.rate_hz,
-        rate_from: match timing.rate_from {
-            RateFrom::Option => "option",
-            RateFrom::Device => "device",
-            RateFrom::Arrival => "arrival",
-            RateFrom::Assumed => "assumed",
-        },
+        rate_from: code_of_rate(timing.rate_from).code,
         measured_hz: arrivals.and_then(|arrivals| arrivals.measured_hz),
         offset_ppm: arrivals.and_then(|arrivals| arrivals.offset_ppm),
         duration_s: timing.duration_s(),
@@ -235,11 +231,7 @@ fn timing(snapshot: &Snapshot) -> Timing {
         segments: timing.segments,
         gaps: timing.gaps,
         missing: timing.missing,
-        missing_from: match snapshot.timing.missing_from {
-            MissingFrom::Counter => "counter",
-            MissingFrom::Arrival => "arrival",
-            MissingFrom::RejectedRows => "bad-lines",
-        },
+        missing_from: code_of_missing(timing.missing_from).code,
         interarrival_us: (arrivals.and_then(|arrivals| arrivals.arrivals)).map(|times| Interarrival {
             p50: times.p50_us,
             p99: times.p99_us,

@@ -183,6 +183,8 @@ enum Sample {
     Symbol(Shape, Colour),
     Both(Stroke, Shape),
     Area(Colour, f64),
+    /// A text alone.
+    Nothing,
 }
 
 struct Plot {
@@ -275,6 +277,7 @@ impl Sample {
         let line = |stroke| Primitive::Line { points: vec![(x, y), (x + 22.0, y)], stroke };
         let symbol = |shape, colour| Primitive::Symbol { at: (x + 11.0, y), shape, colour };
         match self {
+            Self::Nothing => {}
             Self::Line(stroke) => marks.push(line(stroke)),
             Self::Symbol(shape, colour) => marks.push(symbol(shape, colour)),
             Self::Both(stroke, shape) => marks.extend([line(stroke), symbol(shape, stroke.colour)]),

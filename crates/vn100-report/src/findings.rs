@@ -64,10 +64,30 @@ pub(crate) struct AxisFindings {
 
 /// Of the axes of one sensor that with the largest estimate.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Worst<'a> {
-    pub(crate) axis: &'a AxisFindings,
+pub(crate) struct Largest<'a> {
+    axis: &'a AxisFindings,
     pub(crate) value: f64,
     /// Whether it is known that no other axis is worse.
+    is_worst: bool,
+}
+
+impl Largest<'_> {
+    /// `gyro_y, the worst axis`, or that there may be a worse one.
+    pub(crate) fn named(&self) -> String {
+        let name = &self.axis.name;
+        match self.is_worst {
+            true => format!("{name}, the worst axis"),
+            false => format!("{name}, the largest estimate; an axis that is not estimated may be worse"),
+        }
+    }
+}
+
+/// Of the axes of one sensor that with the largest upper end of its interval, or bound.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Worst<'a> {
+    pub(crate) axis: &'a AxisFindings,
+    pub(crate) parameter: Parameter,
+    /// Whether every axis has one.
     is_worst: bool,
 }
 
@@ -80,13 +100,21 @@ impl Worst<'_> {
 
 impl SensorFindings {
     /// By a parameter; `None` where no axis has an estimate.
-    pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
+    pub(crate) fn largest(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Largest<'_>> {
         let estimate = |axis| of(axis).filter(|found| found.status == Status::Estimated).and_then(|found| found.value);
         let known = self.axes.iter().filter_map(|axis| Some((axis, estimate(axis)?)));
         let (axis, value) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let most = |axis| of(axis).and_then(|found| found.value.or(found.upper));
         let is_worst = self.axes.iter().all(|axis| most(axis).is_some_and(|most| most <= value));
-        Some(Worst { axis, value, is_worst })
+        Some(Largest { axis, value, is_worst })
+    }
+
+    /// By a parameter; `None` where no axis is known from above.
+    pub(crate) fn worst(&self, of: impl Fn(&AxisFindings) -> Option<Parameter>) -> Option<Worst<'_>> {
+        let bounded = |axis| of(axis).and_then(|found| Some((axis, found, found.upper?)));
+        let known = self.axes.iter().filter_map(bounded);
+        let (axis, parameter, _) = known.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some(Worst { axis, parameter, is_worst: self.axes.iter().all(|axis| bounded(axis).is_some()) })
     }
 }
 

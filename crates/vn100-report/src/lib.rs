@@ -8,6 +8,7 @@
 //! are for other programs. Pure: no file is opened and no clock is read; what is written goes into
 //! a writer of the caller's.
 
+mod codes;
 mod datasheet;
 mod document;
 mod export;
@@ -22,6 +23,9 @@ mod toml_text;
 pub mod units;
 mod words;
 
+pub use codes::{
+    Code, all_codes, code_of_grade, code_of_missing, code_of_rate, code_of_status, code_of_verdict, code_of_window,
+};
 pub use datasheet::{DatasheetError, FigureError, parse_datasheet, vn100_datasheet};
 pub use document::{
     Document,
@@ -35,7 +39,7 @@ pub use export::{
     tables::CsvTable,
 };
 pub use figure::{DrawingError, Figure, Figures, allan_in_unit};
-pub use measured::{Completion, Evaluation, Measured, Record, no_sample, record_letter};
+pub use measured::{Asked, Completion, Evaluation, Measured, Record, no_sample, record_letter};
 pub use page::{EARTH_RATE_RAD_S, PageOptions, Program, write_page};
 pub use printable::{json_line, printable};
 pub use toml_text::{TomlError, parse_toml};

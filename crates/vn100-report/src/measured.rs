@@ -4,11 +4,11 @@
 
 use std::sync::Arc;
 
-use vn100_analysis::noise::Verdict;
+use vn100_analysis::noise::{Claim, Verdict};
 use vn100_analysis::protocol::Quantity;
 use vn100_analysis::{
-    Assessment, ComparedRecord, Datasheet, FigureVerdict, FilterModels, NoiseFigure, Snapshot, SourceFacts, UnmetGoal,
-    Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
+    Assessment, ComparedRecord, Datasheet, DatasheetFigure, FigureVerdict, FilterModels, NoiseFigure, Snapshot,
+    SourceFacts, UnmetGoal, Verdicts, Warning, WarningKind, WhyUnmet, not_passed,
 };
 
 use crate::{
@@ -153,18 +153,41 @@ pub struct Evaluation {
     fail_on: Vec<NoiseFigure>,
 }
 
+/// What a data sheet decides.
+#[derive(Debug, Clone, Default)]
+pub struct Asked {
+    /// Figures that must pass.
+    pub fail_on: Vec<NoiseFigure>,
+    /// Typical figures pass and fail, too.
+    pub typical_is_limit: bool,
+}
+
 impl Evaluation {
-    /// Compares with `datasheet`, whatever the sensor, or with the VN-100's its own messages; the
-    /// figures of `fail_on` must pass. With models for filters, if these are asked for.
+    /// Compares with `datasheet`, whatever the sensor, or with the VN-100's its own messages. With
+    /// models for filters, if these are asked for.
     ///
     /// # Errors
     /// None, unless this program was built with a damaged sheet.
     pub fn new(
         datasheet: Option<Datasheet>,
-        fail_on: Vec<NoiseFigure>,
+        Asked { fail_on, typical_is_limit }: Asked,
         filter_models: bool,
     ) -> Result<Self, DatasheetError> {
-        Ok(Self { filter_models, datasheet, vn100: vn100_datasheet()?, fail_on })
+        let judged = |sheet| Datasheet { typical_is_limit, ..sheet };
+        let vn100 = judged(vn100_datasheet()?);
+        Ok(Self { filter_models, datasheet: datasheet.map(judged), vn100, fail_on })
+    }
+
+    /// Of the figures that must pass, those of which the data sheet says what is typical alone, so
+    /// that nothing decides on them.
+    pub fn not_deciding(&self) -> impl Iterator<Item = &NoiseFigure> {
+        let sheet = self.datasheet.as_ref().unwrap_or(&self.vn100);
+        self.fail_on.iter().filter(move |asked| {
+            let concerns = |figure: &&DatasheetFigure| (figure.sensor, figure.term) == (asked.sensor, asked.term);
+            let mut figures = sheet.figures.iter().filter(concerns).peekable();
+            let has_some = figures.peek().is_some();
+            has_some && !sheet.typical_is_limit && figures.all(|figure| matches!(figure.claim, Claim::Typical { .. }))
+        })
     }
 
     /// Adds what was asked for; a figure that must pass and does not is unmet.
@@ -178,8 +201,7 @@ impl Evaluation {
         // a source that gave nothing has failed worse
         let gave_nothing = measured.completion == Completion::NoData;
         for figure in self.fail_on.iter().filter(|_| !gave_nothing) {
-            let channels = measured.verdicts.as_ref().map_or(&[][..], |verdicts| &verdicts.channels);
-            let reasons = not_passed(figure, &measured.snapshot, channels);
+            let reasons = not_passed(figure, &measured.snapshot, measured.verdicts.as_ref());
             if !reasons.is_empty() {
                 let reasons: Vec<_> = match &measured.assessment.motion {
                     Some(motion) => vec![motion.to_string()],

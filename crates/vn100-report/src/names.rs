@@ -2,9 +2,15 @@
 
 use vn100_analysis::noise::{Claim, Deviation, Grade, Parameter, Sensor, Status, Term, Verdict, conventions};
 use vn100_analysis::protocol::{Quantity, Tally};
-use vn100_analysis::{ChannelNoise, FigureVerdict, LongTauValidity, Onboard, Ranking, StreamUnknown};
+use vn100_analysis::{
+    Aliasing, ChannelNoise, FigureVerdict, NoGrade, Onboard, Ranking, RateFrom, StreamUnknown, WhiteBudget, WindowFrom,
+};
 
-use crate::{measured::record_letter, numbers::plain::four_digits};
+use crate::{
+    codes::{code_of_grade, code_of_status, code_of_verdict},
+    measured::record_letter,
+    numbers::plain::{digits, four_digits},
+};
 
 /// What is measured, in the order of results.
 pub const QUANTITIES: [Quantity; 7] = [
@@ -61,16 +67,41 @@ pub const TERMS: [(Term, &str); 5] = [
     (Term::RateRamp, "rate ramp"),
 ];
 
+/// Why the budget of N has no share of the scale factor.
+pub(crate) const NO_SCALE_FACTOR: &str = "not verified: a record at rest does not show it";
+
+/// The rows of the budget of N that all axes of a sensor share: what, and how much.
+#[must_use]
+pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, String); 3] {
+    let rate = match (budget.rate.relative, budget.rate.from) {
+        (Some(relative), _) => {
+            let percent = digits(100.0 * relative, 2);
+            format!("±{percent} %, as the arrival times differ from {nominal_hz} Hz; within the interval")
+        }
+        (None, RateFrom::Device) => "not verified without arrival times: as the sensor says".into(),
+        (None, RateFrom::Option) => "not verified without arrival times: as given".into(),
+        (None, RateFrom::Arrival) => "not verified".into(),
+        (None, RateFrom::Assumed) => "unknown, the rate is assumed: 1 % of it is 0.5 % of N".into(),
+    };
+    let aliasing = match budget.aliasing {
+        None => "unknown: what is averaged before a sample is sent is not known".into(),
+        Some(Aliasing { factor, window_from: WindowFrom::Default, most, .. }) => format!(
+            "N is {factor:.2} times the sensor's own at the factory default of register 85, 1 to {most:.2} times at others: not known"
+        ),
+        Some(Aliasing { factor, uncertainty, .. }) if uncertainty == 0.0 => {
+            format!("none: N is {factor:.2} times the sensor's own")
+        }
+        Some(Aliasing { factor, uncertainty, .. }) => {
+            format!("N is {factor:.2} times the sensor's own, ±{:.0} %", 100.0 * uncertainty)
+        }
+    };
+    [("sample rate", rate), ("aliasing on board", aliasing), ("scale factor", NO_SCALE_FACTOR.into())]
+}
+
 /// A status of a parameter, in words.
 #[must_use]
 pub fn in_words(status: Status) -> &'static str {
-    match status {
-        Status::Estimated => "estimated",
-        Status::Bounded => "at most",
-        Status::NotObservable => "not observable",
-        Status::NotMeasurable => "not measurable",
-        Status::ModelRejected => "no model fits",
-    }
+    code_of_status(status).word
 }
 
 /// How many, and of which kinds.
@@ -96,53 +127,54 @@ pub fn echoes(count: u64) -> String {
     if count == 0 { String::new() } else { format!("{count} echoed questions, ") }
 }
 
-/// The verdict's name in results.
+/// The verdict in words.
 #[must_use]
 pub fn verdict_name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "pass",
-        Verdict::Fail => "fail",
-        Verdict::Undecided => "undecided",
-        Verdict::Consistent => "consistent",
-        Verdict::NotComparable => "not-comparable",
-    }
+    code_of_verdict(verdict).word
 }
 
-/// Best and worst grade a gyroscope may be of, or why none is given; `None` for other sensors.
-pub(crate) fn grade(noise: &ChannelNoise) -> Option<Result<(Grade, Grade), &'static str>> {
-    if noise.sensor != Sensor::Gyroscope {
-        return None;
+/// Why a gyroscope has no grade, in words.
+pub(crate) fn no_grade(reason: NoGrade) -> &'static str {
+    match reason {
+        NoGrade::Moved => "the sensor was moved",
+        NoGrade::BiasNotInStream => "the stream does not carry the sensor's bias instability",
+        NoGrade::RateAssumed => "the sample rate is assumed",
+        NoGrade::WhiteNotKnown => "the record says nothing of the angle random walk",
+        NoGrade::BiasNotKnown => "the record says nothing of the bias instability",
     }
-    let bias_instability = noise.parameter(Term::BiasInstability);
-    Some(match noise.long_taus {
-        LongTauValidity::Sensor => {
-            let range = bias_instability.as_ref().and_then(Grade::range);
-            range.ok_or("the record says nothing of the bias instability")
-        }
-        LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Surroundings => {
-            Err("the stream does not carry the sensor's bias instability")
-        }
-        LongTauValidity::Motion => Err("the sensor was moved"),
-    })
 }
 
 /// The grades a gyroscope may be of, or why that cannot be said; `None` for any other sensor.
 #[must_use]
 pub fn grade_text(noise: &ChannelNoise) -> Option<String> {
-    Some(match grade(noise)? {
+    Some(match noise.grade()? {
         Ok((best, worst)) if best == worst => grade_name(best).to_owned(),
-        Ok((best, worst)) => format!("{} to {}", grade_name(best), grade_name(worst)),
-        Err(reason) => format!("none, {reason}"),
+        Ok((_, Grade::Consumer)) => "not known to be better than consumer".into(),
+        Ok((_, worst)) => format!("at least {}", grade_name(worst)),
+        Err(reason) => format!("none, {}", no_grade(reason)),
     })
+}
+
+/// How grades are given, for those who read them.
+#[must_use]
+pub fn grade_scheme() -> String {
+    let edges = Grade::ALL.into_iter().filter(|grade| grade.limit_deg_h().is_finite()).map(|grade| {
+        format!(
+            "{} below {} deg/h and {} deg/sqrt(h)",
+            grade_name(grade),
+            grade.limit_deg_h(),
+            grade.limit_deg_sqrt_h()
+        )
+    });
+    format!(
+        "grade by B and by the sensor's own N, without aliasing, the worse one counting ({}, else consumer; no standard defines these)",
+        edges.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// The name of a grade in results.
 pub(crate) fn grade_name(grade: Grade) -> &'static str {
-    match grade {
-        Grade::Navigation => "navigation",
-        Grade::Tactical => "tactical",
-        Grade::Commercial => "commercial",
-    }
+    code_of_grade(grade).code
 }
 
 /// What was measured and what a sensor at the figure reads in this stream.
@@ -152,8 +184,7 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
     let shown = shown_in(sensor, figure.term);
     let number = |value: f64| four_digits(value * shown.1);
     let Parameter { value, lower, upper, .. } = verdict.measured;
-    let minimum =
-        if figure.is_minimum && figure.term == Term::BiasInstability { " as the minimum of the curve" } else { "" };
+    let minimum = if figure.is_curve_minimum() { " as the minimum of the curve" } else { "" };
     let measured = match (value, lower, upper) {
         (Some(value), Some(lower), Some(upper)) => {
             format!("measured {} {} ({} to {}){minimum}", number(value), shown.0, number(lower), number(upper))
@@ -166,37 +197,43 @@ pub fn sentence(sensor: Sensor, verdict: &FigureVerdict) -> String {
         _ if verdict.verdict == Verdict::NotComparable => "not in this stream".into(),
         _ => "not known from this record".into(),
     };
-    let (low, high) = verdict.expected;
     let window = if verdict.unknown == Some(StreamUnknown::Window) { "the default window" } else { "window" };
-    let expected = if verdict.stream.factor == 1.0 {
-        format!("the data sheet says {}", figure.printed)
-    } else {
+    let range = |(low, high): (f64, f64)| {
         let (middle, half) = ((low + high) / 2.0 * shown.1, (high - low) / 2.0 * shown.1);
+        if half == 0.0 {
+            return four_digits(middle);
+        }
         let decimals = (-half.log10().floor()).clamp(0.0, 9.0) as usize;
-        format!(
-            "a sensor of {} reads {middle:.decimals$} ± {half:.decimals$} at this rate and {window}",
-            figure.printed
-        )
+        format!("{middle:.decimals$} ± {half:.decimals$}")
+    };
+    let expected = match (&verdict.readings[..], verdict.stream.factor) {
+        ([two, one, ..], _) => format!(
+            "a sensor of {} reads {} at this rate and {window} if that density is two-sided, {} if one-sided, which is not known",
+            figure.printed,
+            range(two.expected),
+            range(one.expected)
+        ),
+        (_, 1.0) => format!("the data sheet says {}", figure.printed),
+        _ => format!("a sensor of {} reads {} at this rate and {window}", figure.printed, range(verdict.expected)),
     };
     format!("{measured}; {expected}{}", why(verdict))
 }
 
 /// Why what speaks for a figure does not let it pass.
-pub const WHY_CONSISTENT: &str = "nothing speaks against the figure, and nothing can pass or fail, for the averaging on board (register \
-                                         85) or the rate is not known, or a line was removed";
+pub const WHY_CONSISTENT: &str = "nothing speaks against the figure, and what would decide is not known: the averaging on board (register 85), \
+                                         the sample rate, what the removed line took, or whether the density is one- or two-sided";
 
 fn why(verdict: &FigureVerdict) -> &'static str {
     match (verdict.verdict, verdict.figure.claim) {
-        (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, which is no guarantee",
-        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match (verdict.unknown, verdict.figure.term) {
-            (Some(StreamUnknown::Window), Term::White) => ": more than the usual averaging on board explains",
-            (Some(StreamUnknown::Window), _) => {
-                ": above the figure, and cannot fail, for the averaging on board is not known"
-            }
-            (Some(StreamUnknown::Rate), _) => ": above the figure, and cannot fail, for the rate is assumed",
-            (Some(StreamUnknown::LineRemoved), _) => ": above the figure, and cannot fail, for a line was removed",
-            (None, _) => "",
+        (Verdict::AboveTypical, _) => ": above what is typical, which is no guarantee",
+        (Verdict::Fail, Claim::Typical { .. }) => ": above what is typical, taken for a limit",
+        (Verdict::Undecided, _) if verdict.measured.lower.is_some() => match verdict.unknown {
+            Some(StreamUnknown::Window) => ": more than the usual averaging on board explains",
+            Some(StreamUnknown::Rate) => ": above the figure, and cannot fail, for the rate is assumed",
+            Some(StreamUnknown::LineRemoved) => ": above the figure, and cannot fail, for a line was removed",
+            None => "",
         },
+        (Verdict::Inconclusive, _) => ": the interval spans the figure",
         _ => "",
     }
 }

@@ -30,6 +30,11 @@ pub(crate) fn digits(value: f64, count: usize) -> String {
     text.replace('-', "−")
 }
 
+/// A probability to two digits; one too small to matter as a bound.
+pub(crate) fn p_value(p: f64) -> String {
+    if p < 1e-9 { "< 10⁻⁹".into() } else { digits(p, 2) }
+}
+
 /// A value with its interval, all to the same digit: `1.263·10⁻⁴ (1.246 to 1.281)`.
 pub(crate) fn with_interval(value: f64, lower: f64, upper: f64) -> String {
     let largest = value.abs().max(lower.abs()).max(upper.abs());

@@ -93,9 +93,6 @@ pub struct BlockValues {
     pub max: f64,
 }
 
-/// With fewer degrees of freedom an interval spans more than a factor of ten.
-pub const LEAST_EDF: f64 = 2.0;
-
 /// The deviation at one octave.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
@@ -107,7 +104,7 @@ pub struct Point {
     pub deviation: Option<f64>,
     /// Differences that were squared and summed.
     pub terms: u64,
-    /// Equivalent degrees of freedom.
+    /// Equivalent degrees of freedom; `None` below two, as the interval.
     pub edf: Option<f64>,
     /// Exponent of the spectrum at this averaging time.
     pub alpha: Option<i8>,
@@ -115,21 +112,23 @@ pub struct Point {
     pub lower: Option<f64>,
     /// Upper end of the confidence interval.
     pub upper: Option<f64>,
+    /// Deviation of the whole fitted model; `None` where the fit has no part of it.
+    pub fitted: Option<f64>,
 }
 
 impl Point {
     /// In a unit of which one of this is `factor`.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
-        let [deviation, lower, upper] =
-            [self.deviation, self.lower, self.upper].map(|value| value.map(|value| value * factor));
-        Self { deviation, lower, upper, ..self }
+        let [deviation, lower, upper, fitted] =
+            [self.deviation, self.lower, self.upper, self.fitted].map(|value| value.map(|value| value * factor));
+        Self { deviation, lower, upper, fitted, ..self }
     }
 
-    /// Whether it is known well enough for its interval to be shown.
+    /// Whether it is known well enough to have an interval.
     #[must_use]
     pub fn is_known(&self) -> bool {
-        self.edf.is_some_and(|edf| edf >= LEAST_EDF)
+        self.edf.is_some()
     }
 }
 
@@ -282,6 +281,7 @@ fn points(
     (results.octaves.iter().enumerate())
         .map(|(index, octave)| {
             let deviation = octave.deviation_counts().map(&value);
+            let fit = assessed.and_then(|assessed| Some(&assessed.noise.as_ref()?.fit));
             let assessed = assessed.and_then(|assessed| assessed.octaves.get(index));
             let relative = assessed.and_then(|assessed| assessed.relative);
             let bound = |of: fn(&vn100_analysis::noise::Interval) -> f64| Some(deviation? * of(&relative?));
@@ -294,6 +294,7 @@ fn points(
                 alpha: assessed.and_then(|assessed| assessed.alpha),
                 lower: bound(|relative| relative.lower),
                 upper: bound(|relative| relative.upper),
+                fitted: fit.and_then(|fit| fit.deviation(octave.m)),
             }
         })
         .collect()

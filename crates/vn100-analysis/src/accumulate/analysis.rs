@@ -152,6 +152,7 @@ impl Analysis {
             deviation: settings.deviation,
             detrended: settings.detrend,
             quantization: settings.quantization,
+            given_window: settings.window,
             skipped: span.skip,
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),

@@ -1,13 +1,17 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
 use imu_noise::{
-    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, NoiseFit, NoiseModel, Octave, OverBound,
-    Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, holm, over_bound, white_deficit,
+    BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
+    OverBound, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, holm, over_bound,
+    white_deficit,
 };
 use vn100_protocol::Channel;
 
-use super::{ChannelAssessment, Curve, Onboard};
-use crate::{sensor::sensor_of, snapshot::Snapshot};
+use super::{ChannelAssessment, Curve, Onboard, WhiteBudget};
+use crate::{
+    sensor::sensor_of,
+    snapshot::{RateFrom, Snapshot},
+};
 
 const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
@@ -30,6 +34,23 @@ pub struct ChannelNoise {
     pub detectable_rrw: Option<DetectableRrw>,
     /// Why bias instability, random walk and ramp are not those of the sensor.
     pub long_taus: LongTauValidity,
+    /// What N is uncertain by.
+    pub white_budget: WhiteBudget,
+}
+
+/// Why a gyroscope has no grade.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoGrade {
+    /// The sensor was moved.
+    Moved,
+    /// The stream does not carry its bias instability.
+    BiasNotInStream,
+    /// The sample rate is assumed, and N with it.
+    RateAssumed,
+    /// Its angle random walk is not known from above.
+    WhiteNotKnown,
+    /// Its bias instability is not known from above.
+    BiasNotKnown,
 }
 
 /// Whether long averaging times show the sensor's own noise: bias instability, random walk, ramp.
@@ -76,7 +97,7 @@ impl ChannelNoise {
         models: &mut Models,
     ) -> Option<Self> {
         let sensor = sensor_of(channel.quantity)?;
-        let window = onboard.filter(|onboard| onboard.window_known && onboard.window.overlaps()).map(|o| o.window);
+        let window = onboard.filter(|onboard| onboard.window_known() && onboard.window.overlaps()).map(|o| o.window);
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
         let with_quantization =
             |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
@@ -114,21 +135,59 @@ impl ChannelNoise {
             // the recipes are for the Allan deviation
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
-        Some(Self { sensor, fit, window, classical, detectable_rrw: None, long_taus })
+        let white_budget = WhiteBudget::new(fit.parameter(Term::White), snapshot, onboard);
+        Some(Self { sensor, fit, window, classical, detectable_rrw: None, long_taus, white_budget })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
-    /// do not show the sensor, white and quantisation noise alone are its own.
+    /// do not show the sensor, white and quantisation noise alone are its own. The interval of
+    /// white noise holds what is known of the time scale, see [`WhiteBudget`].
     #[must_use]
     pub fn parameter(&self, term: Term) -> Option<Parameter> {
         match self.long_taus {
-            _ if matches!(term, Term::White | Term::Quantization) => self.fit.parameter(term),
+            _ if term == Term::White => self.fit.parameter(term).map(|white| self.white_budget.widened(white)),
+            _ if term == Term::Quantization => self.fit.parameter(term),
             LongTauValidity::Sensor => self.fit.parameter(term),
             LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Motion => {
                 Some(Parameter::without_value(Status::NotMeasurable))
             }
             LongTauValidity::Surroundings => None,
         }
+    }
+
+    /// N of the sensor itself, without what averaging and decimation on board add; bounded where
+    /// the window is not known. `None` where N was not asked for.
+    #[must_use]
+    pub fn unaliased_white(&self) -> Option<Parameter> {
+        self.parameter(Term::White).map(|white| self.white_budget.unaliased(white))
+    }
+
+    /// The best and the worst grade that the sensor's own N and B leave possible, or why none is
+    /// given; `None` for what is no gyroscope.
+    #[must_use]
+    pub fn grade(&self) -> Option<Result<(Grade, Grade), NoGrade>> {
+        if self.sensor != Sensor::Gyroscope {
+            return None;
+        }
+        let (white, bias) = (self.unaliased_white()?, self.parameter(Term::BiasInstability)?);
+        Some(match self.long_taus {
+            LongTauValidity::Motion => Err(NoGrade::Moved),
+            LongTauValidity::Compensated | LongTauValidity::LooksCompensated | LongTauValidity::Surroundings => {
+                Err(NoGrade::BiasNotInStream)
+            }
+            LongTauValidity::Sensor if self.white_budget.rate.from == RateFrom::Assumed => Err(NoGrade::RateAssumed),
+            LongTauValidity::Sensor if white.upper.is_none() => Err(NoGrade::WhiteNotKnown),
+            LongTauValidity::Sensor => Grade::range(&white, &bias).ok_or(NoGrade::BiasNotKnown),
+        })
+    }
+
+    /// What data sheets call in-run bias stability, see [`curve_minimum`]; `None` where B was not
+    /// asked for.
+    #[must_use]
+    pub fn curve_minimum(&self) -> Option<Parameter> {
+        let [white, bias, walk] =
+            [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| self.parameter(term));
+        Some(curve_minimum(&white?, &bias?, &walk?))
     }
 
     /// A message that lacks the bias lacks it all the same.
@@ -226,9 +285,6 @@ fn longer_model(shape: &RecordShape) -> (NoiseModel, f64) {
     (NoiseModel::new(longest, &shape, Terms::RATE, None), shape.samples as f64 * shape.interval_s)
 }
 
-/// With fewer degrees of freedom the upper bound of an octave says nothing.
-const LEAST_EDF_OF_BOUND: f64 = 2.0;
-
 /// Noise models of one axis for a filter, in the unit of its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilterModels {
@@ -236,7 +292,7 @@ pub struct FilterModels {
     /// show the sensor, and where the model cannot be fitted.
     pub gauss_markov: Option<GaussMarkovFit>,
     /// The smallest white noise and random walk that together lie above the upper bounds of all
-    /// octaves with two degrees of freedom or more.
+    /// octaves that have one.
     pub over_bound: Option<OverBound>,
 }
 
@@ -259,8 +315,7 @@ impl FilterModels {
                 let (tau_s, bounds): (Vec<f64>, Vec<f64>) =
                     (curve.octaves.iter().zip(&curve.variances).zip(&assessed.octaves))
                         .filter_map(|((octave, variance), assessed)| {
-                            let relative = assessed.relative.filter(|relative| relative.edf >= LEAST_EDF_OF_BOUND)?;
-                            Some((curve.tau_s(octave), variance.sqrt() * relative.upper))
+                            Some((curve.tau_s(octave), variance.sqrt() * assessed.relative?.upper))
                         })
                         .unzip();
                 Some(Self { gauss_markov: gauss_markov.flatten(), over_bound: over_bound(&tau_s, &bounds) })

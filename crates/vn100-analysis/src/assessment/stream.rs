@@ -23,8 +23,24 @@ pub struct Onboard {
     pub refresh_hz: f64,
     /// The averaging window and the decimation.
     pub window: BoxcarWindow,
-    /// The window is that of register 85; otherwise it is the sensor's default.
-    pub window_known: bool,
+    /// Where the window comes from.
+    pub window_from: WindowFrom,
+}
+
+/// Where the averaging window of a sensor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WindowFrom {
+    /// Register 85, within the stream.
+    Register,
+    /// The user says what register 85 was.
+    Given,
+    /// The sensor's factory default, which may have been changed.
+    Default,
+}
+
+impl WindowFrom {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Register, Self::Given, Self::Default];
 }
 
 impl Onboard {
@@ -42,6 +58,12 @@ impl Onboard {
         if window.white_factor() < 1.0 + EXACT { 0.0 } else { Self::UNCERTAINTY }
     }
 
+    /// Whether the window is known; otherwise nothing can pass or fail by it.
+    #[must_use]
+    pub fn window_known(&self) -> bool {
+        self.window_from != WindowFrom::Default
+    }
+
     /// The window that would bring the sensor's own density into the stream.
     #[must_use]
     pub fn unaliased_window(&self) -> u32 {
@@ -53,6 +75,8 @@ impl Onboard {
         let layout = snapshot.layout.as_ref().filter(|layout| !rates_hz(Some(layout)).is_empty())?;
         let filter = filter(snapshot);
         let averaging = filter.unwrap_or_default();
+        // a user knows of one window alone
+        let given = snapshot.given_window.filter(|_| filter.is_none() && channel.quantity != Quantity::MagneticField);
         let (refresh_hz, window, mode) = match channel.quantity {
             Quantity::MagneticField => (Self::MAG_REFRESH_HZ, averaging.mag_window, averaging.mag_mode),
             Quantity::Acceleration => (IMU_REFRESH_HZ, averaging.accel_window, averaging.accel_mode),
@@ -61,10 +85,14 @@ impl Onboard {
         };
         // bits of the mode: 1 averages the uncompensated values, 2 the compensated ones
         let averaged = mode & if layout.compensated { 2 } else { 1 } != 0;
-        let length = if averaged { window.into() } else { 1 };
+        let length = if averaged { given.unwrap_or(window.into()) } else { 1 };
         let decimation = refresh_hz / snapshot.timing.rate_hz;
-        let window_known = filter.is_some();
-        Some(Self { refresh_hz, window: BoxcarWindow { length, decimation }, window_known })
+        let window_from = match (filter, given) {
+            (Some(_), _) => WindowFrom::Register,
+            (None, Some(_)) => WindowFrom::Given,
+            (None, None) => WindowFrom::Default,
+        };
+        Some(Self { refresh_hz, window: BoxcarWindow { length, decimation }, window_from })
     }
 }
 
@@ -104,6 +132,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
             warnings.push(Warning::new(WarningKind::DecimatedStream, channels, text));
         }
     }
+    warnings.extend(contradicted_window(snapshot));
     let tracked = names(&|_, _, assessed| {
         assessed.noise.as_ref().is_some_and(|noise| noise.long_taus == LongTauValidity::LooksCompensated)
     });
@@ -140,6 +169,20 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
     warnings
 }
 
+/// A window that was given and that register 85 contradicts.
+fn contradicted_window(snapshot: &Snapshot) -> Option<Warning> {
+    let (given, filter) = snapshot.given_window.zip(filter(snapshot))?;
+    let windows = [filter.accel_window, filter.gyro_window].map(u32::from);
+    (windows != [given; 2]).then(|| {
+        let [accel, gyro] = windows;
+        let text = format!(
+            "register 85 in the stream says that {accel} values of the accelerometer and {gyro} of the gyroscope are averaged: the window of \
+             {given} that was given is not used"
+        );
+        Warning::new(WarningKind::DecimatedStream, Vec::new(), text)
+    })
+}
+
 /// From where on averaging times show the sensor behind a filter of unknown transfer.
 fn filtered_from_s(assessed: &ChannelAssessment) -> Option<f64> {
     let fit = &assessed.noise.as_ref()?.fit;
@@ -173,13 +216,18 @@ fn correlated_noise(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Opti
 }
 
 fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text> {
-    let Onboard { refresh_hz, window, window_known } = *onboard;
+    let Onboard { refresh_hz, window, window_from } = *onboard;
+    let window_known = onboard.window_known();
     let averaged = match window.length {
         0 | 1 => "averages none of them".into(),
         length => format!("averages {length} of them"),
     };
     let (said_by, percent) = (
-        if window_known { "register 85 says" } else { "unless register 85 was changed" },
+        match window_from {
+            WindowFrom::Register => "register 85 says",
+            WindowFrom::Given => "as given",
+            WindowFrom::Default => "unless register 85 was changed",
+        },
         100.0 * Onboard::UNCERTAINTY,
     );
     let factor = onboard.window.white_factor();
@@ -190,7 +238,7 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
     let seen =
         format!("the {take} {refresh_hz} values a second; the sensor {averaged} ({said_by}) and sends {rate_hz}");
     let window_to_set = onboard.unaliased_window();
-    let cure = match onboard.refresh_hz > 250.0 {
+    let cure = match onboard.refresh_hz > Onboard::MAG_REFRESH_HZ {
         true => Text::from(format!("; a window of {window_to_set} ("))
             .remedy(Remedy::Configure(Setting::Window(window_to_set)))
             .then(") brings the sensor's own density into the stream"),
@@ -204,7 +252,12 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
             "{seen}: white noise folds, and a healthy sensor reads {factor:.2} times its own density (±{percent:.0} %) in this stream, whatever \
              reads it. A data sheet's density must be multiplied by that before it is compared"
         );
-        Some(Text::from(text).append(cure))
+        let text = Text::from(text).append(cure);
+        let is_imu = onboard.refresh_hz > Onboard::MAG_REFRESH_HZ;
+        Some(match window_known || !is_imu {
+            true => text,
+            false => text.then("; say what register 85 was, if it is known (").remedy(Remedy::GiveWindow).then(")"),
+        })
     } else {
         None
     }

@@ -43,10 +43,14 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "GOAL")]
     pub(crate) until: Vec<Goal>,
 
-    /// Exit with 4 unless a figure passes the data sheet, as in "gyro N": a group (gyro, accel,
-    /// mag) or a channel, and N, B or K
+    /// Exit with 4 unless a figure passes the limits of the data sheet, as in "gyro B": a group
+    /// (gyro, accel, mag) or a channel, and N, B or K
     #[arg(long, value_name = "FIGURE")]
     pub(crate) fail_on: Vec<NoiseFigure>,
+
+    /// Take the typical figures of the data sheet for limits: they pass and fail too
+    #[arg(long)]
+    pub(crate) typical_is_limit: bool,
 
     /// Compare with the figures of this TOML file instead of the VN-100's, as in
     /// crates/vn100-report/datasheets/vn-100.toml
@@ -200,8 +204,19 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 
+    /// Averaging window of gyroscope and accelerometer that register 85 had, in samples at 800 Hz,
+    /// where the capture does not contain the register
+    #[arg(long, value_name = "N", conflicts_with = "columns", value_parser = clap::value_parser!(u32).range(1..=800))]
+    pub(crate) window: Option<u32>,
+
     #[command(flatten)]
     pub(crate) log: LogArgs,
+}
+
+impl FileArgs {
+    pub(crate) fn settings(&self) -> Settings {
+        Settings { window: self.window, ..self.measure.settings() }
+    }
 }
 
 #[derive(Debug, clap::Args)]

@@ -5,18 +5,23 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{
-    Claim, Deviation, FitQuality, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict, conventions,
+    Claim, Convention, Deviation, FitQuality, GaussMarkovFit, OverBound, Parameter, Sensor, Sides, Term, Verdict,
+    conventions,
 };
 use vn100_analysis::{
-    Assessment, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion, Verdicts, letter,
+    Assessment, ChannelNoise, DetectableRrw, FigureVerdict, FilterModels, LongTauValidity, Motion, Remedy,
+    StreamUnknown, Verdicts, letter,
 };
 use vn100_report::{
-    names::{WHY_CONSISTENT, grade_text, in_words, names_of, sentence, shown_in, verdict_name},
-    numbers::plain::{four_digits, short},
+    names::{
+        WHY_CONSISTENT, budget_rows, grade_scheme, grade_text, in_words, names_of, sentence, shown_in, verdict_name,
+    },
+    numbers::plain::{digits, four_digits, p_value, short},
     units::{ChannelValues, si_unit},
 };
 
 use super::{fill, row};
+use crate::words::remedy_words;
 
 /// In the order in which results are given.
 const TERMS: [(Term, &str); 5] = [
@@ -32,7 +37,7 @@ pub(super) fn write_noise(
     out: &mut String,
     channels: &[ChannelValues],
     assessment: &Assessment,
-    deviation: Deviation,
+    (deviation, rate_hz): (Deviation, f64),
 ) -> fmt::Result {
     let axes: Vec<(&ChannelValues, &ChannelNoise)> =
         channels.iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
@@ -51,6 +56,14 @@ pub(super) fn write_noise(
             if group.iter().any(|(_, noise)| noise.parameter(term).is_some()) {
                 write_parameter(out, group, term, name)?;
             }
+            match term {
+                Term::White => write_budget(out, group, rate_hz)?,
+                Term::BiasInstability | Term::RateRandomWalk | Term::RateRamp => write_p(out, group, term)?,
+                Term::Quantization => {}
+            }
+            if term == Term::BiasInstability {
+                write_minimum(out, group)?;
+            }
             if term == Term::RateRandomWalk {
                 write_visible(out, group)?;
             }
@@ -68,18 +81,21 @@ type Axis<'a> = (&'a ChannelValues, &'a ChannelNoise);
 
 fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str) -> fmt::Result {
     let parameters: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.parameter(term)).collect();
+    write_in_units(out, &parameters, conventions(group[0].1.sensor, term), name)
+}
+
+fn write_in_units(out: &mut String, parameters: &[Option<Parameter>], units: &[Convention], name: &str) -> fmt::Result {
     let says = |of: fn(&Parameter) -> Option<f64>| parameters.iter().flatten().any(|parameter| of(parameter).is_some());
-    row(out, name, &parameters, |parameter| {
+    row(out, name, parameters, |parameter| {
         parameter.map_or("-".into(), |parameter| in_words(parameter.status).into())
     })?;
-    let units = conventions(group[0].1.sensor, term);
     if says(|parameter| parameter.value.or(parameter.upper)) {
         for (index, convention) in units.iter().enumerate() {
             let label = match convention.sides {
                 Some(Sides::One) => format!("  {} *", convention.unit),
                 _ => format!("  {}", convention.unit),
             };
-            row(out, &label, &parameters, |parameter| {
+            row(out, &label, parameters, |parameter| {
                 parameter.map_or("-".into(), |parameter| match (parameter.value, parameter.upper) {
                     (Some(value), _) => four_digits(value * convention.factor),
                     (None, Some(upper)) => format!("<= {}", four_digits(upper * convention.factor)),
@@ -87,9 +103,35 @@ fn write_parameter(out: &mut String, group: &[Axis<'_>], term: Term, name: &str)
                 })
             })?;
             if index == 0 {
-                write_interval(out, &parameters)?;
+                write_interval(out, parameters)?;
             }
         }
+    }
+    Ok(())
+}
+
+/// How probable as much of a slow term is without it, beside each estimate.
+fn write_p(out: &mut String, group: &[Axis<'_>], term: Term) -> fmt::Result {
+    let p = |(_, noise): &Axis<'_>| noise.parameter(term).filter(|found| found.value.is_some())?.p;
+    if group.iter().all(|axis| p(axis).is_none()) {
+        return Ok(());
+    }
+    row(out, "  p without it", group, |axis| p(axis).map_or("-".into(), p_value))
+}
+
+fn write_budget(out: &mut String, group: &[Axis<'_>], rate_hz: f64) -> fmt::Result {
+    if group.iter().all(|(_, noise)| noise.white_budget.sampling.is_none()) {
+        return Ok(());
+    }
+    row(out, "  N is uncertain by, in %", group, |_| String::new())?;
+    row(out, "    sampling", group, |(_, noise)| {
+        noise
+            .white_budget
+            .sampling
+            .map_or("-".into(), |(below, above)| format!("-{} +{}", digits(100.0 * below, 2), digits(100.0 * above, 2)))
+    })?;
+    for (what, amount) in budget_rows(&group[0].1.white_budget, rate_hz) {
+        writeln!(out, "{}", fill(&format!("{what}: {amount}"), "    ", "      "))?;
     }
     Ok(())
 }
@@ -104,6 +146,15 @@ fn write_interval(out: &mut String, parameters: &[Option<Parameter>]) -> fmt::Re
     let end = |value: Option<f64>| value.map_or("-".into(), four_digits);
     row(out, "    from", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.lower)))?;
     row(out, "    to", &estimates, |estimate| end(estimate.and_then(|estimate| estimate.upper)))
+}
+
+/// In-run bias stability, as data sheets have it.
+fn write_minimum(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
+    let minima: Vec<Option<Parameter>> = group.iter().map(|(_, noise)| noise.curve_minimum()).collect();
+    if minima.iter().flatten().all(|minimum| minimum.value.or(minimum.upper).is_none()) {
+        return Ok(());
+    }
+    write_in_units(out, &minima, conventions(group[0].1.sensor, Term::BiasInstability), "minimum of the curve")
 }
 
 fn write_visible(out: &mut String, group: &[Axis<'_>]) -> fmt::Result {
@@ -260,14 +311,18 @@ pub(super) fn write_verdicts(
             writeln!(out, "{}", fill(&text, "", "                           "))?;
         }
     }
-    if verdicts.channels.iter().flatten().any(|figure| figure.verdict == Verdict::Consistent) {
+    let any = |of: fn(&FigureVerdict) -> bool| verdicts.channels.iter().flatten().any(of);
+    if any(|figure| figure.verdict == Verdict::Consistent) {
         writeln!(out, "{}", fill(&format!("consistent: {WHY_CONSISTENT}"), "", "  "))?;
     }
-    let is_single =
-        |figure: &FigureVerdict| matches!(figure.figure.claim, Claim::Typical { rounding, .. } if rounding > 0.0);
-    if verdicts.channels.iter().flatten().any(is_single) {
-        let text = "typically: what many sensors read, and no guarantee. A single figure stands for all that round to it, half a unit of its \
-                    last place either way; a sensor beyond fails it";
+    if any(|figure| figure.unknown == Some(StreamUnknown::Window) && figure.figure.sensor != Sensor::Magnetometer) {
+        let option = remedy_words(&Remedy::GiveWindow);
+        let text = format!("{option} N says what register 85 was, where the capture does not: N can be judged then");
+        writeln!(out, "{}", fill(&text, "", "  "))?;
+    }
+    if any(|figure| matches!(figure.figure.claim, Claim::Typical { .. })) {
+        let text = "typically: what many sensors read, and no guarantee, so that nothing passes or fails by it. A single figure stands for all \
+                    that round to it, half a unit of its last place either way";
         writeln!(out, "{}", fill(text, "", "  "))?;
     }
     write_grades(out, channels)
@@ -285,10 +340,8 @@ fn write_grades(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
     if merged.is_empty() {
         return Ok(());
     }
-    let text = format!(
-        "grade by bias instability (El-Sheimy and Youssef, 2020: navigation below 0.01 deg/h, tactical to 10, commercial above): {}",
-        merged.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect::<Vec<_>>().join("; ")
-    );
+    let graded: Vec<String> = merged.iter().map(|(names, text)| format!("{}: {text}", names.join(" "))).collect();
+    let text = format!("{}: {}", grade_scheme(), graded.join("; "));
     writeln!(out, "{}", fill(&text, "", "  "))
 }
 

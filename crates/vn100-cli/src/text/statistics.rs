@@ -4,13 +4,13 @@
 use std::fmt::{self, Write};
 
 use imu_noise::{Estimator, STANDARD_GRAVITY_M_S2};
-use vn100_analysis::Snapshot;
+use vn100_analysis::{LEAST_EDF, Snapshot};
 use vn100_protocol::Quantity;
 use vn100_report::{
     EARTH_RATE_RAD_S,
     names::{deviation_name, names_of},
     numbers::plain::short,
-    units::{BlockValues, ChannelValues, LEAST_EDF, Point, fitted, norm_values},
+    units::{BlockValues, ChannelValues, Point, fitted, norm_values},
 };
 
 use super::{COLUMN, fill};

@@ -91,8 +91,8 @@ fn read_out(scene: Scene<'_>, plot: &Plot) -> Vec<Line<'static>> {
         let sign = SIGNS.get(curve.axis).unwrap_or(&"●");
         let value = point.deviation.map_or("-".into(), |deviation| digits(deviation, 3));
         let interval = match (point.lower, point.upper) {
-            _ if point.edf.is_some() && !point.is_known() => "too few for an interval".into(),
             (Some(lower), Some(upper)) => format!("[{}, {}]", digits(lower, 3), digits(upper, 3)),
+            _ if point.deviation.is_some() => "too few for an interval".into(),
             _ => "no interval yet".into(),
         };
         let edf = point.edf.map_or(String::new(), |edf| format!("  edf {}", digits(edf, 3)));

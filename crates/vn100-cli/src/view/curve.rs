@@ -31,7 +31,7 @@ pub(crate) struct Curve {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ModelLine {
-    /// Its letter; `None` for the sum.
+    /// Its letter; `None` for the whole.
     pub(crate) term: Option<&'static str>,
     /// Averaging time in seconds and deviation.
     pub(crate) points: Vec<(f64, f64)>,
@@ -76,7 +76,7 @@ impl Plot {
     }
 }
 
-/// The estimated parts of the noise over the averaging times of the fit, and their sum.
+/// The estimated parts of the noise over the averaging times of the fit, and the whole solution.
 fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<ModelLine> {
     let Some((noise, quality)) = channel.noise.as_ref().and_then(|noise| Some((noise, noise.fit.quality?))) else {
         return Vec::new();
@@ -88,19 +88,16 @@ fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<Model
     let mut factors: Vec<u64> = (0..=steps).map(along).collect();
     factors.dedup();
     let terms = [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
-    let mut sum = vec![0.0; factors.len()];
     let mut lines = Vec::new();
     for term in terms {
         // what the fit holds of the stream, whether it is the sensor's or not
         let Some(amplitude) = noise.fit.parameter(term).and_then(|parameter| parameter.value) else { continue };
         let variances: Vec<f64> = factors.iter().map(|m| term.variance(amplitude, *m, &shape)).collect();
-        sum.iter_mut().zip(&variances).for_each(|(sum, variance)| *sum += variance);
         lines
             .push(ModelLine { term: Some(letter(term)), points: line(&factors, &variances, shape.interval_s, factor) });
     }
-    if lines.len() > 1 {
-        lines.push(ModelLine { term: None, points: line(&factors, &sum, shape.interval_s, factor) });
-    }
+    let whole = channel.deviations.iter().filter_map(|point| Some((point.tau_s, point.fitted? * factor)));
+    lines.push(ModelLine { term: None, points: whole.collect() });
     lines
 }
 

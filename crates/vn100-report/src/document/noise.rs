@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{ChannelNoise, FigureVerdict, FilterModels, StreamUnknown};
+use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, StreamUnknown, WhiteBudget, WindowFrom};
 
 use crate::{
-    names::{grade, grade_name, sentence, verdict_name},
+    codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window},
+    names::{NO_SCALE_FACTOR, grade_name, grade_scheme, grade_text, no_grade, sentence},
     units::si_unit,
 };
 
@@ -16,6 +17,8 @@ pub(crate) struct NoiseDocument {
     fit: Option<Fit>,
     white: Option<ParameterDocument>,
     bias_instability: Option<ParameterDocument>,
+    /// The minimum of the deviation, as data sheets have in-run bias stability.
+    curve_minimum: Option<ParameterDocument>,
     rate_random_walk: Option<ParameterDocument>,
     rate_ramp: Option<ParameterDocument>,
     quantization: Option<ParameterDocument>,
@@ -81,6 +84,55 @@ struct ParameterDocument {
     unit: &'static str,
     /// The same in every other unit in use.
     conventions: Vec<InUnit>,
+    /// Probability that noise without the term would show as much of it, of this term alone.
+    p: Option<f64>,
+    /// Of white noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<BudgetDocument>,
+}
+
+/// What N is uncertain by, each relative to it; what is not known is `null`.
+#[derive(Debug, Serialize)]
+struct BudgetDocument {
+    sampling: SamplingDocument,
+    rate: RateDocument,
+    /// What averaging and decimation on board add to the sensor's own noise.
+    aliasing: AliasingDocument,
+    scale_factor: ScaleFactorDocument,
+}
+
+/// The randomness of the record: how far the interval of the fit reaches below and above the value.
+#[derive(Debug, Serialize)]
+struct SamplingDocument {
+    below: Option<f64>,
+    above: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct RateDocument {
+    from: &'static str,
+    verified_by: Option<&'static str>,
+    relative: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AliasingDocument {
+    /// N in the stream over that of the sensor, with the window as known or by default.
+    factor: Option<f64>,
+    /// How far the factor may be off; `null` where the window is not known.
+    relative: Option<f64>,
+    /// The most that any window makes of the factor.
+    largest_factor: Option<f64>,
+    window_from: Option<&'static str>,
+    /// N of the sensor itself; bounded where the window is not known.
+    unaliased: Bounds,
+}
+
+/// A record at rest does not show it.
+#[derive(Debug, Serialize)]
+struct ScaleFactorDocument {
+    relative: Option<f64>,
+    reason: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -137,8 +189,11 @@ impl NoiseDocument {
                 dof: quality.dof,
                 p: quality.p,
             }),
-            white: parameter(Term::White),
+            white: parameter(Term::White)
+                .map(|white| ParameterDocument { budget: BudgetDocument::new(noise), ..white }),
             bias_instability: parameter(Term::BiasInstability),
+            curve_minimum: (noise.curve_minimum())
+                .map(|minimum| ParameterDocument::new(minimum, conventions(noise.sensor, Term::BiasInstability))),
             rate_random_walk: parameter(Term::RateRandomWalk),
             rate_ramp: parameter(Term::RateRamp),
             quantization: parameter(Term::Quantization),
@@ -179,7 +234,7 @@ impl FilterModelsDocument {
 
 impl Bounds {
     fn new(parameter: Parameter) -> Self {
-        Self { status: status(parameter.status), range: Range::new(parameter, 1.0) }
+        Self { status: code_of_status(parameter.status).code, range: Range::new(parameter, 1.0) }
     }
 }
 
@@ -197,17 +252,49 @@ impl ParameterDocument {
         let says_something = parameter.value.is_some() || parameter.upper.is_some();
         let in_unit = |convention: &Convention| InUnit {
             unit: convention.unit,
-            sides: convention.sides.map(|sides| match sides {
-                Sides::One => "one",
-                Sides::Two => "two",
-            }),
+            sides: convention.sides.map(sides_name),
             range: Range::new(parameter, convention.factor),
         };
         Self {
             bounds: Bounds::new(parameter),
             unit: conventions.first().map_or("", |si| si.unit),
             conventions: conventions.iter().skip(1).filter(|_| says_something).map(in_unit).collect(),
+            p: parameter.p,
+            budget: None,
         }
+    }
+}
+
+impl BudgetDocument {
+    fn new(noise: &ChannelNoise) -> Option<Self> {
+        let WhiteBudget { sampling, rate, aliasing } = noise.white_budget;
+        let is_known = |aliasing: &Aliasing| aliasing.window_from != WindowFrom::Default;
+        Some(Self {
+            sampling: SamplingDocument {
+                below: sampling.map(|(below, _)| below),
+                above: sampling.map(|(_, above)| above),
+            },
+            rate: RateDocument {
+                from: code_of_rate(rate.from).code,
+                verified_by: rate.relative.map(|_| "arrival-times"),
+                relative: rate.relative,
+            },
+            aliasing: AliasingDocument {
+                factor: aliasing.map(|aliasing| aliasing.factor),
+                relative: aliasing.filter(is_known).map(|aliasing| aliasing.uncertainty),
+                largest_factor: aliasing.map(|aliasing| aliasing.most),
+                window_from: aliasing.map(|aliasing| code_of_window(aliasing.window_from).code),
+                unaliased: Bounds::new(noise.unaliased_white()?),
+            },
+            scale_factor: ScaleFactorDocument { relative: None, reason: NO_SCALE_FACTOR },
+        })
+    }
+}
+
+fn sides_name(sides: Sides) -> &'static str {
+    match sides {
+        Sides::One => "one",
+        Sides::Two => "two",
     }
 }
 
@@ -218,16 +305,6 @@ pub(crate) fn term_name(term: Term) -> &'static str {
         Term::BiasInstability => "bias_instability",
         Term::RateRandomWalk => "rate_random_walk",
         Term::RateRamp => "rate_ramp",
-    }
-}
-
-pub(crate) fn status(status: Status) -> &'static str {
-    match status {
-        Status::Estimated => "estimated",
-        Status::Bounded => "bounded",
-        Status::NotObservable => "not-observable",
-        Status::NotMeasurable => "not-measurable",
-        Status::ModelRejected => "model-rejected",
     }
 }
 
@@ -250,9 +327,20 @@ pub(crate) struct VerdictDocument {
     factor: f64,
     factor_uncertainty: f64,
     window_known: bool,
+    /// Of a density of unknown sides, as two-sided.
     expected_low: f64,
     expected_high: f64,
+    /// Of a density of unknown sides, as either; else empty.
+    readings: Vec<ReadingDocument>,
     text: String,
+}
+
+#[derive(Debug, Serialize)]
+struct ReadingDocument {
+    sides: &'static str,
+    verdict: &'static str,
+    expected_low: f64,
+    expected_high: f64,
 }
 
 impl VerdictDocument {
@@ -262,13 +350,13 @@ impl VerdictDocument {
         Self {
             datasheet: datasheet.into(),
             parameter: term_name(figure.term),
-            verdict: verdict_name(verdict.verdict),
+            verdict: code_of_verdict(verdict.verdict).code,
             figure: figure.printed.clone(),
             claim: match figure.claim {
                 Claim::Limit(_) => "limit",
                 Claim::Typical { .. } => "typical",
             },
-            is_minimum: figure.is_minimum && figure.term == Term::BiasInstability,
+            is_minimum: figure.is_curve_minimum(),
             source: figure.source.clone(),
             unit: si_unit(sensor, figure.term),
             measured: value,
@@ -279,6 +367,14 @@ impl VerdictDocument {
             window_known: verdict.unknown != Some(StreamUnknown::Window),
             expected_low: verdict.expected.0,
             expected_high: verdict.expected.1,
+            readings: (verdict.readings.iter())
+                .map(|reading| ReadingDocument {
+                    sides: sides_name(reading.sides),
+                    verdict: code_of_verdict(reading.verdict).code,
+                    expected_low: reading.expected.0,
+                    expected_high: reading.expected.1,
+                })
+                .collect(),
             text: sentence(sensor, verdict),
         }
     }
@@ -287,28 +383,33 @@ impl VerdictDocument {
 /// A class of gyroscopes and its limits.
 #[derive(Debug, Serialize)]
 pub(crate) struct GradeDocument {
-    scheme: &'static str,
-    /// Equal where the interval decides; `null` where it cannot be said.
+    scheme: String,
+    /// Equal where the intervals decide; `null` where it cannot be said.
     best: Option<&'static str>,
     worst: Option<&'static str>,
-    /// Bias instability up to which a gyroscope is of that grade; the last has none.
-    limits_deg_h: [(&'static str, Option<f64>); 3],
+    /// The same in words.
+    text: Option<String>,
+    /// Bias instability below which a gyroscope may be of that grade; the last has none.
+    limits_deg_h: [(&'static str, Option<f64>); 4],
+    /// The same of its angle random walk.
+    limits_deg_sqrt_h: [(&'static str, Option<f64>); 4],
     reason: Option<&'static str>,
 }
 
-const SCHEME: &str = "El-Sheimy and Youssef (2020), table 1, by bias instability";
-
 impl GradeDocument {
     pub(crate) fn new(noise: &ChannelNoise) -> Option<Self> {
-        let graded = grade(noise)?;
+        let graded = noise.grade()?;
         let range = graded.ok();
-        let limit = |grade: Grade| (grade_name(grade), Some(grade.limit_deg_h()).filter(|limit| limit.is_finite()));
+        let limit =
+            |of: fn(Grade) -> f64| move |grade| (grade_name(grade), Some(of(grade)).filter(|limit| limit.is_finite()));
         Some(Self {
-            scheme: SCHEME,
+            scheme: grade_scheme(),
             best: range.map(|(best, _)| grade_name(best)),
             worst: range.map(|(_, worst)| grade_name(worst)),
-            limits_deg_h: Grade::ALL.map(limit),
-            reason: graded.err(),
+            text: range.and_then(|_| grade_text(noise)),
+            limits_deg_h: Grade::ALL.map(limit(Grade::limit_deg_h)),
+            limits_deg_sqrt_h: Grade::ALL.map(limit(Grade::limit_deg_sqrt_h)),
+            reason: graded.err().map(no_grade),
         })
     }
 }

@@ -8,7 +8,7 @@ use vn100_analysis::noise::{Sensor, Status, Term, over_bound};
 use vn100_analysis::protocol::Quantity;
 
 use crate::{
-    findings::{Findings, SensorFindings, Worst},
+    findings::{Findings, Largest, SensorFindings},
     measured::Record,
     units::{ChannelValues, si_unit},
 };
@@ -96,9 +96,9 @@ impl KalibrYaml {
         with_over_bound: bool,
     ) {
         let (white_name, walk_name) = (format!("{name}_noise_density"), format!("{name}_random_walk"));
-        let white = found.and_then(|found| found.worst(|axis| axis.white));
-        let walk = found.and_then(|found| found.worst(|axis| axis.random_walk));
-        let estimated = |yaml: &mut Self, what: &str, worst: &Worst<'_>, term, figure: &str| {
+        let white = found.and_then(|found| found.largest(|axis| axis.white));
+        let walk = found.and_then(|found| found.largest(|axis| axis.random_walk));
+        let estimated = |yaml: &mut Self, what: &str, worst: &Largest<'_>, term, figure: &str| {
             yaml.comment(&format!("{name}: {what} of {}, in {}", worst.named(), si_unit(sensor, term)));
             yaml.figure(figure, worst.value);
         };

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use vn100_analysis::noise::Term;
+use vn100_analysis::noise::{Parameter, Term};
 
 use crate::{
-    document::noise::{status, term_name},
+    codes::code_of_status,
+    document::noise::term_name,
     measured::Record,
     units::{BlockValues, ChannelValues, Point, si_unit},
 };
@@ -69,11 +70,11 @@ fn number(value: Option<f64>) -> String {
 }
 
 fn allan(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha");
+    let mut table = Table::new("channel,unit,m,tau_s,deviation,lower,upper,edf,terms,alpha,fitted");
     for channel in &record.channels {
-        for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha } in &channel.deviations {
+        for &Point { m, tau_s, deviation, lower, upper, edf, terms, alpha, fitted } in &channel.deviations {
             let (m, terms, alpha) = (Some(m as f64), Some(terms as f64), alpha.map(f64::from));
-            let values = [m, Some(tau_s), deviation, lower, upper, edf, terms, alpha];
+            let values = [m, Some(tau_s), deviation, lower, upper, edf, terms, alpha, fitted];
             table.numbers(&channel.name, &channel.unit, &values);
         }
     }
@@ -96,15 +97,18 @@ fn statistics(record: &Record<'_>) -> String {
 }
 
 fn parameters(record: &Record<'_>) -> String {
-    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit");
+    let mut table = Table::new("channel,parameter,status,value,lower,upper,unit,p");
     for channel in &record.channels {
         let Some(noise) = &channel.noise else { continue };
+        let mut row = |name: &str, parameter: Option<Parameter>, unit: &str| {
+            let Some(Parameter { status, value, lower, upper, p }) = parameter else { return };
+            let [value, lower, upper, p] = [value, lower, upper, p].map(number);
+            table.row(&[&channel.name, name, code_of_status(status).code, &value, &lower, &upper, unit, &p]);
+        };
         for term in Term::ALL {
-            let Some(parameter) = noise.parameter(term) else { continue };
-            let (name, status) = (term_name(term), status(parameter.status));
-            let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
-            table.row(&[&channel.name, name, status, &value, &lower, &upper, si_unit(noise.sensor, term)]);
+            row(term_name(term), noise.parameter(term), si_unit(noise.sensor, term));
         }
+        row("curve_minimum", noise.curve_minimum(), si_unit(noise.sensor, Term::BiasInstability));
     }
     table.0
 }

@@ -1,10 +1,10 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
-use vn100_analysis::ChannelNoise;
 use vn100_analysis::noise::{
     Deviation,
-    Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
+    Term::{self, BiasInstability, Quantization, RateRandomWalk, White},
 };
+use vn100_analysis::{ChannelNoise, letter};
 
 use super::{
     Axis, Colour, Dash, Figure, Plot, Primitive, Sample, Series, Shape, Stroke, Value, axes::Scale, pretty_unit, quiet,
@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     names::deviation_name,
+    numbers::digits,
     units::{ChannelValues, Point},
 };
 
@@ -48,8 +49,8 @@ pub fn allan_in_unit(
 fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option<Figure> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
     let model = model.map(|noise| Model { noise, factor });
-    let fitted = model.as_ref().map_or_else(Vec::new, Model::reaches);
-    let (x, y) = axes(&[channel], &fitted, deviation)?;
+    let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.deviations));
+    let (x, y) = axes(&[channel], &reaches, deviation)?;
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
         model.legend(&mut legend);
@@ -163,35 +164,10 @@ impl Model<'_> {
         Some(self.noise.parameter(term)?.value? * self.factor)
     }
 
-    /// Bounds alone make no line.
-    fn has_terms(&self) -> bool {
-        Term::ALL.iter().any(|term| self.value(*term).is_some())
-    }
-
-    fn fitted_taus(&self) -> Vec<f64> {
-        const STEPS: i32 = 48;
-        let Some(quality) = self.noise.fit.quality.filter(|_| self.has_terms()) else { return Vec::new() };
-        let (from, to) = (quality.tau_min_s, quality.tau_max_s);
-        (0..=STEPS).map(|step| from * (to / from).powf(f64::from(step) / f64::from(STEPS))).collect()
-    }
-
-    /// Its deviations, and where its letters stand: all of that is to be seen.
-    fn reaches(&self) -> Vec<f64> {
-        let fitted = self.fitted_taus().into_iter().map(|tau_s| self.deviation(tau_s));
+    /// Where its letters stand, and its deviations: all of that is to be seen.
+    fn reaches(&self, points: &[Point]) -> Vec<f64> {
+        let fitted = points.iter().filter_map(|point| point.fitted);
         fitted.chain([Quantization, White, RateRandomWalk].into_iter().filter_map(|term| self.value(term))).collect()
-    }
-
-    /// IEEE Std 952, annex C.
-    fn deviation(&self, tau_s: f64) -> f64 {
-        let of_one = [
-            (Quantization, 3.0 / (tau_s * tau_s)),
-            (White, 1.0 / tau_s),
-            (BiasInstability, FLAT * FLAT),
-            (RateRandomWalk, tau_s / 3.0),
-            (RateRamp, tau_s * tau_s / 2.0),
-        ];
-        let variance = |(term, of_one)| self.value(term).map_or(0.0, |value| value * value * of_one);
-        of_one.into_iter().map(variance).sum::<f64>().sqrt()
     }
 
     fn lines(&self, plot: &Plot) -> Vec<Reference> {
@@ -217,13 +193,31 @@ impl Model<'_> {
     }
 
     fn legend(&self, legend: &mut Vec<(Sample, String)>) {
-        if self.noise.fit.quality.is_some() && self.has_terms() {
-            legend.push((Sample::Line(MODEL), "fitted model".into()));
+        if self.noise.fit.quality.is_some() {
+            legend.push((Sample::Line(MODEL), "fitted model, all of it".into()));
         }
         let classical = &self.noise.classical;
         if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
             legend.push((Sample::Symbol(Shape::Ring, Colour::Ink), "read by rule".into()));
         }
+        let terms = [
+            (Quantization, Dash::Dotted),
+            (White, Dash::Dashed),
+            (BiasInstability, Dash::Dotted),
+            (RateRandomWalk, Dash::Mixed),
+        ];
+        legend.extend(terms.into_iter().filter_map(|(term, dash)| {
+            let parameter = self.noise.parameter(term)?;
+            let number = |value: f64| digits(value * self.factor, 3);
+            match (parameter.value, parameter.upper) {
+                (Some(value), _) => {
+                    Some((Sample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value))))
+                }
+                // a bound is no line of the curve
+                (None, Some(upper)) => Some((Sample::Nothing, format!("{} ≤ {}", letter(term), number(upper)))),
+                (None, None) => None,
+            }
+        }));
     }
 
     fn below(&self, plot: &Plot) -> Vec<Primitive> {
@@ -235,9 +229,12 @@ impl Model<'_> {
 
     fn above(&self, plot: &Plot, points: &[Point]) -> Vec<Primitive> {
         let mut marks = Vec::new();
-        let fitted = self.fitted_taus();
+        let fitted: Vec<(f64, f64)> = points
+            .iter()
+            .filter_map(|point| Some((point.tau_s, point.fitted.filter(|fitted| *fitted > 0.0)?)))
+            .collect();
         if !fitted.is_empty() {
-            marks.push(plot.line(fitted.into_iter().map(|tau_s| (tau_s, self.deviation(tau_s))), MODEL));
+            marks.push(plot.line(fitted, MODEL));
         }
         for Reference { letter, tau_s, deviation, slope, .. } in self.lines(plot) {
             marks.push(plot.symbol(tau_s, deviation, Shape::Diamond, Colour::Ink));

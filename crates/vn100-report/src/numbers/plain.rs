@@ -35,6 +35,12 @@ fn to_digits(value: f64, count: usize, below: f64) -> String {
     }
 }
 
+/// A probability to two digits; one too small to matter as a bound.
+#[must_use]
+pub fn p_value(p: f64) -> String {
+    if p < 1e-9 { "< 1e-9".into() } else { digits(p, 2) }
+}
+
 /// The same without noughts at its end: `40`, `3.5e-3`.
 #[must_use]
 pub fn digits_trimmed(value: f64, most: usize) -> String {

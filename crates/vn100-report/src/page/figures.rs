@@ -19,8 +19,8 @@ pub(super) fn allan(record: &Record<'_>, figures: &Figures) -> Markup {
         p {
             "Bars are " (level) " % intervals, each alone at that level; points with fewer than two degrees of freedom have none. "
             @if record.measured.snapshot.deviation == Deviation::Allan {
-                "The thick line is the fitted model over the averaging times it was fitted to; the thin ones are its white noise (dashed), flat part (dotted) and random walk (dash-dotted), each only where it is \
-                 estimated, with a mark where its letter is read: N at 1 s, K at 3 s. Hollow marks are what the graphical rules read: a ring for N, a square for the minimum, a triangle for K."
+                "The thick line is the whole fitted solution over the averaging times it was fitted to, with terms that are only bounded at their best values, lines and correlated noise; the thin ones are its white noise (dashed), \
+                 flat part (dotted) and random walk (dash-dotted), each only where it is estimated, with a mark where its letter is read: N at 1 s, K at 3 s. A term that is only bounded stands in the legend with ≤. Hollow marks are what the graphical rules read: a ring for N, a square for the minimum, a triangle for K."
             } @else {
                 "The lines of N, B and K are of the Allan deviation and are not drawn here."
             }

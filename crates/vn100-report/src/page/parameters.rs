@@ -2,7 +2,7 @@
 //! figures of the data sheet.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::{Deviation, Parameter, Sensor, Sides, Term, conventions};
+use vn100_analysis::noise::{Convention, Deviation, Parameter, Sensor, Sides, Term, conventions};
 use vn100_analysis::{
     ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };
@@ -11,8 +11,8 @@ use super::table;
 use crate::{
     figure::pretty_unit,
     measured::Record,
-    names::{QUANTITIES, TERMS, grade_text, in_words, names_of, shown_in, verdict_name},
-    numbers::{NOTHING, digits, duration, four_digits, trimmed, with_interval},
+    names::{QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_words, names_of, shown_in, verdict_name},
+    numbers::{NOTHING, digits, duration, four_digits, p_value, trimmed, with_interval},
     units::ChannelValues,
 };
 
@@ -25,7 +25,9 @@ pub(super) fn parameters(record: &Record<'_>) -> Markup {
             @let axes: Vec<AxisNoise<'_>> = channels.into_iter().filter_map(|channel| Some((channel, channel.noise.as_ref()?))).collect();
             @if let Some((_, first)) = axes.first() {
                 h3 { (names_of(quantity).title) }
-                (sensor_table(&axes, sensor, record.measured.snapshot.deviation))
+                @let snapshot = &record.measured.snapshot;
+                (sensor_table(&axes, sensor, snapshot.deviation))
+                (budget(first, snapshot.timing.rate_hz))
                 @if let Some(reason) = reason(first.long_taus) { p { (reason) } }
             }
         }
@@ -46,15 +48,19 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
                 @for (term, name) in TERMS {
                     @if given(term) {
                         tbody {
-                            @let units = conventions(sensor, term);
-                            @let says = axes.iter().any(|(_, noise)| noise.parameter(term).is_some_and(|found| found.value.or(found.upper).is_some()));
-                            @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
-                                tr.more[index > 0] {
-                                    @if index == 0 { th scope="row" { b { (letter(term)) } ", " (name) } } @else { th {} }
-                                    td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
-                                    @for (_, noise) in axes { td { (cell(noise.parameter(term), unit.factor, index == 0)) } }
+                            (in_units(axes, conventions(sensor, term), html! { b { (letter(term)) } ", " (name) }, |noise| noise.parameter(term)))
+                            @match term {
+                                Term::White => (row(axes, "sampling: randomness of this record", "%", sampling)),
+                                Term::Quantization => {}
+                                Term::BiasInstability | Term::RateRandomWalk | Term::RateRamp => {
+                                    @if axes.iter().any(|(_, noise)| proved(noise, term).is_some()) {
+                                        (row(axes, &format!("p of as much without {}", letter(term)), "", |noise| proved(noise, term).map(p_value)))
+                                    }
                                 }
                             }
+                        }
+                        @if term == Term::BiasInstability {
+                            tbody { (in_units(axes, conventions(sensor, term), html! { "minimum of the curve, the in-run bias stability of data sheets" }, ChannelNoise::curve_minimum)) }
                         }
                     }
                 }
@@ -76,6 +82,41 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
             }
         }
     }
+}
+
+/// A parameter in every unit in use, in one alone where nothing is known of it.
+fn in_units(
+    axes: &[AxisNoise<'_>],
+    units: &[Convention],
+    name: Markup,
+    of: impl Fn(&ChannelNoise) -> Option<Parameter>,
+) -> Markup {
+    let says = axes.iter().any(|(_, noise)| of(noise).is_some_and(|found| found.value.or(found.upper).is_some()));
+    html! {
+        @for (index, unit) in units.iter().enumerate().take(if says { units.len() } else { 1 }) {
+            tr.more[index > 0] {
+                @if index == 0 { th scope="row" { (name) } } @else { th {} }
+                td.unit { (pretty_unit(unit.unit)) @if unit.sides == Some(Sides::One) { " one-sided" } }
+                @for (_, noise) in axes { td { (cell(of(noise), unit.factor, index == 0)) } }
+            }
+        }
+    }
+}
+
+fn sampling(noise: &ChannelNoise) -> Option<String> {
+    let (below, above) = noise.white_budget.sampling?;
+    Some(format!("−{} +{}", digits(100.0 * below, 2), digits(100.0 * above, 2)))
+}
+
+/// Of an estimate, the probability that noise without the term would show as much.
+fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
+    noise.parameter(term).filter(|found| found.value.is_some())?.p
+}
+
+/// What N is uncertain by beside the randomness of the record, the same for all axes.
+fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
+    let rows = budget_rows(&noise.white_budget, nominal_hz).map(|(what, amount)| format!("{what}: {amount}"));
+    html! { p { "Uncertainty of N beside that. " (rows.join(". ")) "." } }
 }
 
 /// Beside the fit, for those who compare with older reports.
@@ -172,9 +213,18 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
                     td { (letter(verdict.figure.term)) }
                     td.unit { (pretty_unit(unit)) }
                     td { (pretty_unit(&verdict.figure.printed)) }
-                    td { (range(verdict.expected, factor)) @if verdict.unknown == Some(StreamUnknown::Window) { " *" } }
+                    td {
+                        @match &verdict.readings[..] {
+                            [two, one, ..] => { (range(two.expected, factor)) " two-sided, " (range(one.expected, factor)) " one-sided †" }
+                            _ => (range(verdict.expected, factor)),
+                        }
+                        @if verdict.unknown == Some(StreamUnknown::Window) { " *" }
+                    }
                     td { (measured(verdict, factor)) }
-                    td { b { (verdict_name(verdict.verdict)) } }
+                    td {
+                        b { (verdict_name(verdict.verdict)) }
+                        @if let [two, one, ..] = &verdict.readings[..] { " (" (verdict_name(two.verdict)) " two-sided, " (verdict_name(one.verdict)) " one-sided)" }
+                    }
                 }
             }
         }
@@ -184,9 +234,12 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
         @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
         (table(Some("verdicts"), &columns, &compared))
         p {
-            "A limit is kept where the whole interval lies below the least that a sensor at the limit reads. A typical value is no guarantee, and a single one stands for all that round to it. "
+            "Pass: the whole interval lies below the least that a sensor at the limit reads. Typical figures are not guaranteed: they neither pass nor fail, and a single one stands for all that round to it. "
+            @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
+                "† The sheet does not say whether its densities count both sides of the spectrum or one: both readings are given, and nothing passes by them. "
+            }
             @if rows.iter().any(|(_, verdict)| verdict.unknown == Some(StreamUnknown::Window)) {
-                "* If register 85 is as sold; the record does not tell, so that a figure may be consistent with it but cannot pass or fail. "
+                "* If register 85 is at its factory default; the record does not tell (" code { (words(&Remedy::GiveWindow)) } " does), so that N may be consistent with the figure but cannot pass or fail. "
             }
             "In-run bias is compared as data sheets have it, as the minimum of the fitted curve, of N, B and K together."
         }
@@ -226,7 +279,7 @@ fn grades(record: &Record<'_>) -> Markup {
     let graded: Vec<String> = record.channels.iter().filter_map(of).collect();
     html! {
         @if !graded.is_empty() {
-            p { "Grade by bias instability (N. El-Sheimy and A. Youssef, Satellite Navigation 1, 2020, table 1: navigation below 0.01 °/h, tactical to 10 °/h, commercial above): " (graded.join("; ")) "." }
+            p { "The " (pretty_unit(&grade_scheme())) ": " (graded.join("; ")) "." }
         }
     }
 }

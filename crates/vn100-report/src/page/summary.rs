@@ -2,18 +2,23 @@
 
 use maud::{Markup, html};
 use vn100_analysis::Motion;
-use vn100_analysis::noise::{Parameter, Sensor, Status, Term, Verdict};
+use vn100_analysis::noise::{Parameter, Sensor, Term, Verdict};
 
 use crate::{
     figure::pretty_unit,
-    findings::{AxisFindings, Findings, SensorFindings},
+    findings::{AxisFindings, Findings, SensorFindings, Worst},
     measured::Record,
     names::{in_words, shown_in, verdict_name},
     numbers::{NOTHING, digits, with_interval},
 };
 
-const COLUMNS: [&str; 5] =
-    ["sensor", "white noise N, worst axis", "bias instability B", "rate random walk K", "N beside the data sheet"];
+const COLUMNS: [&str; 5] = [
+    "sensor",
+    "white noise N, worst axis",
+    "bias instability B, worst axis",
+    "rate random walk K, worst axis",
+    "N beside the data sheet",
+];
 
 pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
     let warnings = record.measured.warnings().count();
@@ -49,47 +54,37 @@ pub(super) fn summary(record: &Record<'_>, findings: &Findings) -> Markup {
 }
 
 fn white(sensor: &SensorFindings) -> String {
-    let (unit, factor) = shown_in(sensor.sensor, Term::White);
-    let worst = sensor.worst(|axis| axis.white).map(|worst| worst.axis);
-    match worst.and_then(|axis| Some((axis, axis.white?))) {
-        Some((axis, Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. })) => {
-            let others: Vec<&str> = (sensor.axes.iter())
-                .filter(|other| other.white_value().is_none())
-                .map(|other| other.name.as_str())
-                .collect();
-            let unknown = if others.is_empty() { String::new() } else { format!("; not known: {}", others.join(", ")) };
-            format!(
-                "{} {} ({}{unknown})",
-                with_interval(value * factor, lower * factor, upper * factor),
-                pretty_unit(unit),
-                axis.name
-            )
-        }
-        _ => {
-            let found = || sensor.axes.iter().filter_map(|axis| axis.white);
-            match found().filter_map(|white| white.upper).reduce(f64::max) {
-                Some(upper) => format!("≤ {} {}", digits(upper * factor, 2), pretty_unit(unit)),
-                None => found().next().map_or(NOTHING, |white| in_words(white.status)).into(),
-            }
-        }
-    }
+    let Some(worst) = sensor.worst(|axis| axis.white) else {
+        return sensor.axes.iter().find_map(|axis| axis.white).map_or(NOTHING, |white| in_words(white.status)).into();
+    };
+    let without_bound = sensor.axes.iter().filter(|axis| axis.white.is_none_or(|white| white.upper.is_none()));
+    let without_bound: Vec<&str> = without_bound.map(|axis| axis.name.as_str()).collect();
+    let unknown =
+        if without_bound.is_empty() { String::new() } else { format!("; not known: {}", without_bound.join(", ")) };
+    of_worst(sensor, Term::White, &worst, &unknown)
 }
 
-/// The largest where one is estimated, else the largest bound.
-fn slow(sensor: &SensorFindings, term: Term, of: fn(&AxisFindings) -> Option<Parameter>) -> String {
+/// Of the axis with the largest upper end, with what else there is to say of it.
+fn of_worst(sensor: &SensorFindings, term: Term, worst: &Worst<'_>, more: &str) -> String {
     let (unit, factor) = shown_in(sensor.sensor, term);
-    let all: Vec<(&AxisFindings, Parameter)> = sensor.axes.iter().filter_map(|axis| Some((axis, of(axis)?))).collect();
-    let largest = |value: fn(&Parameter) -> Option<f64>| {
-        let known = all.iter().filter_map(|(axis, parameter)| Some((axis.name.as_str(), value(parameter)?)));
-        known.max_by(|a, b| a.1.total_cmp(&b.1))
+    let amount = match worst.parameter {
+        Parameter { value: Some(value), lower: Some(lower), upper: Some(upper), .. } => {
+            with_interval(value * factor, lower * factor, upper * factor)
+        }
+        Parameter { upper, .. } => format!("≤ {}", upper.map_or(NOTHING.into(), |upper| digits(upper * factor, 2))),
     };
-    let estimated = largest(|parameter| parameter.value.filter(|_| parameter.status == Status::Estimated));
-    let bounded = largest(|parameter| parameter.upper.filter(|_| parameter.status == Status::Bounded));
-    match (estimated, bounded) {
-        (Some((axis, value)), _) => format!("{} {} ({axis})", digits(value * factor, 3), pretty_unit(unit)),
-        (None, Some((_, upper))) => format!("not seen, ≤ {} {}", digits(upper * factor, 2), pretty_unit(unit)),
-        (None, None) => match all.first() {
-            Some((_, parameter)) => in_words(parameter.status).into(),
+    format!("{amount} {} ({}{more})", pretty_unit(unit), worst.axis.name)
+}
+
+/// The axis with the largest upper end; that one may not show the noise is said.
+fn slow(sensor: &SensorFindings, term: Term, of: fn(&AxisFindings) -> Option<Parameter>) -> String {
+    match sensor.worst(of) {
+        Some(worst) => {
+            let none_is_seen = sensor.largest(of).is_none();
+            format!("{}{}", if none_is_seen { "not seen, " } else { "" }, of_worst(sensor, term, &worst, ""))
+        }
+        None => match sensor.axes.iter().find_map(of) {
+            Some(parameter) => in_words(parameter.status).into(),
             // the field around a magnetometer is never quiet
             None if sensor.sensor == Sensor::Magnetometer => "not of the sensor".into(),
             None => NOTHING.into(),
@@ -98,8 +93,6 @@ fn slow(sensor: &SensorFindings, term: Term, of: fn(&AxisFindings) -> Option<Par
 }
 
 fn verdict(sensor: &SensorFindings) -> String {
-    const WORST_FIRST: [Verdict; 5] =
-        [Verdict::Fail, Verdict::Undecided, Verdict::Consistent, Verdict::NotComparable, Verdict::Pass];
     let found = |verdict: &Verdict| {
         sensor
             .axes
@@ -107,5 +100,5 @@ fn verdict(sensor: &SensorFindings) -> String {
             .flat_map(|axis| &axis.verdicts)
             .any(|(term, found, _)| *term == Term::White && found == verdict)
     };
-    WORST_FIRST.into_iter().find(found).map_or(NOTHING, verdict_name).into()
+    Verdict::ALL.into_iter().find(found).map_or(NOTHING, verdict_name).into()
 }

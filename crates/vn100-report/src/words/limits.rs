@@ -1,13 +1,15 @@
 //! What stands between the record and the sensor, and what would make a better record.
 
 use vn100_analysis::noise::{Sensor, Status, Term, Verdict};
-use vn100_analysis::{LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, letter};
+use vn100_analysis::{
+    LongTauValidity, Onboard, RateFrom, Remedy, RemedyWords, Setting, WarningKind, WindowFrom, letter,
+};
 
 use super::listed;
 use crate::{
     figure::pretty_unit,
     findings::{AxisFindings, Findings, SensorFindings},
-    names::in_unit,
+    names::{in_unit, verdict_name},
     numbers::{digits, duration, trimmed},
 };
 
@@ -31,26 +33,19 @@ pub(super) fn against_data_sheet(findings: &Findings, words: RemedyWords) -> Vec
         );
     }
     sentences.push(
-        "Data sheets quote the in-run bias as the minimum of the Allan deviation; the B given here is that of the fitted flat part over 0.664. They quote N two-sided, as it is given here.".into(),
+        "Data sheets quote the in-run bias as the minimum of the Allan deviation, given here beside B, which is the fitted flat part over 0.664. N is two-sided here; a one-sided density is √2 as large, and some makers print that.".into(),
     );
     sentences
 }
 
 fn verdicts(findings: &Findings, sheet: &str) -> Vec<String> {
-    let words = [
-        (Verdict::Pass, "pass"),
-        (Verdict::Fail, "fail: beyond the figure, whatever the stream does to it"),
-        (Verdict::Consistent, "consistent; the averaging window is not known, so that nothing passes or fails by it"),
-        (Verdict::Undecided, "undecided: the interval holds both, there is none, or the averaging window would decide"),
-        (Verdict::NotComparable, "not comparable: this message does not carry it"),
-    ];
     let terms = [Term::White, Term::BiasInstability, Term::RateRandomWalk];
-    let statements = words.into_iter().flat_map(|(verdict, what)| {
+    let statements = Verdict::ALL.into_iter().flat_map(|verdict| {
         terms.into_iter().filter_map(move |term| {
             let judged =
                 |axis: &&AxisFindings| axis.verdicts.iter().any(|(of, found, _)| (*of, *found) == (term, verdict));
             let axes: Vec<String> = findings.axes().filter(judged).map(|axis| axis.name.clone()).collect();
-            (!axes.is_empty()).then(|| format!("{} of {}: {what}", letter(term), listed(&axes)))
+            (!axes.is_empty()).then(|| format!("{} of {}: {}", letter(term), listed(&axes), verdict_name(verdict)))
         })
     });
     let statements: Vec<String> = statements.collect();
@@ -72,10 +67,10 @@ fn decimation(sensor: &SensorFindings, rate_hz: f64) -> Option<String> {
     if (factor - 1.0).abs() < 0.02 && !onboard.window.overlaps() {
         return None;
     }
-    let known = if onboard.window_known {
-        "as register 85 says"
-    } else {
-        "if register 85 is as sold, which this record does not tell"
+    let known = match onboard.window_from {
+        WindowFrom::Register => "as register 85 says",
+        WindowFrom::Given => "as given for register 85",
+        WindowFrom::Default => "if register 85 is at its factory default, which this record does not tell",
     };
     let averages = match onboard.window.length {
         0 | 1 => "averages nothing".to_owned(),
@@ -184,7 +179,7 @@ pub(super) fn advice(findings: &Findings, words: RemedyWords) -> Vec<String> {
         ));
     }
     let window = findings.sensors.iter().filter_map(|sensor| sensor.onboard).find(|onboard| {
-        onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.unaliased_window() || !onboard.window_known)
+        onboard.refresh_hz > 400.0 && (onboard.window.length != onboard.unaliased_window() || !onboard.window_known())
     });
     if let Some(onboard) = window {
         advice.push(format!(

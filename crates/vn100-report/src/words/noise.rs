@@ -148,7 +148,7 @@ pub(super) fn filters(findings: &Findings, words: RemedyWords) -> Vec<String> {
     let mut sentences: Vec<String> =
         sensors.iter().flat_map(|sensor| [filter_white(sensor), filter_walk(sensor)]).collect();
     let is_complete = |sensor: &&SensorFindings| {
-        sensor.worst(|axis| axis.white).is_some() && sensor.worst(|axis| axis.random_walk).is_some()
+        sensor.largest(|axis| axis.white).is_some() && sensor.largest(|axis| axis.random_walk).is_some()
     };
     if !sensors.is_empty() {
         let file = match sensors.len() == 2 && sensors.iter().all(is_complete) {
@@ -167,7 +167,7 @@ pub(super) fn filters(findings: &Findings, words: RemedyWords) -> Vec<String> {
 
 fn filter_white(sensor: &SensorFindings) -> String {
     let unit = si_unit(sensor.sensor, Term::White);
-    match sensor.worst(|axis| axis.white) {
+    match sensor.largest(|axis| axis.white) {
         Some(worst) => format!(
             "{}: the noise density as measured in this stream, {} {} ({}), not divided by anything.",
             sensor.name,
@@ -182,7 +182,7 @@ fn filter_white(sensor: &SensorFindings) -> String {
 fn filter_walk(sensor: &SensorFindings) -> String {
     let unit = si_unit(sensor.sensor, Term::RateRandomWalk);
     let name = sensor.name;
-    if let Some(worst) = sensor.worst(|axis| axis.random_walk) {
+    if let Some(worst) = sensor.largest(|axis| axis.random_walk) {
         return format!(
             "{name}: the random filter_walk, {} {} ({}).",
             four_digits(worst.value),

@@ -1,7 +1,9 @@
 //! Every sentence, and that it is said only where it holds.
 
 use vn100_analysis::noise::{BoxcarWindow, FitQuality, Parameter, Sensor, Status, Term, Verdict};
-use vn100_analysis::{LongTauValidity, MissingFrom, Motion, Onboard, Outages, RateFrom, Remedy, Timing, WarningKind};
+use vn100_analysis::{
+    LongTauValidity, MissingFrom, Motion, Onboard, Outages, RateFrom, Remedy, Timing, WarningKind, WindowFrom,
+};
 
 use super::*;
 use crate::findings::{AxisFindings, SensorFindings};
@@ -41,7 +43,7 @@ fn flawless() -> Findings {
         sensor: Sensor::Gyroscope,
         name: "gyroscope",
         long_taus: LongTauValidity::Sensor,
-        onboard: Some(Onboard { refresh_hz: 800.0, window, window_known: true }),
+        onboard: Some(Onboard { refresh_hz: 800.0, window, window_from: WindowFrom::Register }),
         axes: vec![axis("gyro_x"), axis("gyro_y")],
     };
     Findings {
@@ -122,7 +124,7 @@ fn each_state_of_a_parameter_has_its_words() {
             "gyro_x: no range of averaging times",
             "at 1 s the curve reads 1.100·10⁻⁴ rad/s/√Hz",
             "It explains no range of gyro_x",
-            "gyro_y, the worst known axis",
+            "gyro_y, the largest estimate",
         ],
     );
     changes(
@@ -159,7 +161,7 @@ fn what_lies_between_stream_and_sensor_is_explained() {
     changes(
         |findings| {
             let onboard = findings.sensors[0].onboard.as_mut().unwrap();
-            (onboard.window.length, onboard.window_known) = (4, false);
+            (onboard.window.length, onboard.window_from) = (4, WindowFrom::Default);
         },
         &[
             "2.24 ± 0.22 times",
@@ -259,7 +261,7 @@ fn a_bound_that_lies_lower_leaves_the_worst_axis_the_worst() {
         text_of(&findings)
     };
     assert!(walk(bounded(5e-7)).contains("(gyro_x, the worst axis)"));
-    assert!(walk(bounded(5e-6)).contains("(gyro_x, the worst known axis)"));
+    assert!(walk(bounded(5e-6)).contains("(gyro_x, the largest estimate; an axis that is not estimated may be worse)"));
 }
 
 #[test]

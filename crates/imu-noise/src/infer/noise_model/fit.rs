@@ -51,6 +51,8 @@ pub struct NoiseFit {
     pub roll_off: Option<RollOff>,
     /// Averaging factor and edf of each octave from the shortest in use on.
     edf: Vec<(u64, f64)>,
+    /// Averaging factor and expected variance of each octave in use, in the unit squared.
+    expected: Vec<(u64, f64)>,
     correlations: Vec<(Term, Term, f64)>,
 }
 
@@ -115,6 +117,14 @@ impl NoiseFit {
     #[must_use]
     pub fn edf(&self, m: u64) -> Option<f64> {
         self.edf.iter().find(|(octave, _)| *octave == m).map(|(_, edf)| *edf)
+    }
+
+    /// Deviation of the whole solution at averaging factor `m`, in the unit of the channel: all
+    /// terms at their best values, those that are bounded only too, the ramp, lines and
+    /// Gauss-Markov noise. `None` for octaves that have no part in the fit.
+    #[must_use]
+    pub fn deviation(&self, m: u64) -> Option<f64> {
+        self.expected.iter().find(|(octave, _)| *octave == m).map(|(_, variance)| variance.sqrt())
     }
 
     /// Of the squared amplitudes of two terms, -1 to 1; `None` unless both are positive.
@@ -342,6 +352,7 @@ impl NoiseModel {
             lacks_free_band: false,
             roll_off: None,
             edf: Vec::new(),
+            expected: Vec::new(),
             correlations: Vec::new(),
         }
     }
@@ -387,6 +398,8 @@ impl NoiseModel {
             fit.parameters[Term::RateRamp as usize] =
                 Some(parameter.scaled(Term::RateRamp.per_second(self.shape.interval_s)));
         }
+        let expected = |i: usize| (self.octaves[i].1.m, model.expected(&solution.parameters, i));
+        fit.expected = range.clone().filter(|i| *i < self.octaves.len()).map(expected).collect();
         let edf = model.edf(&solution.parameters, &upper_bounds);
         // octaves too long to be fitted may follow the model all the same
         let end = if range.end == self.fitted { self.octaves.len() } else { range.end };

@@ -115,6 +115,12 @@ pub enum Status {
     ModelRejected,
 }
 
+impl Status {
+    /// From what is known best to what is known least.
+    pub const ALL: [Self; 5] =
+        [Self::Estimated, Self::Bounded, Self::NotObservable, Self::NotMeasurable, Self::ModelRejected];
+}
+
 /// A noise parameter, in the unit of its term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {

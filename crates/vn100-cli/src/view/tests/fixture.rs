@@ -12,7 +12,7 @@ use vn100_capture::RecordingState;
 use vn100_driver::{LinkState, Up};
 use vn100_protocol::stream::{Batch, Mark, MarkKind, StreamCounts};
 use vn100_protocol::{Layout, Register, RegisterContents, RegisterFields, VNIMU, VNYMR};
-use vn100_report::Evaluation;
+use vn100_report::{Asked, Evaluation};
 
 use crate::view::source::{SourcePhase, SourceView};
 
@@ -97,7 +97,7 @@ fn source(mut snapshot: Snapshot) -> SourceView {
         }),
     });
     let assessment = Assessment::new(&snapshot, 0.95);
-    let verdicts = Evaluation::new(None, Vec::new(), false).unwrap().verdicts(&snapshot, &assessment);
+    let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
     let recording =
         RecordingState { path: PathBuf::from("bench/flight.mcap"), bytes: 2_512_345, error: None, ended: false };
     let mut source = nothing();

@@ -21,7 +21,7 @@ use vn100_analysis::{Assessment, Settings, SourceFacts};
 use vn100_capture::Capture;
 use vn100_pipeline::{Playback, Session, Speed};
 use vn100_protocol::stream::ReadOptions;
-use vn100_report::Evaluation;
+use vn100_report::{Asked, Evaluation};
 use vn100_sim::{Generator, Message, Profile, write_capture};
 
 use super::{drawn, nothing, one};
@@ -83,7 +83,7 @@ fn emulated() -> SourceView {
         });
         assert_eq!(snapshot.timing.samples, SAMPLES);
         let assessment = Assessment::new(&snapshot, 0.95);
-        let verdicts = Evaluation::new(None, Vec::new(), false).unwrap().verdicts(&snapshot, &assessment);
+        let verdicts = Evaluation::new(None, Asked::default(), false).unwrap().verdicts(&snapshot, &assessment);
         let (total, speed) = (Some(SAMPLES), Speed::Times(10.0));
         let mut source = nothing();
         source.show(snapshot, Arc::new(assessment));

@@ -1,0 +1,63 @@
+//! The table of words, held against the code.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use vn100_report::{Code, all_codes};
+
+/// Where the variants of each key are, and the name of their type.
+const TYPES: [(&str, &str, &str); 6] = [
+    ("verdict", "imu-noise/src/infer/verdict.rs", "Verdict"),
+    ("status", "imu-noise/src/infer/noise_model/parameter.rs", "Status"),
+    ("grade", "imu-noise/src/infer/verdict.rs", "Grade"),
+    ("rate_from", "vn100-analysis/src/snapshot.rs", "RateFrom"),
+    ("missing_from", "vn100-analysis/src/snapshot.rs", "MissingFrom"),
+    ("window_from", "vn100-analysis/src/assessment/stream.rs", "WindowFrom"),
+];
+
+fn crates() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// The variants without fields of an enumeration in that source.
+fn variants(source: &str, name: &str) -> usize {
+    let (_, body) = source.split_once(&format!("pub enum {name} {{\n")).unwrap_or_else(|| panic!("no enum {name}"));
+    let (body, _) = body.split_once("\n}").unwrap();
+    body.lines().filter(|line| line.trim_end().ends_with(',') && !line.trim_start().starts_with("//")).count()
+}
+
+#[test]
+fn every_variant_has_a_code_of_its_own() {
+    let codes = all_codes();
+    let mut of_key: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for Code { key, code, word, meaning } in &codes {
+        assert!(!word.is_empty() && !meaning.is_empty() && !meaning.ends_with('.'), "{key} {code}");
+        of_key.entry(key).or_default().push(code);
+    }
+    assert_eq!(of_key.len(), TYPES.len());
+    for (key, file, name) in TYPES {
+        let source = fs::read_to_string(crates().join(file)).unwrap();
+        let mut found = of_key[key].clone();
+        assert_eq!(found.len(), variants(&source, name), "{name} has other variants than the codes of {key}");
+        found.sort_unstable();
+        found.dedup();
+        assert_eq!(found.len(), of_key[key].len(), "two variants of {name} have one code");
+    }
+}
+
+#[test]
+fn the_documentation_has_a_row_for_each_code_and_no_other() {
+    let text = fs::read_to_string(crates().join("../docs/words.md")).unwrap();
+    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| `")).collect();
+    let expected: Vec<String> = all_codes()
+        .iter()
+        .map(|Code { key, code, word, meaning }| format!("| `{key}` | `{code}` | {word} | {meaning} |"))
+        .collect();
+    assert_eq!(rows, expected);
+}
+
+#[test]
+fn variants_are_counted() {
+    let source =
+        "/// X,\npub enum X {\n    /// One, or\n    A,\n    /// two,\n    #[x]\n    B,\n}\npub enum Y {\n    C,\n}\n";
+    assert_eq!((variants(source, "X"), variants(source, "Y")), (2, 1));
+}
