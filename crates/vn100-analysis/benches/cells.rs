@@ -21,7 +21,7 @@
 //! bound* is the error of N over 1/√(2n), the Cramér-Rao bound for white noise alone. *False*: the
 //! share of records with the parameter estimated in any channel though it is absent; in the row of
 //! N, with any of B, K and the ramp. A fixed seed gives the same tables with any number of
-//! threads, but for the CPU time of an assessment below each.
+//! threads; with one of them the CPU time of an assessment stands below each.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 mod cells {
@@ -77,7 +77,7 @@ fn main() -> ExitCode {
                 let mut random = Random::of_record(arguments.seed, &cell.name, samples, number);
                 RecordScore::of(cell, &flicker, &mut random)
             });
-            printing::family(family, *minutes, arguments.records, &scores);
+            printing::family(family, *minutes, &arguments, &scores);
         }
     }
     if !was_found {

@@ -21,6 +21,7 @@ pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
     assessment::noise::Models,
+    in_parallel::in_parallel,
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
 };
@@ -80,13 +81,14 @@ impl Assessment {
     #[must_use]
     pub fn new(snapshot: &Snapshot, confidence: f64) -> Self {
         let motion = Motion::of(snapshot);
-        let mut models = Models::new(snapshot.shape());
-        let channels = snapshot.measured().map(|(channel, results)| {
-            ChannelAssessment::new(channel, results, snapshot, motion.is_some(), confidence, &mut models)
+        let curve = |(channel, results)| Curve::new(channel, results, snapshot.shape());
+        let curves: Vec<_> = snapshot.measured().map(curve).collect();
+        let models = Models::of(snapshot, &curves);
+        let mut channels = in_parallel(snapshot.measured().zip(&curves), |((channel, results), curve)| {
+            ChannelAssessment::new(channel, results, curve, snapshot, motion.is_some(), confidence, &models)
         });
-        let mut channels: Vec<_> = channels.collect();
         noise::withhold_unproved(&mut channels);
-        noise::add_detectable_rrw(&mut channels, &mut models);
+        noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels);
         match &motion {
             Some(motion) => warnings.push(motion.warning()),
@@ -103,12 +105,12 @@ impl ChannelAssessment {
     fn new(
         channel: &Channel,
         results: &ChannelSnapshot,
+        curve: &Curve,
         snapshot: &Snapshot,
         was_moved: bool,
         confidence: f64,
-        models: &mut Models,
+        models: &Models,
     ) -> Self {
-        let curve = Curve::new(channel, results, snapshot.shape());
         let onboard = Onboard::of(channel, snapshot);
         let disturbed = match was_moved {
             true => Disturbed::default(),
@@ -122,7 +124,7 @@ impl ChannelAssessment {
             fourth_cumulant: fourth_cumulant_counts4(results) * channel.in_unit(1.0).powi(4),
             ..ChannelCurve::default()
         };
-        let mut noise = ChannelNoise::new(channel, &curve, snapshot, onboard, &evidence, confidence, models);
+        let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models);
         if let Some(noise) = noise.as_mut().filter(|_| was_moved) {
             noise.was_moved();
         }

@@ -15,6 +15,7 @@ mod assessment;
 mod comparison;
 mod datasheet;
 mod goal;
+mod in_parallel;
 mod noise_figure;
 mod plan;
 mod remedy;

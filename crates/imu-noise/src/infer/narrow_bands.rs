@@ -135,17 +135,24 @@ fn bands(spectrum: &Powers, samples: f64) -> Vec<NarrowBand> {
 fn floors(spectrum: &Powers) -> Vec<f64> {
     let last = spectrum.segment_samples / 2;
     let mirrored = |k: usize| spectrum.powers[if k > last { 2 * last - k } else { k }];
-    let mut around = Vec::with_capacity(2 * SIDE + 1);
-    let floor = |k: usize| {
-        if k < LOWEST {
-            return f64::INFINITY;
-        }
+    let mut floors = vec![f64::INFINITY; LOWEST.min(last + 1)];
+    // in rising order: from point 1 on at first, then as many on either side
+    let mut around: Vec<f64> = Vec::with_capacity(2 * SIDE + 1);
+    let place = |around: &[f64], power: f64| around.partition_point(|other| other.total_cmp(&power).is_lt());
+    let mut end = 1;
+    for k in LOWEST..=last {
         let side = SIDE.min(k - 1);
-        around.clear();
-        around.extend((k - side..=k + side).map(mirrored));
-        *around.select_nth_unstable_by(side, f64::total_cmp).1
-    };
-    (0..=last).map(floor).collect()
+        while end <= k + side {
+            let power = mirrored(end);
+            around.insert(place(&around, power), power);
+            end += 1;
+        }
+        if around.len() > 2 * side + 1 {
+            around.remove(place(&around, mirrored(k - side - 1)));
+        }
+        floors.push(around[side]);
+    }
+    floors
 }
 
 fn band(spectrum: &Powers, floors: &[f64], points: &[usize], samples: f64) -> Option<NarrowBand> {

@@ -42,6 +42,8 @@ pub struct NoiseModel {
     noise: Vec<Term>,
     /// The octaves that can vary, with two windows or more, and their places among those given.
     octaves: Vec<(usize, Octave)>,
+    /// Of each of these, the degrees of freedom in a random walk, which has fewest.
+    least_edf: Vec<f64>,
     /// How many of these, from the first on, have a part in the fit.
     fitted: usize,
     without_ramp: Option<Model>,
@@ -55,14 +57,35 @@ impl NoiseModel {
     /// Costs a few milliseconds; the fits of the channels are cheaper.
     #[must_use]
     pub fn new(octaves: &[Octave], shape: &RecordShape, terms: Terms, window: Option<BoxcarWindow>) -> Self {
+        Self::beside(octaves, shape, terms, window, None)
+    }
+
+    /// The same for a record of another length, with the same interval, estimator and deviation:
+    /// cheaper than a new one.
+    #[must_use]
+    pub fn of_length(&self, octaves: &[Octave], samples: u64) -> Self {
+        Self::beside(octaves, &RecordShape { samples, ..self.shape }, self.terms, self.window, Some(self))
+    }
+
+    fn beside(
+        octaves: &[Octave],
+        shape: &RecordShape,
+        terms: Terms,
+        window: Option<BoxcarWindow>,
+        known: Option<&Self>,
+    ) -> Self {
         let noise: Vec<Term> =
             Term::ALL.into_iter().filter(|term| terms.contains(*term) && *term != Term::RateRamp).collect();
-        let edf = |octave: &Octave| edf(octave, shape, PowerLaw::RandomWalk);
-        let used: Vec<(usize, Octave)> =
-            octaves.iter().copied().enumerate().filter(|(_, octave)| edf(octave).is_some()).collect();
-        let fitted = used.iter().take_while(|(_, octave)| edf(octave).is_some_and(|edf| edf >= LEAST_EDF)).count();
+        let used = octaves.iter().copied().enumerate();
+        let used =
+            used.filter_map(|(place, octave)| Some(((place, octave), edf(&octave, shape, PowerLaw::RandomWalk)?)));
+        let (used, least_edf): (Vec<(usize, Octave)>, Vec<f64>) = used.unzip();
+        let fitted = least_edf.iter().take_while(|edf| **edf >= LEAST_EDF).count();
         let octaves_used: Vec<Octave> = used.iter().map(|(_, octave)| *octave).collect();
-        let model = (!noise.is_empty() && !used.is_empty()).then(|| model(&octaves_used, shape, &noise, window));
+        let model = (!noise.is_empty() && !used.is_empty()).then(|| {
+            let known = known.and_then(|known| known.without_ramp.as_ref());
+            model(&octaves_used, shape, &noise, window, known)
+        });
         let with_ramp = model.clone().filter(|_| terms.contains(Term::RateRamp));
         Self {
             shape: *shape,
@@ -71,13 +94,20 @@ impl NoiseModel {
             without_ramp: model,
             with_ramp: with_ramp.map(|model| model.with_ramp(Slope::new(&noise, &octaves_used, shape))),
             octaves: used,
+            least_edf,
             fitted,
             noise,
         }
     }
 }
 
-fn model(octaves: &[Octave], shape: &RecordShape, noise: &[Term], window: Option<BoxcarWindow>) -> Model {
+fn model(
+    octaves: &[Octave],
+    shape: &RecordShape,
+    noise: &[Term],
+    window: Option<BoxcarWindow>,
+    known: Option<&Model>,
+) -> Model {
     let averaged = StreamedWhite::new(window);
     let white = |lag: f64| averaged.phase_covariance(lag);
     let quantization = |lag: f64| PowerLaw::WhitePhase.phase_covariance(lag);
@@ -95,5 +125,5 @@ fn model(octaves: &[Octave], shape: &RecordShape, noise: &[Term], window: Option
         Some(Component { phase, meets_at_edges: *term == Term::Quantization, scale })
     };
     let components: Vec<_> = noise.iter().filter_map(component).collect();
-    Model::new(octaves, shape, &components)
+    Model::new(octaves, shape, &components, known)
 }

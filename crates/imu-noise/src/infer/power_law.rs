@@ -111,15 +111,21 @@ pub(crate) fn difference_covariance(
 /// ψ(n + 1/2) for integers n >= 0, to 1e-13: by the recurrence ψ(x + 1) = ψ(x) + 1/x, from 16 on by
 /// the asymptotic series (Abramowitz and Stegun, 1964, 6.3.5 and 6.3.18, shifted by one half).
 fn digamma_half(n: f64) -> f64 {
-    const FROM: f64 = 16.0;
-    let mut sum = 0.0;
-    let mut n = n;
-    while n < FROM {
-        sum -= 1.0 / (n + 0.5);
-        n += 1.0;
+    const BELOW_16: [f64; 16] = {
+        // ψ(1/2) = -γ - 2 ln 2
+        let mut values = [-1.963_510_026_021_423_5; 16];
+        let mut n = 1;
+        while n < values.len() {
+            values[n] = values[n - 1] + 1.0 / (n as f64 - 0.5);
+            n += 1;
+        }
+        values
+    };
+    if n < 16.0 {
+        return BELOW_16[n as usize];
     }
     let x = 1.0 / (n * n);
-    sum + n.ln() + x * (1.0 / 24.0 - x * (7.0 / 960.0 - x * (31.0 / 8064.0 - x * (127.0 / 30720.0))))
+    n.ln() + x * (1.0 / 24.0 - x * (7.0 / 960.0 - x * (31.0 / 8064.0 - x * (127.0 / 30720.0))))
 }
 
 #[cfg(test)]

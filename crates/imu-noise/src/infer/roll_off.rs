@@ -26,6 +26,10 @@ const DEPENDENCE: f64 = 1.944;
 
 const ROUNDS: usize = 8;
 
+/// Points of the spectrum that are fitted together: a filter changes little over one part in a
+/// hundred of the band.
+const POINTS_OF_BIN: usize = 4;
+
 /// Of the largest power: what is below may be leakage.
 const LEAKAGE: f64 = 1e-3;
 
@@ -49,17 +53,19 @@ impl ChannelSignal {
         let is_free = |k: usize| bands.iter().all(|band| !band.covers(k as f64 / n, 2.0 / n));
         // The last point has half the degrees of freedom.
         let points: Vec<usize> = (FIRST..last).filter(|k| is_free(*k) && powers.powers[*k] > 0.0).collect();
-        let fast: Vec<usize> = points.iter().copied().filter(|k| *k as f64 >= LOWEST * n).collect();
+        let first_fast = points.partition_point(|k| (*k as f64) < LOWEST * n);
+        let fast: Vec<Bin> =
+            points[first_fast..].chunks(POINTS_OF_BIN).map(|points| Bin::of(&powers, points)).collect();
         let column = |shape: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            fast.iter().map(|&k| shape((TAU * k as f64 / n).cos())).collect()
+            fast.iter().map(|bin| shape((TAU * bin.point / n).cos())).collect()
         };
         // 4 sin² πf = 2 - 2 cos 2πf
         let slow = [column(&|cos| (2.0 - 2.0 * cos).powf(-0.5)), column(&|cos| (2.0 - 2.0 * cos).recip())];
-        let with = |white: Vec<Vec<f64>>| fit(&powers, &fast, &[&white[..], &slow].concat());
+        let with = |white: Vec<Vec<f64>>| fit(&fast, &[&white[..], &slow].concat());
         let white = vec![column(&|_| 1.0)];
         let fast_noise = FAST.map(|time| column(&|cos| correlated(time, cos)));
-        let (flat, _) = with(white.clone())?;
-        let (filtered, _) = with([white, vec![column(&|cos| 1.0 + cos)], fast_noise.to_vec()].concat())?;
+        let flat = with(white.clone())?;
+        let filtered = with([white, vec![column(&|cos| 1.0 + cos)], fast_noise.to_vec()].concat())?;
         let is_filtered = 2.0 * powers.averages * (flat - filtered) / DEPENDENCE > EVIDENCE;
         if !is_filtered && !falls_faster_than_a_walk(&powers, &points) {
             return None;
@@ -97,17 +103,37 @@ fn correlated(time: f64, cos: f64) -> f64 {
     (1.0 - a * a) / (1.0 - 2.0 * a * cos + a * a)
 }
 
-/// Non-negative amplitudes of the `columns` by the likelihood of averaged periodograms, and its
-/// negative logarithm over the averages.
-fn fit(powers: &Powers, points: &[usize], columns: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
-    let mean = points.iter().map(|&k| powers.powers[k]).sum::<f64>() / points.len() as f64;
-    let mut expected = vec![mean; points.len()];
+/// The mean over neighbouring points.
+struct Bin {
+    point: f64,
+    power: f64,
+    points: f64,
+}
+
+impl Bin {
+    fn of(powers: &Powers, points: &[usize]) -> Self {
+        let count = points.len() as f64;
+        Self {
+            point: points.iter().map(|&k| k as f64).sum::<f64>() / count,
+            power: points.iter().map(|&k| powers.powers[k]).sum::<f64>() / count,
+            points: count,
+        }
+    }
+}
+
+/// The negative logarithm of the likelihood of averaged periodograms, over the averages, with
+/// non-negative amplitudes of the `columns`.
+fn fit(bins: &[Bin], columns: &[Vec<f64>]) -> Option<f64> {
+    let total: f64 = bins.iter().map(|bin| bin.points).sum();
+    let mean = bins.iter().map(|bin| bin.points * bin.power).sum::<f64>() / total;
+    let mut expected = vec![mean; bins.len()];
     let mut parameters = Vec::new();
     for _ in 0..ROUNDS {
-        let scaled: Vec<Vec<f64>> =
-            columns.iter().map(|column| column.iter().zip(&expected).map(|(c, e)| c / e).collect()).collect();
-        let target: Vec<f64> = points.iter().zip(&expected).map(|(&k, e)| powers.powers[k] / e).collect();
-        parameters = non_negative(&scaled, &target);
+        let weights: Vec<f64> = bins.iter().zip(&expected).map(|(bin, e)| bin.points.sqrt() / e).collect();
+        let weighted = |column: &Vec<f64>| column.iter().zip(&weights).map(|(c, weight)| c * weight).collect();
+        let columns_weighted: Vec<Vec<f64>> = columns.iter().map(weighted).collect();
+        let target: Vec<f64> = bins.iter().zip(&weights).map(|(bin, weight)| bin.power * weight).collect();
+        parameters = non_negative(&columns_weighted, &target, &parameters);
         for (i, expected) in expected.iter_mut().enumerate() {
             *expected = columns.iter().zip(&parameters).map(|(column, parameter)| column[i] * parameter).sum();
         }
@@ -118,6 +144,5 @@ fn fit(powers: &Powers, points: &[usize], columns: &[Vec<f64>]) -> Option<(f64, 
         }
         expected.iter_mut().for_each(|expected| *expected = expected.max(least));
     }
-    let minus_log_likelihood = points.iter().zip(&expected).map(|(&k, e)| e.ln() + powers.powers[k] / e).sum();
-    Some((minus_log_likelihood, parameters))
+    Some(bins.iter().zip(&expected).map(|(bin, e)| bin.points * (e.ln() + bin.power / e)).sum())
 }

@@ -131,11 +131,10 @@ impl ReadOut {
     /// N by the averaging times that show nothing of a filter which tracks the bias.
     pub(crate) fn white(&self) -> Parameter {
         let before_filter = |octave: &&imu_noise::Octave| octave.m as f64 / RATE_HZ <= 10.0;
-        let octaves: Vec<_> = self.octaves.iter().take_while(before_filter).copied().collect();
-        let terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
-        let model = NoiseModel::new(&octaves, &self.shape, terms, None);
+        let octaves = self.octaves.iter().take_while(before_filter).count();
+        let model = NoiseModel::new(&self.octaves, &self.shape, Terms::RATE, None);
         model
-            .fit_part(&ChannelCurve::new(&self.variances[..octaves.len()], None), self.confidence)
+            .fit_part(&ChannelCurve::new(&self.variances, None), octaves, self.confidence)
             .parameter(Term::White)
             .unwrap()
     }

@@ -2,13 +2,17 @@
 
 use imu_noise::Term;
 
+use crate::Arguments;
+
 use super::{
     families::{Cell, Family},
     scoring::{RecordScore, TERMS, Tally},
 };
 
-/// A table of one family; `scores` of `records` for each cell, in their order.
-pub(crate) fn family(family: &Family, minutes: usize, records: usize, scores: &[RecordScore]) {
+/// A table of one family; `scores` of `records` for each cell, in their order. With one thread the
+/// CPU time of an assessment is known.
+pub(crate) fn family(family: &Family, minutes: usize, arguments: &Arguments, scores: &[RecordScore]) {
+    let records = arguments.records;
     println!("### {}, {minutes} min, {records} records of 6 channels\n", family.name);
     println!(
         "| cell | | held % | 95 % limits | missed % | estimated % | not observable | rejected | bias % | rms error % | of bound | \
@@ -18,10 +22,14 @@ pub(crate) fn family(family: &Family, minutes: usize, records: usize, scores: &[
     for (cell, scores) in family.cells.iter().zip(scores.chunks(records.max(1))) {
         rows(cell, scores);
     }
+    println!();
+    if arguments.threads > 1 {
+        return;
+    }
     let mut times: Vec<f64> = scores.iter().map(|score| score.cpu_s).collect();
     times.sort_by(f64::total_cmp);
     let median = times.get(times.len() / 2).copied().unwrap_or_default();
-    println!("\nAn assessment of 11 channels takes {:.1} ms of CPU in the median.\n", 1e3 * median);
+    println!("An assessment of 11 channels takes {:.1} ms of CPU in the median.\n", 1e3 * median);
 }
 
 fn rows(cell: &Cell, scores: &[RecordScore]) {

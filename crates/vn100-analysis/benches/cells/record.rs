@@ -62,7 +62,7 @@ pub(crate) struct Record {
 pub(crate) struct Assessed {
     pub(crate) snapshot: Snapshot,
     pub(crate) assessment: Assessment,
-    /// CPU time of the assessment.
+    /// CPU time of the assessment, and of whatever else the program did meanwhile.
     pub(crate) cpu_s: f64,
 }
 
@@ -91,9 +91,9 @@ impl Record {
         analysis.absorb(&self.batch(cell, random));
         analysis.finish();
         let snapshot = analysis.snapshot();
-        let start_s = thread_cpu_s();
+        let start_s = process_cpu_s();
         let assessment = Assessment::new(&snapshot, 0.95);
-        let cpu_s = thread_cpu_s() - start_s;
+        let cpu_s = process_cpu_s() - start_s;
         Assessed { snapshot, assessment, cpu_s }
     }
 
@@ -143,7 +143,7 @@ impl Record {
     }
 }
 
-fn thread_cpu_s() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
+fn process_cpu_s() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

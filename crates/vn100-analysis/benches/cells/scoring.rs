@@ -31,7 +31,7 @@ pub(crate) struct RecordScore {
     pub(crate) channels: Vec<[Statement; TERMS.len()]>,
     /// Samples that arrived.
     pub(crate) samples: u64,
-    /// CPU time of the assessment.
+    /// CPU time of the assessment, and of whatever else the program did meanwhile.
     pub(crate) cpu_s: f64,
 }
 

@@ -1,5 +1,7 @@
 //! The noise parameters of one axis, as far as its stream carries them.
 
+use std::sync::OnceLock;
+
 use imu_noise::{
     BoxcarWindow, ChannelCurve, ClassicalReading, Deviation, GaussMarkovFit, Grade, NoiseFit, NoiseModel, Octave,
     OverBound, Parameter, RecordShape, Sensor, Status, Term, Terms, classical_reading, curve_minimum, holm, over_bound,
@@ -9,11 +11,10 @@ use vn100_protocol::Channel;
 
 use super::{ChannelAssessment, Curve, Onboard, WhiteBudget};
 use crate::{
+    in_parallel::in_parallel,
     sensor::sensor_of,
     snapshot::{RateFrom, Snapshot},
 };
-
-const STOCHASTIC: Terms = Terms::of(&[Term::White, Term::BiasInstability, Term::RateRandomWalk]);
 
 /// Where a filter takes the bias of a gyroscope out, with a time constant of tens of seconds,
 /// deviations up to here still show the sensor.
@@ -94,37 +95,29 @@ impl ChannelNoise {
         onboard: Option<Onboard>,
         evidence: &ChannelCurve<'_>,
         confidence: f64,
-        models: &mut Models,
+        models: &Models,
     ) -> Option<Self> {
         let sensor = sensor_of(channel.quantity)?;
-        let window = onboard.filter(|onboard| onboard.window_known() && onboard.window.overlaps()).map(|o| o.window);
+        let window = overlapping_window(onboard);
+        let model = &models.get(&curve.octaves, window)?.model;
         let compensated = snapshot.layout.as_ref().is_some_and(|layout| layout.compensated);
-        let with_quantization =
-            |terms: Terms| if snapshot.quantization { terms.and(Term::Quantization) } else { terms };
-        let (rate, stochastic) = (with_quantization(Terms::RATE), with_quantization(STOCHASTIC));
         // an octave more than terms to be distinguished
         let least = 4 + usize::from(snapshot.quantization);
-        let mut part = |end: usize| {
-            let end = end.max(least).min(curve.octaves.len());
-            let model = models.of(&curve.octaves[..end], stochastic, window);
-            let curve = ChannelCurve { variances: &curve.variances[..end], ..*evidence };
-            model.fit_part(&curve, confidence)
-        };
+        let evidence = ChannelCurve { variances: &curve.variances, ..*evidence };
+        let part = |octaves: usize| model.fit_part(&evidence, octaves.max(least), confidence);
         let before_filter = curve.octaves.iter().take_while(|octave| curve.tau_s(octave) <= BEFORE_FILTER_S).count();
         let (fit, long_taus) = match sensor {
             Sensor::Magnetometer => (part(curve.octaves.len()), LongTauValidity::Surroundings),
             Sensor::Gyroscope if compensated => (part(before_filter), LongTauValidity::Compensated),
             Sensor::Gyroscope | Sensor::Accelerometer => {
-                let before_filter = (sensor == Sensor::Gyroscope).then(|| part(before_filter));
+                // a line that was taken out is no ramp to be found
+                let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
+                let whole = model.fit(&ChannelCurve { slope_unit_s, ..evidence }, confidence);
+                let may_fall = |fit: &NoiseFit| fit.quality.is_none() || falls_below_white(curve, fit, window);
+                let before_filter = (sensor == Sensor::Gyroscope && may_fall(&whole)).then(|| part(before_filter));
                 match before_filter.filter(|before_filter| falls_below_white(curve, before_filter, window)) {
                     Some(before_filter) => (before_filter, LongTauValidity::LooksCompensated),
-                    None => {
-                        let model = models.of(&curve.octaves, rate, window);
-                        // a line that was taken out is no ramp to be found
-                        let slope_unit_s = curve.slope_unit_s.filter(|_| !snapshot.detrended);
-                        let curve = ChannelCurve { variances: &curve.variances, slope_unit_s, ..*evidence };
-                        (model.fit(&curve, confidence), LongTauValidity::Sensor)
-                    }
+                    None => (whole, LongTauValidity::Sensor),
                 }
             }
         };
@@ -220,12 +213,26 @@ pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
 }
 
 /// What longer records would show of the random walks that this one does not.
-pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], models: &mut Models) {
-    let noise = channels.iter_mut().filter_map(|assessment| assessment.noise.as_mut());
-    for noise in noise.filter(|noise| noise.long_taus == LongTauValidity::Sensor) {
-        let walk = noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none());
-        noise.detectable_rrw = walk.and_then(|_| models.detectable_rrw(&noise.fit));
+pub(super) fn add_detectable_rrw(channels: &mut [ChannelAssessment], curves: &[Curve], models: &Models) {
+    let found = in_parallel(channels.iter().zip(curves), |(assessment, curve)| {
+        let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor)?;
+        noise.fit.parameter(Term::RateRandomWalk).filter(|walk| walk.value.is_none())?;
+        models.get(&curve.octaves, noise.window)?.detectable_rrw(&curve.shape, &noise.fit)
+    });
+    for (noise, found) in channels.iter_mut().map(|assessment| assessment.noise.as_mut()).zip(found) {
+        if let Some(noise) = noise {
+            noise.detectable_rrw = found;
+        }
     }
+}
+
+fn is_axis(channel: &Channel) -> bool {
+    sensor_of(channel.quantity).is_some()
+}
+
+/// The averaging on board, where it is known and depresses short averaging times.
+fn overlapping_window(onboard: Option<Onboard>) -> Option<BoxcarWindow> {
+    onboard.filter(|onboard| onboard.window_known() && onboard.window.overlaps()).map(|onboard| onboard.window)
 }
 
 /// Whether the deviation falls, beyond doubt, below the white noise of its short averaging times.
@@ -238,51 +245,62 @@ fn falls_below_white(curve: &Curve, short: &NoiseFit, window: Option<BoxcarWindo
 
 /// Noise models, each made once for all the axes that were sampled together.
 pub(super) struct Models {
-    shape: RecordShape,
-    made: Vec<(Key, NoiseModel)>,
-    /// The model of a longer record, and its length in seconds.
-    longer: Option<(NoiseModel, f64)>,
+    made: Vec<Made>,
 }
 
-type Key = (Vec<Octave>, Terms, Option<BoxcarWindow>);
+struct Made {
+    octaves: Vec<Octave>,
+    window: Option<BoxcarWindow>,
+    model: NoiseModel,
+    /// Of a record longer by [`DetectableRrw::MORE_S`], with its duration in seconds.
+    longer: OnceLock<(NoiseModel, f64)>,
+}
 
 impl Models {
-    pub(super) fn new(shape: RecordShape) -> Self {
-        Self { shape, made: Vec::new(), longer: None }
+    pub(super) fn of(snapshot: &Snapshot, curves: &[Curve]) -> Self {
+        let mut terms = Terms::RATE;
+        if snapshot.quantization {
+            terms = terms.and(Term::Quantization);
+        }
+        let mut models = Self { made: Vec::new() };
+        for ((channel, _), curve) in snapshot.measured().zip(curves).filter(|((channel, _), _)| is_axis(channel)) {
+            let window = overlapping_window(Onboard::of(channel, snapshot));
+            if models.get(&curve.octaves, window).is_none() {
+                let model = NoiseModel::new(&curve.octaves, &curve.shape, terms, window);
+                models.made.push(Made { octaves: curve.octaves.clone(), window, model, longer: OnceLock::new() });
+            }
+        }
+        models
     }
 
-    fn of(&mut self, octaves: &[Octave], terms: Terms, window: Option<BoxcarWindow>) -> &NoiseModel {
-        let same = |(key, _): &(Key, NoiseModel)| key.0 == octaves && key.1 == terms && key.2 == window;
-        let place = self.made.iter().position(same).unwrap_or_else(|| {
-            let model = NoiseModel::new(octaves, &self.shape, terms, window);
-            self.made.push(((octaves.to_vec(), terms, window), model));
-            self.made.len() - 1
-        });
-        &self.made[place].1
+    fn get(&self, octaves: &[Octave], window: Option<BoxcarWindow>) -> Option<&Made> {
+        self.made.iter().find(|made| made.octaves == octaves && made.window == window)
     }
+}
 
+impl Made {
     /// With the N of this record, and as much B as it leaves; `None` where it excludes that walk
     /// already.
-    fn detectable_rrw(&mut self, fit: &NoiseFit) -> Option<DetectableRrw> {
+    fn detectable_rrw(&self, shape: &RecordShape, fit: &NoiseFit) -> Option<DetectableRrw> {
         let [white, bias_instability, walk] =
             [Term::White, Term::BiasInstability, Term::RateRandomWalk].map(|term| fit.parameter(term));
         let (white, walk) = (white?.value?, walk?.upper);
         let bias_instability = bias_instability.and_then(|parameter| parameter.value.or(parameter.upper))?;
-        let (model, duration_s) = self.longer.get_or_insert_with(|| longer_model(&self.shape));
+        let (model, duration_s) = self.longer.get_or_init(|| self.longer(shape));
         let others = [(Term::White, white), (Term::BiasInstability, bias_instability)];
         let at_least = model.least_found(&others, Term::RateRandomWalk)?;
         walk.is_none_or(|walk| at_least < walk).then_some(DetectableRrw { duration_s: *duration_s, at_least })
     }
-}
 
-fn longer_model(shape: &RecordShape) -> (NoiseModel, f64) {
-    /// With more of the shortest, the answer is the same.
-    const LONGEST_OCTAVES: usize = 14;
-    let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
-    let shape = RecordShape { samples: shape.samples + more, ..*shape };
-    let octaves = shape.octaves();
-    let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
-    (NoiseModel::new(longest, &shape, Terms::RATE, None), shape.samples as f64 * shape.interval_s)
+    fn longer(&self, shape: &RecordShape) -> (NoiseModel, f64) {
+        /// With more of the shortest, the answer is the same.
+        const LONGEST_OCTAVES: usize = 14;
+        let more = (DetectableRrw::MORE_S / shape.interval_s) as u64;
+        let shape = RecordShape { samples: shape.samples + more, ..*shape };
+        let octaves = shape.octaves();
+        let longest = &octaves[octaves.len().saturating_sub(LONGEST_OCTAVES)..];
+        (self.model.of_length(longest, shape.samples), shape.samples as f64 * shape.interval_s)
+    }
 }
 
 /// Noise models of one axis for a filter, in the unit of its channel.
@@ -331,7 +349,7 @@ mod tests {
     use super::*;
 
     /// Of white noise with N = 1 that reads in every octave what is expected of it.
-    fn fit_of(duration_s: f64) -> (RecordShape, NoiseFit) {
+    fn fit_of(duration_s: f64) -> (RecordShape, Made, NoiseFit) {
         let interval_s = 0.025;
         let shape = RecordShape {
             samples: (duration_s / interval_s) as u64,
@@ -341,25 +359,25 @@ mod tests {
         };
         let octaves = shape.octaves();
         let variances: Vec<f64> = octaves.iter().map(|octave| 1.0 / (octave.m as f64 * interval_s)).collect();
-        let fit =
-            NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
-        (shape, fit)
+        let model = NoiseModel::new(&octaves, &shape, Terms::RATE, None);
+        let fit = model.fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        (shape, Made { octaves, window: None, model, longer: OnceLock::new() }, fit)
     }
 
     #[test]
     fn a_longer_record_promises_no_more_than_its_bias_instability_allows() {
-        let (shape, fit) = fit_of(600.0);
-        let later = Models::new(shape).detectable_rrw(&fit).unwrap();
+        let (shape, made, fit) = fit_of(600.0);
+        let later = made.detectable_rrw(&shape, &fit).unwrap();
         assert_eq!(later.duration_s, 600.0 + DetectableRrw::MORE_S);
         assert!(later.at_least < fit.parameter(Term::RateRandomWalk).unwrap().upper.unwrap(), "{later:?}");
         // flicker noise that ten minutes leave possible hides more than none would
-        let white_alone = longer_model(&shape).0.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
+        let white_alone = made.longer(&shape).0.least_found(&[(Term::White, 1.0)], Term::RateRandomWalk).unwrap();
         assert!(later.at_least > 2.0 * white_alone, "{later:?}, beside white noise alone {white_alone}");
     }
 
     #[test]
     fn a_record_that_excludes_it_already_promises_nothing() {
-        let (shape, fit) = fit_of(100.0 * 3600.0);
-        assert_eq!(Models::new(shape).detectable_rrw(&fit), None);
+        let (shape, made, fit) = fit_of(100.0 * 3600.0);
+        assert_eq!(made.detectable_rrw(&shape, &fit), None);
     }
 }

@@ -11,9 +11,8 @@ use super::{
 };
 use crate::accumulate::record::Octave;
 use crate::infer::chi_squared;
-use crate::infer::confidence::edf;
 use crate::infer::narrow_bands::NarrowBand;
-use crate::infer::power_law::{PowerLaw, difference_autocovariance};
+use crate::infer::power_law::difference_autocovariance;
 use crate::infer::roll_off::RollOff;
 
 /// Fits with a smaller probability are not believed.
@@ -86,6 +85,8 @@ struct Accepted<'a> {
     solution: Solution,
     range: Range<usize>,
     quality: FitQuality,
+    /// Octaves that could have a part in the fit, and all that are known.
+    known: (usize, usize),
 }
 
 impl NoiseFit {
@@ -181,24 +182,33 @@ impl NoiseModel {
     /// that the level holds whichever comes out.
     #[must_use]
     pub fn fit(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
-        self.fit_first(core::iter::once(0..self.fitted), curve, confidence)
+        self.fit_first(core::iter::once(0..self.fitted), self.octaves.len(), curve, confidence)
     }
 
-    /// As [`fit`](Self::fit), without a ramp, to as many octaves as follow the model, half of all
-    /// at least, without the longest: for streams whose long averaging times show something else,
-    /// such as a filter that takes slow changes out.
+    /// As [`fit`](Self::fit), without a ramp, to as many of the first `octaves` as follow the model,
+    /// half of them at least, without the longest: for streams whose long averaging times show
+    /// something else, such as a filter that takes slow changes out.
     #[must_use]
-    pub fn fit_part(&self, curve: &ChannelCurve<'_>, confidence: f64) -> NoiseFit {
-        let parts = (0..=self.fitted / 2).map(|excluded| 0..self.fitted - excluded);
-        self.fit_first(parts, &ChannelCurve { slope_unit_s: None, ..*curve }, confidence)
+    pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
+        let octaves = self.octaves.partition_point(|(place, _)| *place < octaves);
+        let fitted = self.fitted.min(octaves);
+        let parts = (0..=fitted / 2).map(|excluded| 0..fitted - excluded);
+        let curve = ChannelCurve { slope_unit_s: None, ..*curve };
+        let mut fit = self.fit_first(parts, octaves, &curve, confidence);
+        fit.parameters[Term::RateRamp as usize] = None;
+        fit
     }
 
+    /// To the first of `ranges`, each from 0 on and shorter than the one before, that follows the
+    /// model; the first `octaves` are known.
     fn fit_first(
         &self,
         ranges: impl Iterator<Item = Range<usize>> + Clone,
+        octaves: usize,
         curve: &ChannelCurve<'_>,
         confidence: f64,
     ) -> NoiseFit {
+        let fitted = ranges.clone().next().map_or(0, |range| range.end);
         let mut values: Vec<f64> = self.octaves.iter().filter_map(|(i, _)| curve.variances.get(*i).copied()).collect();
         let slope = curve.slope_unit_s.map(|slope| slope * self.shape.interval_s);
         let (model, slope) = match (&self.with_ramp, slope) {
@@ -208,14 +218,15 @@ impl NoiseModel {
         let usable = values.len() == self.octaves.len() && values.iter().all(|value| value.is_finite() && *value > 0.0);
         values.extend(slope.map(|slope| slope * slope));
         let Some(model) = model.filter(|_| usable) else { return self.without_values(Status::NotObservable) };
-        if self.fitted + usize::from(slope.is_some()) <= model.terms() {
+        if fitted + usize::from(slope.is_some()) <= model.terms() {
             return self.without_values(Status::NotObservable);
         }
-        let lines = self.lines(curve.bands, self.fitted.saturating_sub(model.terms() + 1));
+        let lines = self.lines(curve.bands, fitted.saturating_sub(model.terms() + 1));
         let tails = curve.fourth_cumulant.max(0.0) / self.shape.samples as f64;
         let with_lines = model.beside(lines).with_tails(tails);
-        let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, roll_off));
-        let ceiling = self.white_ceiling(model, &values, curve.roll_off, 0.01);
+        let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, fitted, roll_off));
+        let ceiling = |risk| self.white_ceiling(model, &values[..octaves], curve.roll_off, risk);
+        let doubtless = ceiling(0.01);
         let solve = |model: &Model, range: Range<usize>| {
             let regression = Regression::new(model, &values, range.clone());
             let solution = regression.fit()?;
@@ -229,11 +240,11 @@ impl NoiseModel {
         };
         let read_out = |model: &Model, range: Range<usize>, (solution, quality): (Solution, FitQuality)| {
             let regression = Regression::new(model, &values, range.clone());
-            let accepted = Accepted { model, regression, solution, range, quality };
+            let accepted = Accepted { model, regression, solution, range, quality, known: (fitted, octaves) };
             let fit = self.read_out(&accepted, slope, confidence);
             let white = fit.parameter(Term::White).and_then(|white| white.lower);
             let scale = Term::White.per_second(self.shape.interval_s);
-            let mut fit = white.is_none_or(|lower| (lower / scale).powi(2) <= ceiling).then_some(fit)?;
+            let mut fit = white.is_none_or(|lower| (lower / scale).powi(2) <= doubtless).then_some(fit)?;
             fit.lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
             if fit.lacks_free_band {
                 fit.not_proved(Term::White);
@@ -245,7 +256,8 @@ impl NoiseModel {
             let ranges = ranges.clone().map(|range| range.start.max(first)..range.end);
             let found = ranges.clone().find_map(|range| {
                 let without = solve(model, range.clone()).filter(|(_, quality)| quality.p >= LEAST_P)?;
-                let with = solve(&with_processes, range.clone());
+                // χ² cannot fall by more than all of it
+                let with = (without.1.chi2 > PROCESS).then(|| solve(&with_processes, range.clone())).flatten();
                 let is_better = |(_, with): &(Solution, FitQuality)| without.1.chi2 - with.chi2 > PROCESS;
                 match with.filter(is_better) {
                     Some(with) => read_out(&with_processes, range, with),
@@ -263,7 +275,7 @@ impl NoiseModel {
         let whole = (filtered.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
         whole.or_else(|| filtered.and_then(|(model, first)| attempt(&model, first))).unwrap_or_else(|| {
             let mut rejected = self.without_values(Status::ModelRejected);
-            let ceiling = self.white_ceiling(model, &values, curve.roll_off, 1.0 - confidence);
+            let ceiling = ceiling(1.0 - confidence);
             if let Some(white) = &mut rejected.parameters[Term::White as usize]
                 && ceiling.is_finite()
             {
@@ -275,9 +287,9 @@ impl NoiseModel {
 
     /// The model behind a filter of unknown transfer, and the first octave that averages over what
     /// it remembers; `None` where there is none.
-    fn filtered(&self, model: &Model, roll_off: RollOff) -> Option<(Model, usize)> {
+    fn filtered(&self, model: &Model, fitted: usize, roll_off: RollOff) -> Option<(Model, usize)> {
         let shortest = (SETTLED * (roll_off.correlation_samples - 1.0)).max(2.0);
-        let first = self.octaves[..self.fitted].iter().position(|(_, octave)| octave.m as f64 >= shortest)?;
+        let first = self.octaves[..fitted].iter().position(|(_, octave)| octave.m as f64 >= shortest)?;
         Some((model.filtered(self.octaves[first].1.m as f64), first))
     }
 
@@ -288,13 +300,10 @@ impl NoiseModel {
     /// its correlation.
     fn white_ceiling(&self, model: &Model, values: &[f64], roll_off: Option<RollOff>, risk: f64) -> f64 {
         let shortest = roll_off.map_or(0.0, |roll_off| 10.0 * roll_off.correlation_samples);
-        let octaves = self.octaves.iter().zip(values).zip(model.white());
+        let octaves = self.octaves.iter().zip(&self.least_edf).zip(values).zip(model.white());
         let counted: Vec<(f64, f64)> = octaves
-            .filter(|(((_, octave), _), _)| octave.m as f64 >= shortest)
-            .filter_map(|(((_, octave), value), white)| {
-                let edf = edf(octave, &self.shape, PowerLaw::RandomWalk).filter(|edf| *edf >= 10.0)?;
-                Some((value / white, edf))
-            })
+            .filter(|((((_, octave), edf), _), _)| octave.m as f64 >= shortest && **edf >= 10.0)
+            .map(|(((_, edf), value), white)| (value / white, *edf))
             .collect();
         let each = risk / counted.len() as f64;
         let bound = |(value, edf): &(f64, f64)| Some(value * edf / chi_squared::quantile(each, *edf)?);
@@ -358,7 +367,7 @@ impl NoiseModel {
     }
 
     fn read_out(&self, accepted: &Accepted<'_>, slope: Option<f64>, confidence: f64) -> NoiseFit {
-        let Accepted { model, regression, solution, range, quality } = accepted;
+        let Accepted { model, regression, solution, range, quality, known: (fitted, octaves) } = accepted;
         let mut fit = self.without_values(Status::NotObservable);
         fit.quality = Some(*quality);
         fit.processes = model
@@ -402,7 +411,7 @@ impl NoiseModel {
         fit.expected = range.clone().filter(|i| *i < self.octaves.len()).map(expected).collect();
         let edf = model.edf(&solution.parameters, &upper_bounds);
         // octaves too long to be fitted may follow the model all the same
-        let end = if range.end == self.fitted { self.octaves.len() } else { range.end };
+        let end = if range.end == *fitted { *octaves } else { range.end };
         fit.edf = self.octaves[..end].iter().map(|(_, octave)| octave.m).zip(edf).skip(range.start).collect();
         fit
     }

@@ -116,7 +116,7 @@ impl NoiseModel {
         let white = |lag: f64| averaged.phase_covariance(lag);
         let process = |lag: f64| phase_covariance(lag, time);
         let component = |phase, scale| Component { phase, meets_at_edges: false, scale };
-        Model::new(octaves, &self.shape, &[component(&white, averaged.length()), component(&process, u64::MAX)])
+        Model::new(octaves, &self.shape, &[component(&white, averaged.length()), component(&process, u64::MAX)], None)
     }
 }
 

@@ -1,5 +1,7 @@
 //! How the octaves of a record vary together, by pairs of noise components.
 
+use std::{collections::HashMap, sync::Arc};
+
 use crate::accumulate::record::{Estimator, Octave, RecordShape};
 use crate::infer::confidence::{correlations, variance_inflation};
 use crate::infer::power_law::{difference_autocovariance, difference_covariance};
@@ -25,51 +27,41 @@ const CONTINUOUS_LEVEL: u32 = 4;
 /// κ_q), where V_pa is what component p contributes to octave a.
 #[derive(Clone, Debug)]
 pub(super) struct JointMeans {
-    components: usize,
-    octaves: usize,
-    /// By a, b <= a, p, q.
-    means: Vec<f64>,
+    /// By a and b <= a.
+    means: Vec<Means>,
+    coherences: Coherences,
 }
 
+/// Components at most: quantisation, white noise, flicker noise, random walk.
+pub(super) const MOST_COMPONENTS: usize = 4;
+
+/// By p and q, symmetric; 0 for components that there are not.
+pub(super) type Means = [[f64; MOST_COMPONENTS]; MOST_COMPONENTS];
+
+/// Between short octaves of this level and octaves by this many levels longer. They do not depend on
+/// the length of the record.
+type Coherences = HashMap<(u32, u32), Arc<Coherence>>;
+
 impl JointMeans {
-    pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>]) -> Self {
+    /// `known`: of the same components, estimator and deviation.
+    pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>], known: Option<&Self>) -> Self {
         let scale = noise.iter().map(|component| component.scale).max().unwrap_or(1);
         let last_own = CONTINUOUS_LEVEL.saturating_add(scale.max(1).ilog2());
-        let components = noise.len();
-        let mut joint = Self {
-            components,
-            octaves: octaves.len(),
-            means: vec![0.0; octaves.len() * octaves.len() * components * components],
-        };
+        let mut coherences = known.map(|known| known.coherences.clone()).unwrap_or_default();
+        let mut means = Vec::with_capacity(octaves.len() * (octaves.len() + 1) / 2);
         // Cross terms hardly depend on the stride: sparse windows represent all overlaps.
         let sparse = match shape.estimator {
             Estimator::Full => RecordShape { estimator: Estimator::Strided, ..*shape },
             _ => *shape,
         };
-        // of the octaves that all look the same, by the ratio of their lengths
-        let mut known: Vec<(u32, Coherence)> = Vec::new();
         let mut rho: Vec<Vec<f64>> = Vec::new();
         for (a, long) in octaves.iter().enumerate() {
-            // All overlaps are the one grid that does not scale with the octave.
-            if long.m.ilog2() <= last_own || shape.estimator == Estimator::Full || rho.is_empty() {
-                rho = noise.iter().map(|component| correlations(shape, long.m, component.phase)).collect();
-            }
-            joint.set_diagonal(a, long, shape, &rho);
-            for (b, short) in octaves[..a].iter().enumerate() {
+            for short in &octaves[..a] {
+                // octaves that all look the same, by the ratio of their lengths
                 let level = short.m.ilog2().min(last_own);
                 let ratio = long.m.ilog2() - short.m.ilog2();
-                let new = || Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise);
-                let own;
-                let coherence = if level < last_own {
-                    own = new();
-                    &own
-                } else {
-                    let index = known.iter().position(|(known, _)| *known == ratio).unwrap_or_else(|| {
-                        known.push((ratio, new()));
-                        known.len() - 1
-                    });
-                    &known[index].1
-                };
+                let new = || Arc::new(Coherence::new(&sparse, 1 << level, 1 << (level + ratio), noise));
+                let coherence = coherences.entry((level, ratio)).or_insert_with(new);
                 let stride_ratio = sparse.stride(long.m) / sparse.stride(short.m);
                 let pairs = Pairs {
                     short: sparse.windows(short.m) as f64,
@@ -77,34 +69,32 @@ impl JointMeans {
                     stride_ratio: stride_ratio as f64,
                 };
                 let gaps = (shape.share_of_windows(long) * shape.share_of_windows(short)).sqrt();
-                let start = joint.start(a, b);
-                let means = &mut joint.means[start..][..components * components];
-                coherence.add_means(&pairs, means);
-                means.iter_mut().for_each(|mean| *mean /= gaps);
+                means.push(coherence.means(&pairs).map(|row| row.map(|mean| mean / gaps)));
             }
+            // All overlaps are the one grid that does not scale with the octave.
+            if long.m.ilog2() <= last_own || shape.estimator == Estimator::Full || rho.is_empty() {
+                rho = noise.iter().map(|component| correlations(shape, long.m, component.phase)).collect();
+            }
+            means.push(Self::of_one_octave(long, shape, &rho));
         }
-        joint
+        Self { means, coherences }
     }
 
     /// For octaves `a` >= `b`.
-    pub(super) fn mean(&self, a: usize, b: usize, p: usize, q: usize) -> f64 {
-        self.means[self.start(a, b) + p * self.components + q]
+    pub(super) fn means(&self, a: usize, b: usize) -> &Means {
+        &self.means[a * (a + 1) / 2 + b]
     }
 
-    fn start(&self, a: usize, b: usize) -> usize {
-        (a * self.octaves + b) * self.components * self.components
-    }
-
-    fn set_diagonal(&mut self, a: usize, octave: &Octave, shape: &RecordShape, rho: &[Vec<f64>]) {
+    fn of_one_octave(octave: &Octave, shape: &RecordShape, rho: &[Vec<f64>]) -> Means {
         let windows = shape.windows(octave.m) as f64 * shape.share_of_windows(octave);
-        let start = self.start(a, a);
-        for p in 0..self.components {
+        let mut means = Means::default();
+        for p in 0..rho.len() {
             for q in 0..=p {
-                let mean = variance_inflation(shape, octave.m, &rho[p], &rho[q]) / windows;
-                self.means[start + p * self.components + q] = mean;
-                self.means[start + q * self.components + p] = mean;
+                means[p][q] = variance_inflation(shape, octave.m, &rho[p], &rho[q]) / windows;
+                means[q][p] = means[p][q];
             }
         }
+        means
     }
 }
 
@@ -127,6 +117,7 @@ impl Pairs {
 }
 
 /// Correlations of the differences of two octaves at selected distances of their starts.
+#[derive(Debug)]
 struct Coherence {
     components: usize,
     /// In strides of the short octave, ascending: each set of correlations is for distances up to
@@ -161,20 +152,20 @@ impl Coherence {
         Self { components: noise.len(), bounds, correlations }
     }
 
-    fn add_means(&self, pairs: &Pairs, means: &mut [f64]) {
+    fn means(&self, pairs: &Pairs) -> Means {
         let all = pairs.short * pairs.long;
+        let mut means = Means::default();
         let before: Vec<f64> = self.bounds.iter().map(|bound| pairs.before(*bound)).collect();
         for (bounds, rho) in before.windows(2).zip(self.correlations.chunks(self.components)) {
             let weight = (bounds[1] - bounds[0]) / all;
             if weight == 0.0 {
                 continue;
             }
-            for (p, rho_p) in rho.iter().enumerate() {
-                for (q, rho_q) in rho.iter().enumerate() {
-                    means[p * self.components + q] += weight * rho_p * rho_q;
-                }
+            for (means, rho_p) in means.iter_mut().zip(rho) {
+                means.iter_mut().zip(rho).for_each(|(mean, rho_q)| *mean += weight * rho_p * rho_q);
             }
         }
+        means
     }
 }
 
@@ -241,14 +232,14 @@ mod tests {
                 .map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) })
                 .filter(|octave| octave.terms > 0)
                 .collect();
-            let joint = JointMeans::new(&octaves, &shape, &noise);
+            let joint = JointMeans::new(&octaves, &shape, &noise, None);
             for a in 0..octaves.len() {
                 for b in 0..=a {
                     for p in 0..laws.len() {
                         for q in 0..laws.len() {
-                            let found = joint.mean(a, b, p, q);
+                            let found = joint.means(a, b)[p][q];
                             let expected = by_definition(&shape, octaves[a].m, octaves[b].m, laws[p], laws[q]);
-                            let scale = (joint.mean(a, a, p, p) * joint.mean(b, b, q, q)).sqrt();
+                            let scale = (joint.means(a, a)[p][p] * joint.means(b, b)[q][q]).sqrt();
                             let error = (found - expected).abs() / scale;
                             assert!(error < 0.02, "{shape:?} {a} {b} {p} {q}: {found}, not {expected}, {error}");
                         }
@@ -269,8 +260,8 @@ mod tests {
             deviation: Deviation::Allan,
         };
         let octaves: Vec<Octave> = (0..24).map(|k| Octave { m: 1 << k, terms: shape.windows(1 << k) }).collect();
-        let joint = JointMeans::new(&octaves, &shape, &noise);
-        let correlation = |a, b| joint.mean(a, b, 0, 0) / (joint.mean(a, a, 0, 0) * joint.mean(b, b, 0, 0)).sqrt();
+        let joint = JointMeans::new(&octaves, &shape, &noise, None);
+        let correlation = |a, b| joint.means(a, b)[0][0] / (joint.means(a, a)[0][0] * joint.means(b, b)[0][0]).sqrt();
         for a in 1..octaves.len() {
             assert!((0.5..0.85).contains(&correlation(a, a - 1)), "{a}: {}", correlation(a, a - 1));
         }

@@ -7,7 +7,8 @@ use core::f64::consts::PI;
 
 use super::{
     Term,
-    joint::{Component, JointMeans},
+    joint::{Component, JointMeans, MOST_COMPONENTS},
+    least_squares::dot,
 };
 use crate::accumulate::record::{Deviation, Octave, RecordShape};
 use crate::infer::power_law::difference_autocovariance;
@@ -57,7 +58,8 @@ pub(super) enum BesideKind {
 
 impl Model {
     /// For `octaves` in ascending order that have windows.
-    pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>]) -> Self {
+    /// `known`: a model of the same noise in a record of another length.
+    pub(super) fn new(octaves: &[Octave], shape: &RecordShape, noise: &[Component<'_>], known: Option<&Self>) -> Self {
         let variance = |component: &Component<'_>, octave: &Octave| {
             let m = octave.m as f64;
             difference_autocovariance(shape.deviation, m, 0.0, component.phase) / (shape.deviation.divisor() * m * m)
@@ -66,7 +68,7 @@ impl Model {
             noise.iter().map(|component| octaves.iter().map(|octave| variance(component, octave)).collect()).collect();
         let factors = octaves.iter().map(|octave| octave.m as f64).collect();
         let white = noise.iter().position(|component| !component.meets_at_edges).unwrap_or_default();
-        let joint = Arc::new(JointMeans::new(octaves, shape, noise));
+        let joint = Arc::new(JointMeans::new(octaves, shape, noise, known.map(|known| &*known.joint)));
         Self {
             basis,
             octaves: octaves.len(),
@@ -149,22 +151,14 @@ impl Model {
         self.basis.iter().zip(parameters).map(|(column, parameter)| parameter * column[i]).sum()
     }
 
-    /// As rows; the lower triangle is filled.
-    pub(super) fn covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
-        let mut covariance = self.octave_covariance(parameters);
-        if let Some(slope) = &self.slope {
-            slope.add_covariance(parameters[self.noise], &self.of_slope(parameters), &mut covariance);
-        }
-        covariance
+    pub(super) fn covariance(&self, parameters: &[f64]) -> Covariance {
+        self.covariance_of(parameters, parameters)
     }
 
     /// 2 E²/variance. A ramp moves with the slope of the noise, which is taken from `upper_bounds`.
     pub(super) fn edf(&self, parameters: &[f64], upper_bounds: &[f64]) -> Vec<f64> {
-        let mut covariance = self.octave_covariance(parameters);
-        if let Some(slope) = &self.slope {
-            slope.add_covariance(parameters[self.noise], &self.of_slope(upper_bounds), &mut covariance);
-        }
-        (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance[a][a]).collect()
+        let covariance = self.covariance_of(parameters, upper_bounds);
+        (0..self.octaves).map(|a| 2.0 * self.expected(parameters, a).powi(2) / covariance.variance(a)).collect()
     }
 
     /// Of the slope of the record, by parameter for parameter 1; nothing without a ramp in the
@@ -190,59 +184,50 @@ impl Model {
         noise
     }
 
-    fn octave_covariance(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
-        let size = self.statistics();
-        // V of each component in each octave
-        let mut variances: Vec<Vec<f64>> = (self.basis[..self.noise].iter().zip(parameters))
-            .map(|(column, parameter)| column[..self.octaves].iter().map(|value| value * parameter).collect())
-            .collect();
+    /// The noise that moves the slope is that of `of_slope`.
+    fn covariance_of(&self, parameters: &[f64], of_slope: &[f64]) -> Covariance {
+        let terms = self.noise;
+        // by octave and term: root of what it adds to the variance there
+        let mut roots = vec![[0.0; MOST_COMPONENTS]; self.octaves];
+        for (p, (column, parameter)) in self.basis[..terms].iter().zip(parameters).enumerate() {
+            for (a, value) in column[..self.octaves].iter().enumerate() {
+                roots[a][p] = value * parameter;
+            }
+        }
         for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
             for (a, value) in beside.variances.iter().enumerate() {
-                match beside.kind {
-                    BesideKind::GaussMarkov { time } => {
-                        variances[self.like_gauss_markov(a, time)][a] += value * parameter;
-                    }
-                    BesideKind::Edges => variances[self.white][a] += value * parameter,
-                    BesideKind::Line { .. } => {}
-                }
+                let like = match beside.kind {
+                    BesideKind::GaussMarkov { time } => self.like_gauss_markov(a, time),
+                    BesideKind::Edges => self.white,
+                    BesideKind::Line { .. } => continue,
+                };
+                roots[a][like] += value * parameter;
             }
         }
-        let present: Vec<usize> =
-            (0..self.noise).filter(|p| variances[*p].iter().any(|variance| *variance > 0.0)).collect();
-        let roots: Vec<Vec<f64>> =
-            present.iter().map(|&p| variances[p].iter().map(|variance| variance.sqrt()).collect()).collect();
-        let mut covariance = vec![vec![0.0; size]; size];
-        for a in 0..self.octaves {
-            for b in 0..=a {
-                let pairs = present.iter().zip(&roots).map(|(&p, root_p)| {
-                    let row = present.iter().zip(&roots);
-                    let sum: f64 = row.map(|(&q, root_q)| root_q[a] * root_q[b] * self.joint.mean(a, b, p, q)).sum();
-                    root_p[a] * root_p[b] * sum
-                });
-                covariance[a][b] = 2.0 * pairs.sum::<f64>();
+        roots.iter_mut().flatten().for_each(|variance| *variance = variance.max(0.0).sqrt());
+        let mut covariance = Covariance::new(self.statistics());
+        for (a, roots_a) in roots.iter().enumerate() {
+            let row = covariance.row(a);
+            for (b, roots_b) in roots[..=a].iter().enumerate() {
+                let products: [f64; MOST_COMPONENTS] = std::array::from_fn(|p| roots_a[p] * roots_b[p]);
+                let means = self.joint.means(a, b);
+                let sum: f64 =
+                    means.iter().zip(&products).map(|(means, product)| product * dot(means, &products)).sum();
+                row[b] = 2.0 * sum + self.tails / (self.factors[a] * self.factors[b]);
             }
         }
-        let inverse: Vec<f64> = self.factors.iter().map(|m| 1.0 / m).collect();
-        let mut add_product = |values: &[f64], factor: f64| {
-            for (row, a) in covariance.iter_mut().zip(values) {
-                row.iter_mut().zip(values).for_each(|(covariance, b)| *covariance += factor * a * b);
-            }
-        };
-        if self.tails > 0.0 {
-            add_product(&inverse, self.tails);
-        }
-        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+        for (beside, &parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
+            let BesideKind::Line { noise, spread } = &beside.kind else { continue };
             // The power P of a line in noise of density S has the variance 4 P S/n.
-            if let BesideKind::Line { noise, .. } = &beside.kind {
-                add_product(&beside.variances, 4.0 * parameter * noise);
+            let factor = 4.0 * parameter * noise;
+            for (a, (value, spread)) in beside.variances.iter().zip(spread).enumerate() {
+                let row = covariance.row(a);
+                row.iter_mut().zip(&beside.variances[..=a]).for_each(|(row, other)| *row += factor * value * other);
+                row[a] += (parameter * spread).powi(2);
             }
         }
-        for (beside, parameter) in self.beside.iter().zip(&parameters[self.terms()..]) {
-            if let BesideKind::Line { spread, .. } = &beside.kind {
-                for (a, spread) in spread.iter().enumerate() {
-                    covariance[a][a] += (parameter * spread).powi(2);
-                }
-            }
+        if let Some(slope) = &self.slope {
+            slope.add_covariance(parameters[self.noise], &self.of_slope(of_slope), &mut covariance);
         }
         covariance
     }
@@ -250,6 +235,31 @@ impl Model {
     /// The term of noise that octave `a` of a Gauss-Markov process is most like.
     fn like_gauss_markov(&self, a: usize, time: f64) -> usize {
         if self.factors[a] < time { self.noise - 1 } else { self.white }
+    }
+}
+
+/// Of all statistics, the lower triangle of a symmetric matrix, row by row.
+pub(super) struct Covariance {
+    values: Vec<f64>,
+}
+
+impl Covariance {
+    fn new(statistics: usize) -> Self {
+        Self { values: vec![0.0; statistics * (statistics + 1) / 2] }
+    }
+
+    /// Up to the diagonal.
+    fn row(&mut self, i: usize) -> &mut [f64] {
+        &mut self.values[i * (i + 1) / 2..][..=i]
+    }
+
+    pub(super) fn variance(&self, i: usize) -> f64 {
+        self.between(i, i)
+    }
+
+    /// Of statistic `i` and one up to it.
+    pub(super) fn between(&self, i: usize, j: usize) -> f64 {
+        self.values[i * (i + 1) / 2 + j]
     }
 }
 
@@ -267,11 +277,11 @@ pub(super) struct Slope {
     /// By statistic: expected value for a squared ramp of 1.
     ramp_basis: Vec<f64>,
     /// By octave and parameter: covariance of mean difference and slope.
-    means: Vec<Vec<f64>>,
+    means: Vec<f64>,
     /// By octave, octave up to it, and parameter: covariance of the mean differences.
-    mean_pairs: Vec<Vec<Vec<f64>>>,
+    mean_pairs: Vec<f64>,
     /// By octave, place and parameter: covariance of a difference and the slope.
-    places: Vec<Vec<Vec<f64>>>,
+    places: Vec<f64>,
     /// By octave: the divisor c m² of a squared difference.
     divisors: Vec<f64>,
     deviation: Deviation,
@@ -283,24 +293,26 @@ impl Slope {
     pub(super) fn new(noise: &[Term], octaves: &[Octave], shape: &RecordShape) -> Self {
         let n = shape.samples as f64;
         let averages: Vec<Average> = octaves.iter().map(|octave| Average::new(octave.m, shape)).collect();
-        let per_term = |value: &dyn Fn(Term) -> f64| -> Vec<f64> { noise.iter().map(|term| value(*term)).collect() };
-        let mean_pairs = averages.iter().enumerate().map(|(a, average)| {
-            averages[..=a].iter().map(|other| per_term(&|term| average.covariance(other, term))).collect()
-        });
-        let places = averages.iter().map(|average| {
+        let places = |average: &Average| {
             let place = |i| (i as f64 + 0.5) / PLACES as f64;
-            (0..PLACES).map(|i| per_term(&|term| average.place_with_slope(place(i), n, term))).collect()
+            let of = |i| noise.iter().map(move |term| average.place_with_slope(place(i), n, *term));
+            (0..PLACES).flat_map(of).collect::<Vec<_>>()
+        };
+        let mean_pairs = averages.iter().enumerate().flat_map(|(a, average)| {
+            let of = move |other| noise.iter().map(move |term| average.covariance(other, *term));
+            averages[..=a].iter().flat_map(of)
         });
+        let with_slope = |average| noise.iter().map(move |term| Average::with_slope(average, n, *term));
         let ramp = |octave: &Octave| match shape.deviation {
             Deviation::Allan => (octave.m as f64).powi(2) / 2.0,
             Deviation::Hadamard => 0.0,
         };
         Self {
-            variances: per_term(&|term| slope_variance(term, n)),
+            variances: noise.iter().map(|term| slope_variance(*term, n)).collect(),
             ramp_basis: octaves.iter().map(ramp).chain([1.0]).collect(),
-            means: averages.iter().map(|average| per_term(&|term| average.with_slope(n, term))).collect(),
+            means: averages.iter().flat_map(with_slope).collect(),
             mean_pairs: mean_pairs.collect(),
-            places: places.collect(),
+            places: averages.iter().flat_map(places).collect(),
             divisors: octaves.iter().map(|octave| shape.deviation.divisor() * (octave.m as f64).powi(2)).collect(),
             deviation: shape.deviation,
             samples: n,
@@ -309,22 +321,25 @@ impl Slope {
 
     /// Fills the last row, that of the squared slope, and adds the products of the squared `ramp`
     /// with the noise of `noise`.
-    fn add_covariance(&self, ramp: f64, noise: &[f64], covariance: &mut [Vec<f64>]) {
-        let sum =
-            |per_term: &[f64]| per_term.iter().zip(noise).map(|(value, parameter)| value * parameter).sum::<f64>();
-        let variance = sum(&self.variances);
-        let last = covariance.len() - 1;
-        for (a, (places, divisor)) in self.places.iter().zip(&self.divisors).enumerate() {
-            let squares: f64 = places.iter().map(|place| sum(place).powi(2)).sum();
-            covariance[last][a] = 2.0 * squares / PLACES as f64 / divisor;
+    fn add_covariance(&self, ramp: f64, noise: &[f64], covariance: &mut Covariance) {
+        let terms = noise.len();
+        let variance = dot(&self.variances, noise);
+        let octaves = self.divisors.len();
+        let last = covariance.row(octaves);
+        for ((last, places), divisor) in
+            last.iter_mut().zip(self.places.chunks_exact(PLACES * terms)).zip(&self.divisors)
+        {
+            let squares: f64 = places.chunks_exact(terms).map(|place| dot(place, noise).powi(2)).sum();
+            *last = 2.0 * squares / PLACES as f64 / divisor;
         }
-        covariance[last][last] = 2.0 * variance * variance + 4.0 * ramp * variance;
+        last[octaves] = 2.0 * variance * variance + 4.0 * ramp * variance;
         if self.deviation == Deviation::Allan && ramp > 0.0 {
-            for (a, pairs) in self.mean_pairs.iter().enumerate() {
-                for (b, pair) in pairs.iter().enumerate() {
-                    covariance[a][b] += ramp * sum(pair);
-                }
-                covariance[last][a] += 2.0 * ramp * sum(&self.means[a]);
+            for (last, mean) in last.iter_mut().zip(self.means.chunks_exact(terms)) {
+                *last += 2.0 * ramp * dot(mean, noise);
+            }
+            let mut pairs = self.mean_pairs.chunks_exact(terms);
+            for a in 0..octaves {
+                covariance.row(a).iter_mut().zip(&mut pairs).for_each(|(row, pair)| *row += ramp * dot(pair, noise));
             }
         }
     }

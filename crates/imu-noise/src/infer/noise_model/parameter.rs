@@ -7,7 +7,7 @@ use crate::infer::power_law::PowerLaw;
 
 /// Standard deviations above zero that exclude it: χ² falls by more than 3.84, which noise without
 /// the term does in 2.5 % of records.
-const PRESENT: f64 = 1.96;
+pub(super) const PRESENT: f64 = 1.96;
 
 /// Relative error of the squared parameter.
 const TOLERANCE: f64 = 2e-3;
@@ -183,6 +183,12 @@ impl Parameter {
         Self { p: Some(chi_squared::normal_above(at_zero)), ..found }
     }
 
+    /// By how many standard deviations zero is excluded for parameter `term`.
+    pub(super) fn evidence(regression: &Regression<'_>, solution: &Solution, term: usize) -> f64 {
+        let search = Search { regression, solution, term };
+        if search.best() > 0.0 { search.at_zero().0 } else { 0.0 }
+    }
+
     pub(super) fn scaled(self, factor: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * factor);
         Self { value: scaled(self.value), lower: scaled(self.lower), upper: scaled(self.upper), ..self }
@@ -219,6 +225,13 @@ impl Search<'_> {
         Some((solution.score(self.term)?, solution.parameters))
     }
 
+    /// Standard deviations by which the data lie above zero, and the fit there: without the term
+    /// there may be nothing left that could explain the data.
+    fn at_zero(&self) -> (f64, Vec<f64>) {
+        let near = &self.solution.parameters;
+        self.score(0.0, near).unwrap_or((f64::INFINITY, near.clone()))
+    }
+
     /// The largest value less than `z` standard deviations above the data. Where the best fit is
     /// zero and the data lie below even that, distances count from there, in squares.
     fn crossing_above(&self, z: f64) -> Option<f64> {
@@ -249,8 +262,7 @@ impl Search<'_> {
             return (0.0, self.solution.score(self.term).unwrap_or(0.0));
         }
         let near = &self.solution.parameters;
-        // Without the term there may be nothing left that could explain the data.
-        let (at_zero, parameters) = self.score(0.0, near).unwrap_or((f64::INFINITY, near.clone()));
+        let (at_zero, parameters) = self.at_zero();
         if at_zero <= PRESENT.max(z) {
             return (0.0, at_zero);
         }

@@ -1,7 +1,10 @@
 //! What a record to come can be expected to show, by the model fitted to the values that it expects
 //! itself, and how long a record must be to show a parameter.
 
-use super::{ChannelCurve, NoiseFit, NoiseModel, Status, Term, Terms, model::Model, regression::Regression};
+use super::{
+    ChannelCurve, NoiseFit, NoiseModel, Parameter, Term, Terms, model::Model, parameter::PRESENT,
+    regression::Regression,
+};
 use crate::accumulate::record::{Deviation, Estimator, RecordShape};
 use crate::infer::chi_squared;
 
@@ -17,7 +20,7 @@ impl NoiseModel {
     /// model does not have are ignored, those not named are zero.
     #[must_use]
     pub fn expected_fit(&self, truth: &[(Term, f64)], confidence: f64) -> NoiseFit {
-        self.fit_to_expected(&self.parameters(truth), 1.0, confidence)
+        self.fit_to_expected(&self.parameters(truth), confidence)
     }
 
     /// Whether about nine of ten records with these parameters estimate `term`. The squared
@@ -27,19 +30,26 @@ impl NoiseModel {
     /// quantile is chosen for that, as octaves of slow noise are far from independent.
     #[must_use]
     pub fn is_found(&self, truth: &[(Term, f64)], term: Term) -> bool {
+        self.evidence(truth, term).is_some_and(|evidence| evidence > PRESENT)
+    }
+
+    /// By how many standard deviations the unlucky record excludes that `term` is zero.
+    fn evidence(&self, truth: &[(Term, f64)], term: Term) -> Option<f64> {
         let mut parameters = self.parameters(truth);
-        let place = self.noise.iter().position(|noise| *noise == term);
-        let Some((model, place)) = self.expecting_model().zip(place) else { return false };
-        let statistics: Vec<f64> = (0..model.statistics()).map(|i| model.expected(&parameters, i)).collect();
-        let fitted = Regression::new(model, &statistics, 0..self.fitted).fit();
-        let deviation = fitted.and_then(|fitted| fitted.standard_deviation(place));
-        let edf = deviation.map(|deviation| 2.0 * (parameters[place] / deviation).powi(2));
-        let Some((edf, quantile)) = edf.and_then(|edf| Some((edf, chi_squared::quantile(UNLUCKY, edf)?))) else {
-            return false;
+        let place = self.noise.iter().position(|noise| *noise == term)?;
+        let model = self.expecting_model()?;
+        let expected = |parameters: &[f64]| -> Vec<f64> {
+            (0..model.statistics()).map(|i| model.expected(parameters, i)).collect()
         };
-        parameters[place] *= quantile / edf;
-        let parameter = self.fit_to_expected(&parameters, UNLUCKY_SLOPE, 0.95).parameter(term);
-        parameter.is_some_and(|parameter| parameter.status == Status::Estimated)
+        let statistics = expected(&parameters);
+        // the fit to what is expected are the parameters themselves
+        let fitted = Regression::new(model, &statistics, 0..self.fitted).evaluate(parameters.clone())?;
+        let edf = 2.0 * (parameters[place] / fitted.standard_deviation(place)?).powi(2);
+        parameters[place] *= chi_squared::quantile(UNLUCKY, edf)? / edf;
+        let mut statistics = expected(&parameters);
+        statistics[model.octaves..].iter_mut().for_each(|slope| *slope *= UNLUCKY_SLOPE);
+        let regression = Regression::new(model, &statistics, 0..self.fitted);
+        Some(Parameter::evidence(&regression, &regression.fit()?, place))
     }
 
     /// The smallest value of `term`, in its unit, that [is found](Self::is_found) in the noise of
@@ -49,29 +59,37 @@ impl NoiseModel {
     pub fn least_found(&self, others: &[(Term, f64)], term: Term) -> Option<f64> {
         const TOLERANCE: f64 = 0.05;
         const MOST_DOUBLINGS: usize = 40;
-        let is_found = |value: f64| {
+        let above = |value: f64| {
             let truth: Vec<_> =
                 others.iter().copied().filter(|(named, _)| *named != term).chain([(term, value)]).collect();
-            self.is_found(&truth, term)
+            self.evidence(&truth, term).map_or(-PRESENT, |evidence| evidence - PRESENT)
         };
         // as high as the others at the longest averaging time, which is of the right order
         let (model, longest) = self.expecting_model().zip(self.fitted.checked_sub(1))?;
         let [hidden, one] = [others, &[(term, 1.0)]].map(|truth| model.expected(&self.parameters(truth), longest));
         let start = Some((hidden / one).sqrt()).filter(|start| start.is_finite() && *start > 0.0)?;
+        let with = |value| (value, above(value));
         let doubled = core::iter::successors(Some(start), |value| Some(2.0 * value));
-        let found = doubled.take(MOST_DOUBLINGS).find(|value| is_found(*value))?;
-        let halved = core::iter::successors(Some(found), |value| Some(0.5 * value));
-        let mut missed = halved.take(MOST_DOUBLINGS).find(|value| !is_found(*value))?;
-        let mut found = 2.0 * missed;
-        while found / missed > 1.0 + TOLERANCE {
-            let middle = (missed * found).sqrt();
-            if is_found(middle) {
-                found = middle;
-            } else {
-                missed = middle;
+        let mut found = doubled.take(MOST_DOUBLINGS).map(with).find(|(_, above)| *above > 0.0)?;
+        let halved = core::iter::successors(Some(0.5 * found.0), |value| Some(0.5 * value));
+        let mut missed = found;
+        for value in halved.take(MOST_DOUBLINGS) {
+            missed = with(value);
+            if missed.1 <= 0.0 {
+                break;
             }
+            found = missed;
         }
-        Some(found)
+        while found.0 / missed.0 > 1.0 + TOLERANCE {
+            // evidence grows with the logarithm; from either side by no less than half of the tolerance
+            let (low, high) = (missed.0.ln(), found.0.ln());
+            let crossing = (low * found.1 - high * missed.1) / (found.1 - missed.1) + 0.4 * TOLERANCE;
+            let middle = if crossing.is_finite() { crossing } else { 0.5 * (low + high) };
+            let margin = 0.4 * TOLERANCE;
+            let next = with(middle.clamp(low + margin, high - margin).exp());
+            *if next.1 > 0.0 { &mut found } else { &mut missed } = next;
+        }
+        Some(found.0)
     }
 
     fn expecting_model(&self) -> Option<&Model> {
@@ -88,8 +106,7 @@ impl NoiseModel {
         self.noise.iter().copied().chain(ramp).map(parameter).collect()
     }
 
-    /// With the square of the slope so many times the expected one.
-    fn fit_to_expected(&self, parameters: &[f64], slope_factor: f64, confidence: f64) -> NoiseFit {
+    fn fit_to_expected(&self, parameters: &[f64], confidence: f64) -> NoiseFit {
         let Some(model) = self.expecting_model() else { return self.fit(&ChannelCurve::default(), confidence) };
         let places = self.octaves.last().map_or(0, |(place, _)| place + 1);
         let mut variances = vec![f64::NAN; places];
@@ -97,7 +114,7 @@ impl NoiseModel {
             variances[*place] = model.expected(parameters, i);
         }
         let has_slope = self.with_ramp.is_some();
-        let slope2 = |model: &Model| slope_factor * model.expected(parameters, self.octaves.len());
+        let slope2 = |model: &Model| model.expected(parameters, self.octaves.len());
         let slope = has_slope.then(|| slope2(model).sqrt() / self.shape.interval_s);
         self.fit(&ChannelCurve::new(&variances, slope), confidence)
     }

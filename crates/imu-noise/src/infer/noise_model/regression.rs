@@ -64,7 +64,7 @@ impl<'a> Regression<'a> {
             })
             .collect();
         let ones = vec![1.0; columns.first().map_or(0, Vec::len)];
-        non_negative(&columns, &ones)
+        non_negative(&columns, &ones, &[])
     }
 
     fn solve(&self, mut parameters: Vec<f64>, held: Option<usize>) -> Option<Solution> {
@@ -83,7 +83,7 @@ impl<'a> Regression<'a> {
             if let Some(held) = held {
                 columns[held].fill(0.0);
             }
-            let mut next = non_negative(&columns, &target);
+            let mut next = non_negative(&columns, &target, &solution.parameters);
             if let Some(held) = held {
                 next[held] = solution.parameters[held];
             }
@@ -94,7 +94,8 @@ impl<'a> Regression<'a> {
                     step * dot(&solution.derivatives[term], &solution.derivatives[term]).sqrt()
                 })
                 .fold(0.0, f64::max);
-            if moved < 0.01 {
+            // Scores hardly depend on the parameters that are not held.
+            if moved < if held.is_some() { 0.05 } else { 0.01 } {
                 solution.chi2 = dot(&solution.residuals, &solution.residuals);
                 return Some(solution);
             }
@@ -108,15 +109,15 @@ impl<'a> Regression<'a> {
     /// A variance estimate V with ν degrees of freedom is skewed; (V/E)^(1/3) is nearly normal with
     /// mean 1 - 2/(9ν) and variance 2/(9ν) (Wilson and Hilferty, 1931), so that bounds hold at few
     /// degrees of freedom as well.
-    fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
+    pub(super) fn evaluate(&self, parameters: Vec<f64>) -> Option<Solution> {
         let covariance = self.model.covariance(&parameters);
         let expected: Vec<f64> = self.used.iter().map(|&i| self.model.expected(&parameters, i)).collect();
         if expected.iter().any(|value| value.is_nan() || *value <= 0.0) {
             return None;
         }
-        let sigma: Vec<f64> = self.used.iter().map(|&i| covariance[i][i].sqrt()).collect();
+        let sigma: Vec<f64> = self.used.iter().map(|&i| covariance.variance(i).sqrt()).collect();
         let cholesky = Cholesky::new(self.used.len(), |i, j| {
-            let correlation = covariance[self.used[i]][self.used[j]] / (sigma[i] * sigma[j]);
+            let correlation = covariance.between(self.used[i], self.used[j]) / (sigma[i] * sigma[j]);
             if i == j { 1.0 + 1e-9 } else { correlation }
         })?;
         // 2/(9ν), with ν = 2 E²/σ²

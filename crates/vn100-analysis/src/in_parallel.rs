@@ -1,0 +1,39 @@
+//! Work shared by all cores.
+
+use std::{
+    num::NonZero,
+    panic::resume_unwind,
+    sync::{Mutex, PoisonError},
+    thread,
+};
+
+/// What `work` makes of each of `items`, in their order, with any number of cores.
+pub(crate) fn in_parallel<T, R: Send>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let queue = Mutex::new(items.enumerate());
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work_off = || std::iter::from_fn(next).map(|(place, item)| (place, work(item))).collect::<Vec<_>>();
+    let others = thread::available_parallelism().map_or(0, |cores| NonZero::get(cores) - 1);
+    let mut done = thread::scope(|scope| {
+        // without a thread of its own the work is done here
+        let others: Vec<_> =
+            (0..others).filter_map(|_| thread::Builder::new().spawn_scoped(scope, work_off).ok()).collect();
+        let mut done = work_off();
+        for other in others {
+            done.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
+        done
+    });
+    done.sort_unstable_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_stand_in_the_order_of_the_items() {
+        assert_eq!(in_parallel(0..1000_u32, |item| item * item), (0..1000).map(|item| item * item).collect::<Vec<_>>());
+        assert_eq!(in_parallel(0..0_u32, |item| item), []);
+    }
+}
