@@ -3,7 +3,8 @@
 use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration};
 
 use imu_noise::{
-    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal, TimebaseSummary,
+    ChannelSignal, Deviation, Estimator, Histogram, Moments, OctaveSum, PowerLaw, RecordShape, Refusal,
+    TimebaseSummary, counts_to_unit,
 };
 use vn100_protocol::stream::{LinkEvent, LinkEventKind, StreamCounts};
 use vn100_protocol::{Channel, Layout, Quantity};
@@ -267,6 +268,16 @@ pub struct ChannelSnapshot {
     pub branch_counts: i64,
     /// Decimals the sensor printed; fewer than the layout's where it printed less at any time.
     pub printed_decimals: u8,
+}
+
+impl ChannelSnapshot {
+    /// The step from value to value, in the unit of `channel`: the real one where the values show
+    /// it, else one of the last printed digit.
+    #[must_use]
+    pub fn step(&self, channel: &Channel) -> f64 {
+        let printed = counts_to_unit(1.0, self.printed_decimals) * channel.scale;
+        self.histogram.step_counts().map_or(printed, |counts| channel.in_unit(counts).max(printed))
+    }
 }
 
 /// A channel that was asked for between the lines.

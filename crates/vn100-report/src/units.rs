@@ -236,11 +236,10 @@ fn values(
         excess_kurtosis: moments.excess_kurtosis(),
         min: sample(moments.min_counts()),
         max: sample(moments.max_counts()),
-        resolution: counts_to_unit(1.0, results.printed_decimals) * channel.scale,
+        resolution: results.step(channel),
         bars: results.histogram.bars(MOST_BARS).map(|bars| BarValues {
-            // a printed number stands for the half digit on either side
-            first: value((bars.first_counts - results.branch_counts) as f64 - 0.5),
-            width: value(bars.width_counts as f64),
+            first: value(bars.first_counts - results.branch_counts as f64),
+            width: value(bars.width_counts),
             counts: bars.frequencies,
         }),
         deviations: points(results, assessed, snapshot, value),

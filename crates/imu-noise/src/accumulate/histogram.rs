@@ -36,12 +36,12 @@ pub struct Histogram {
 }
 
 /// A histogram as it is drawn: bars of equal width side by side.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
-    /// Lowest count of the first bar.
-    pub first_counts: i64,
-    /// Width of every bar in counts.
-    pub width_counts: u64,
+    /// Lower edge of the first bar in counts, half a step below the lowest value in it.
+    pub first_counts: f64,
+    /// Width of every bar in counts: 1, 2, 4, ... steps, or 1, 2, 4, ... bins.
+    pub width_counts: f64,
     /// Samples in each bar; the first and the last have some.
     pub frequencies: Vec<u64>,
 }
@@ -90,21 +90,56 @@ impl Histogram {
         bins.filter(|&(_, frequency)| frequency > 0)
     }
 
+    /// The real step of the values in counts, not always whole: the even distance of neighbouring
+    /// values in the core of the distribution, where each came often, so that one between them would
+    /// have come too. `None` where the samples are too few, or too far apart, to show it.
+    #[must_use]
+    pub fn step_counts(&self) -> Option<f64> {
+        self.values().map(|(_, step)| step)
+    }
+
+    /// One value of the core, and the step from value to value.
+    fn values(&self) -> Option<(i64, f64)> {
+        /// Samples of every value in the core: one as frequent fails to come with e^-8.
+        const LEAST: u64 = 8;
+        /// Of the most frequent value: 2.35 standard deviations from the middle of normal noise.
+        const CORE: u64 = 16;
+        if self.width_log2 > 0 {
+            return None;
+        }
+        let least = LEAST.max(self.bins().map(|(_, frequency)| frequency).max()? / CORE);
+        let core: Vec<i64> = self.bins().filter(|(_, frequency)| *frequency >= least).map(|(count, _)| count).collect();
+        let gaps = core.windows(2).map(|pair| pair[1] - pair[0]);
+        let (narrowest, widest) = (gaps.clone().min()?, gaps.max()?);
+        let steps = core.len() - 1;
+        let step = (core[steps] - core[0]) as f64 / steps as f64;
+        // rounded to whole counts, even steps differ by one at most
+        (steps >= 2 && widest - narrowest <= 1).then_some((core[0], step))
+    }
+
     /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest
-    /// with which that is so. `None` without samples, and for no bars.
+    /// with which that is so, each of as many real steps. `None` without samples, and for no bars.
     #[must_use]
     pub fn bars(&self, most: usize) -> Option<Bars> {
         let (lowest, highest) = (self.bins().next()?.0, self.bins().last()?.0);
-        let bar = |count: i64, width_log2: u32| count >> width_log2;
-        let bars = |width_log2: u32| (bar(highest, width_log2) - bar(lowest, width_log2) + 1) as usize;
-        // two bars are left when the counts lie on both sides of 0
-        let width_log2 = (self.width_log2..i64::BITS).find(|width_log2| bars(*width_log2) <= most)?;
-        let first = bar(lowest, width_log2);
-        let mut frequencies = vec![0; bars(width_log2)];
+        let (origin, step) =
+            self.values().filter(|(_, step)| *step > 1.0).unwrap_or((0, self.bin_width_counts() as f64));
+        let number = |count: i64| ((count - origin) as f64 / step).round() as i64;
+        let bars = |joined_log2: u32| ((number(highest) >> joined_log2) - (number(lowest) >> joined_log2) + 1) as usize;
+        // two bars are left when the values lie on both sides of the origin
+        let joined_log2 = (0..i64::BITS).find(|joined_log2| bars(*joined_log2) <= most)?;
+        let first = number(lowest) >> joined_log2;
+        let mut frequencies = vec![0; bars(joined_log2)];
         for (lower, frequency) in self.bins() {
-            frequencies[(bar(lower, width_log2) - first) as usize] += frequency;
+            frequencies[((number(lower) >> joined_log2) - first) as usize] += frequency;
         }
-        Some(Bars { first_counts: first << width_log2, width_counts: 1 << width_log2, frequencies })
+        // a bin of several counts begins at the lowest of them
+        let half = if self.width_log2 > 0 { 0.5 } else { step / 2.0 };
+        Some(Bars {
+            first_counts: origin as f64 + (first << joined_log2) as f64 * step - half,
+            width_counts: (1_u64 << joined_log2) as f64 * step,
+            frequencies,
+        })
     }
 
     #[cold]

@@ -190,9 +190,8 @@ impl Spectrum {
         }
         let step_hz = 1.0 / (segment_samples as f64 * interval_s);
         let points = powers.iter().enumerate().skip(1).map(|(k, power)| {
-            // Half the sampling rate is its own negative.
-            let both = sides == Sides::One && 2 * k != segment_samples;
-            let counts2_hz = power * interval_s * if both { 2.0 } else { 1.0 };
+            // At half the sampling rate too: it is its own negative, in a point half as wide.
+            let counts2_hz = power * interval_s * if sides == Sides::One { 2.0 } else { 1.0 };
             let density_unit2_hz = counts_to_unit(counts_to_unit(counts2_hz, decimals), decimals);
             DensityPoint { frequency_hz: k as f64 * step_hz, density_unit2_hz }
         });

@@ -84,15 +84,52 @@ proptest! {
         prop_assert_eq!(bars.frequencies.iter().sum::<u64>(), counts.len() as u64);
         prop_assert!(bars.frequencies.first() > Some(&0) && bars.frequencies.last() > Some(&0));
         let span = i64::from(*counts.iter().max().unwrap()) - i64::from(*counts.iter().min().unwrap()) + 1;
-        prop_assert!(bars.width_counts == 1 || bars.width_counts as i64 * (most as i64 - 1) < 2 * span + 2 * bars.width_counts as i64);
+        let width = bars.width_counts;
+        prop_assert!(width == 1.0 || width * (most as f64 - 1.0) < 2.0 * span as f64 + 2.0 * width);
         if histogram.bin_width_counts() == 1 {
             for (bar, frequency) in bars.frequencies.iter().enumerate() {
-                let lower = bars.first_counts + (bar as u64 * bars.width_counts) as i64;
-                let inside = |count: &&i32| (lower..lower + bars.width_counts as i64).contains(&i64::from(**count));
+                let lower = bars.first_counts + bar as f64 * width;
+                let inside = |count: &&i32| (lower..lower + width).contains(&f64::from(**count));
                 prop_assert_eq!(counts.iter().filter(inside).count() as u64, *frequency);
             }
         }
     }
+}
+
+/// Triangular over `reach` values on either side, `step` counts apart before they are rounded.
+fn stepping(step: f64, reach: i32, times: i32) -> Histogram {
+    let value = |number: i32| (f64::from(number) * step).round() as i32;
+    let of = |number: i32| std::iter::repeat_n(value(number), ((reach + 1 - number.abs()) * times) as usize);
+    histogram(&(-reach..=reach).flat_map(of).collect::<Vec<_>>())
+}
+
+#[test]
+fn the_step_of_the_values_is_found_where_they_came_often() {
+    for step in [1.0, 2.0, 2.5, 9.765_625, 152.0] {
+        let found = stepping(step, 20, 10).step_counts().unwrap();
+        assert!((found / step - 1.0).abs() < 0.03, "{found}, not {step}");
+    }
+    assert_eq!(stepping(9.8, 20, 1).step_counts().map(f64::round), Some(10.0));
+    assert_eq!(stepping(9.8, 3, 1).step_counts(), None, "too few of each");
+    assert_eq!(stepping(9.8, 1, 10).step_counts().map(f64::round), Some(10.0));
+    assert_eq!(histogram(&[0, 7].repeat(100)).step_counts(), None, "two values have one distance");
+    assert_eq!(histogram(&[0, 7, 9].repeat(100)).step_counts(), None, "uneven");
+    assert_eq!(histogram(&[0, 1, MAX_BINS as i32].repeat(100)).step_counts(), None, "in wide bins");
+    assert_eq!(histogram(&[]).step_counts(), None);
+}
+
+#[test]
+fn bars_hold_as_many_steps_each() {
+    let bars = stepping(9.765_625, 20, 10).bars(64).unwrap();
+    let triangle: Vec<u64> = (-20_i64..=20).map(|number| 10 * (21 - number.unsigned_abs())).collect();
+    assert_eq!(bars.frequencies, triangle);
+    assert!(
+        (bars.width_counts - 9.765_625).abs() < 0.05 && (bars.first_counts + 20.5 * 9.765_625).abs() < 1.5,
+        "{bars:?}"
+    );
+    let joined = stepping(9.765_625, 20, 10).bars(21).unwrap();
+    assert_eq!(joined.frequencies.iter().sum::<u64>(), triangle.iter().sum::<u64>());
+    assert!((joined.width_counts / bars.width_counts - 2.0).abs() < 1e-12, "{joined:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What stands between the sensor and its stream: averaging and decimation on board, a filter of
 //! the bias, rounding.
 
-use imu_noise::{BoxcarWindow, counts_to_unit};
+use imu_noise::BoxcarWindow;
 use vn100_protocol::{Channel, ImuFilter, Quantity, Register, RegisterContents, RegisterFields};
 
 use super::{ChannelAssessment, noise::LongTauValidity};
@@ -102,8 +102,8 @@ fn filter(snapshot: &Snapshot) -> Option<ImuFilter> {
     RegisterContents { register, fields }.value().ok()
 }
 
-/// Below this ratio of noise to the last digit the rounding is no longer white noise of its own.
-const LEAST_NOISE_DIGITS: f64 = 0.5;
+/// Below this ratio of noise to a step the rounding is no longer white noise of its own.
+const LEAST_NOISE_STEPS: f64 = 0.5;
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
     let names = |holds: &dyn Fn(&Channel, &ChannelSnapshot, &ChannelAssessment) -> bool| -> Vec<String> {
@@ -162,7 +162,7 @@ pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> V
         assessed.noise.is_some() && results.moments.count() >= 100 && is_rounded_away(channel, results)
     });
     if !rounded.is_empty() {
-        let text = "from sample to sample the noise is less than half of the last printed digit: the curve is that of the rounding, not of \
+        let text = "from sample to sample the noise is less than half of a step of the values: the curve is that of the rounding, not of \
                     the sensor";
         warnings.push(Warning::new(WarningKind::QuantisationFloor, rounded, text));
     }
@@ -263,9 +263,8 @@ fn decimation(sensors: &[&str], onboard: &Onboard, rate_hz: f64) -> Option<Text>
     }
 }
 
-/// White noise of less than half a digit shows as a deviation, at m = 1, of less than that.
+/// White noise of less than half a step shows as a deviation, at m = 1, of less than that.
 pub(crate) fn is_rounded_away(channel: &Channel, results: &ChannelSnapshot) -> bool {
-    let digit_counts = counts_to_unit(1.0, results.printed_decimals) / counts_to_unit(1.0, channel.decimals);
     let deviation = results.octaves.first().and_then(imu_noise::OctaveSum::deviation_counts);
-    deviation.is_some_and(|deviation| deviation < LEAST_NOISE_DIGITS * digit_counts)
+    deviation.is_some_and(|deviation| channel.in_unit(deviation) < LEAST_NOISE_STEPS * results.step(channel))
 }

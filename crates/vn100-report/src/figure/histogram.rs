@@ -10,7 +10,6 @@ use crate::units::{BarValues, ChannelValues};
 /// `None` without samples.
 pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
     let BarValues { first, width, counts } = channel.bars.as_ref()?;
-    let (width, counts) = &as_wide_as_steps(*width, counts);
     let edge = |bar: usize| first + width * bar as f64;
     let total = counts.iter().sum::<u64>() as f64;
     let normal = channel.mean.zip(channel.std.filter(|std| *std > 0.0));
@@ -55,45 +54,4 @@ pub(crate) fn histogram(channel: &ChannelValues) -> Option<Figure> {
         reach: None,
     });
     Some(plot.done(vec![Series { name: "samples".into(), values: values.collect() }]))
-}
-
-/// Bars joined in pairs until none lies far below some near it on both sides: values that come in
-/// steps would leave gaps between narrower bars, and twice as high ones beside them.
-fn as_wide_as_steps(mut width: f64, counts: &[u64]) -> (f64, Vec<u64>) {
-    // what chance alone hardly does to a bar between such neighbours
-    const FULL: u64 = 20;
-    const GAP: u64 = 4;
-    const NEAR: usize = 4;
-    const FEWEST: usize = 12;
-    let mut counts = counts.to_vec();
-    let highest = |bars: &[u64]| bars.iter().copied().max().unwrap_or(0);
-    let has_gap = |counts: &[u64]| {
-        (1..counts.len()).any(|bar| {
-            let before = highest(&counts[bar.saturating_sub(NEAR)..bar]);
-            let behind = highest(&counts[bar + 1..(bar + 1 + NEAR).min(counts.len())]);
-            before.min(behind) >= FULL && before.min(behind) > GAP * counts[bar]
-        })
-    };
-    while counts.len() >= 2 * FEWEST && has_gap(&counts) {
-        counts = counts.chunks(2).map(|pair| pair.iter().sum()).collect();
-        width *= 2.0;
-    }
-    (width, counts)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bars_are_no_narrower_than_the_steps_of_the_values() {
-        let smooth: Vec<u64> = (0..32).map(|bar| 100 + bar).collect();
-        assert_eq!(as_wide_as_steps(0.5, &smooth), (0.5, smooth.clone()));
-        let steps: Vec<u64> = (0..64).map(|bar| if bar % 2 == 0 { 100 } else { 0 }).collect();
-        assert_eq!(as_wide_as_steps(0.5, &steps), (1.0, vec![100; 32]));
-        let far: Vec<u64> = (0..64).map(|bar| if bar % 4 == 0 { 100 } else { 0 }).collect();
-        assert_eq!(as_wide_as_steps(0.5, &far), (2.0, vec![100; 16]));
-        let rare = [0, 3, 0, 5, 0, 90, 70, 0, 4, 0].repeat(3);
-        assert_eq!(as_wide_as_steps(1.0, &rare).0, 1.0, "tails have gaps");
-    }
 }
