@@ -13,4 +13,5 @@ mod pending_rows;
 mod quaternion;
 pub(crate) mod rate_authority;
 pub(crate) mod recent;
+mod repeats;
 mod sensor_replies;
