@@ -227,6 +227,7 @@ impl NoiseModel {
         let filtered = curve.roll_off.and_then(|roll_off| self.filtered(&with_lines, fitted, roll_off));
         let ceiling = |risk| self.white_ceiling(model, &values[..octaves], curve.roll_off, risk);
         let doubtless = ceiling(0.01);
+        let lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
         let solve = |model: &Model, range: Range<usize>| {
             let regression = Regression::new(model, &values, range.clone());
             let solution = regression.fit()?;
@@ -245,8 +246,8 @@ impl NoiseModel {
             let white = fit.parameter(Term::White).and_then(|white| white.lower);
             let scale = Term::White.per_second(self.shape.interval_s);
             let mut fit = white.is_none_or(|lower| (lower / scale).powi(2) <= doubtless).then_some(fit)?;
-            fit.lacks_free_band = curve.bands.iter().map(|band| band.share_of_band).sum::<f64>() > 0.5;
-            if fit.lacks_free_band {
+            fit.lacks_free_band = lacks_free_band;
+            if lacks_free_band {
                 fit.not_proved(Term::White);
             }
             Some(fit)
@@ -273,8 +274,10 @@ impl NoiseModel {
         };
         // A known window explains its own roll-off.
         let whole = (filtered.is_none() || self.window.is_some()).then(|| attempt(&with_lines, 0)).flatten();
-        whole.or_else(|| filtered.and_then(|(model, first)| attempt(&model, first))).unwrap_or_else(|| {
-            let mut rejected = self.without_values(Status::ModelRejected);
+        let behind_filter =
+            |(model, first): (Model, usize)| Some(NoiseFit { roll_off: curve.roll_off, ..attempt(&model, first)? });
+        whole.or_else(|| filtered.and_then(behind_filter)).unwrap_or_else(|| {
+            let mut rejected = NoiseFit { lacks_free_band, ..self.without_values(Status::ModelRejected) };
             let ceiling = ceiling(1.0 - confidence);
             if let Some(white) = &mut rejected.parameters[Term::White as usize]
                 && ceiling.is_finite()

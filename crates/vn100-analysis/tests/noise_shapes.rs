@@ -1,0 +1,147 @@
+//! White noise with something beside it on one axis: what is said of N there, and of what lies beside.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::{f64::consts::TAU, sync::Arc};
+
+use imu_noise::{Parameter, Status, Term};
+use vn100_analysis::{Analysis, Assessment, Settings, Warning, WarningKind};
+use vn100_protocol::{Layout, Quantity, Register, RegisterContents, RegisterFields, VNIMU, stream::Batch};
+
+const RATE_HZ: f64 = 40.0;
+
+/// Of the white noise of every axis, in counts.
+const WHITE: f64 = 100.0;
+
+const SHAPED: &str = "gyro_y";
+
+struct Lcg(u64);
+
+impl Lcg {
+    /// Nearly normal, of variance 1.
+    fn normal(&mut self) -> f64 {
+        let uniform = (0..12).map(|_| {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / 2_f64.powi(53)
+        });
+        uniform.sum::<f64>() - 6.0
+    }
+}
+
+/// Twenty minutes of white noise on every axis; that of [`SHAPED`] as `shape` leaves it.
+fn assessed(shape: impl Fn(&mut Vec<f64>, &mut Lcg)) -> Assessment {
+    const SAMPLES: usize = 48_000;
+    let layout: Layout = VNIMU.clone();
+    let mut random = Lcg(20_261_122);
+    let columns: Vec<Vec<f64>> = (layout.channels.iter())
+        .map(|channel| {
+            let mut column: Vec<f64> = (0..SAMPLES).map(|_| WHITE * random.normal()).collect();
+            if channel.name == SHAPED {
+                shape(&mut column, &mut random);
+            }
+            let level = match channel.quantity {
+                Quantity::Acceleration if channel.name.ends_with('z') => -9807.0,
+                Quantity::MagneticField if channel.name.ends_with('x') => 5000.0,
+                Quantity::Temperature | Quantity::Pressure => 25_000.0,
+                _ => 0.0,
+            };
+            column.iter().map(|value| value + level).collect()
+        })
+        .collect();
+    let counts = (0..SAMPLES).flat_map(|row| columns.iter().map(move |column| column[row].round() as i32));
+    let window = RegisterContents {
+        register: Register::IMU_FILTER,
+        fields: RegisterFields::new("0,4,4,4,0,0,3,3,3,0").unwrap(),
+    };
+    let counts = counts.collect();
+    let mut batch = Batch { layout: Some(Arc::new(layout)), counts, registers: vec![window], ..Batch::default() };
+    batch.link.tally.samples = SAMPLES as u64;
+    let mut analysis = Analysis::new(Settings { rate_hz: Some(RATE_HZ), ..Settings::default() });
+    analysis.absorb(&batch);
+    Assessment::new(&analysis.snapshot(), 0.95)
+}
+
+fn only(assessment: &Assessment, kind: WarningKind) -> &Warning {
+    let found: Vec<&Warning> = assessment.warnings.iter().filter(|warning| warning.kind == kind).collect();
+    assert_eq!(found.len(), 1, "{kind:?}: {:?}", assessment.warnings);
+    assert_eq!(found[0].channels, [SHAPED], "{kind:?}");
+    found[0]
+}
+
+/// The axis that was shaped, and its N.
+fn white(assessment: &Assessment) -> (&imu_noise::NoiseFit, Parameter) {
+    let place = VNIMU.channels.iter().position(|channel| channel.name == SHAPED).unwrap();
+    let fit = &assessment.channels[place].noise.as_ref().unwrap().fit;
+    (fit, fit.parameter(Term::White).unwrap())
+}
+
+/// N of the white noise, in the unit of the axis.
+fn truth() -> f64 {
+    let channel = VNIMU.channels.iter().find(|channel| channel.name == SHAPED).unwrap();
+    channel.in_unit(WHITE) / RATE_HZ.sqrt()
+}
+
+#[test]
+fn white_noise_alone_has_no_such_warning() {
+    let assessment = assessed(|_, _| {});
+    for kind in [WarningKind::CorrelatedNoise, WarningKind::LowPass, WarningKind::LineFreeBand] {
+        assert!(assessment.warnings.iter().all(|warning| warning.kind != kind), "{:?}", assessment.warnings);
+    }
+    let (fit, n) = white(&assessment);
+    assert!(n.lower.unwrap() < truth() && truth() < n.upper.unwrap(), "{n:?}");
+    assert_eq!((fit.apparent_white(), fit.lacks_free_band, fit.roll_off), (None, false, None));
+}
+
+#[test]
+fn correlated_noise_has_an_apparent_random_walk_beside_n() {
+    let (time_s, sigma) = (5.0, 0.3 * WHITE);
+    let assessment = assessed(|column, random| {
+        let memory = f64::exp(-1.0 / (time_s * RATE_HZ));
+        let mut level = sigma * random.normal();
+        for value in column {
+            *value += level;
+            level = memory * level + sigma * (1.0 - memory * memory).sqrt() * random.normal();
+        }
+    });
+    let (fit, n) = white(&assessment);
+    assert!(n.lower.unwrap() < truth() && truth() < n.upper.unwrap(), "{n:?}, not {}", truth());
+    let apparent = truth() * (1.0 + 2.0 * (sigma / WHITE).powi(2) * time_s * RATE_HZ).sqrt();
+    let found = fit.apparent_white().unwrap();
+    assert!((found / apparent - 1.0).abs() < 0.25, "{found}, not {apparent}");
+    let text = only(&assessment, WarningKind::CorrelatedNoise).text.to_string();
+    assert!(text.contains(&format!("apparent random walk {found:.3e} rad/s/sqrt(Hz)")), "{text}");
+}
+
+#[test]
+fn behind_a_low_pass_n_is_that_of_long_averaging_times() {
+    let assessment = assessed(|column, _| {
+        let mut last = 0.0;
+        for value in column {
+            last = 0.6 * last + 0.4 * *value;
+            *value = last;
+        }
+    });
+    let (fit, n) = white(&assessment);
+    assert!(n.lower.unwrap() < truth() && truth() < n.upper.unwrap(), "{n:?}, not {}", truth());
+    let from_s = fit.quality.unwrap().tau_min_s;
+    assert!(from_s > 3.0 / RATE_HZ && from_s < 2.0, "{from_s}");
+    let text = only(&assessment, WarningKind::LowPass).text.to_string();
+    assert!(text.contains(&format!("from {from_s:.3} s on")), "{text}");
+}
+
+#[test]
+fn where_lines_leave_no_free_band_n_is_bounded() {
+    let assessment = assessed(|column, _| {
+        for line in 1..40 {
+            // half a hertz apart
+            let (frequency_hz, phase) = (0.5 * f64::from(line), f64::from(line * line));
+            for (sample, value) in (0..).zip(column.iter_mut()) {
+                *value += WHITE * (TAU * frequency_hz * f64::from(sample) / RATE_HZ + phase).sin();
+            }
+        }
+    });
+    let (fit, n) = white(&assessment);
+    assert!(fit.lacks_free_band, "{n:?} {:?}", fit.quality);
+    assert_eq!((n.status, n.value), (Status::Bounded, None));
+    assert!(n.upper.unwrap() > truth(), "{n:?}, not {}", truth());
+    only(&assessment, WarningKind::LineFreeBand);
+}
