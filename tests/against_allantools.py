@@ -1,6 +1,7 @@
-"""Compares `vn100 replay` with allantools, on any capture of whole $VNYMR lines: every octave of every channel.
+"""Compares `vn100 replay` with allantools, on any capture of whole $VNYMR lines: every octave of every channel, and with all overlaps
+the averaging factors 1, 2, 4, 10, 20, 40 ... and every one of a short record too.
 
-    python3 -m venv .venv && .venv/bin/pip install allantools
+    python3 -m venv .venv && .venv/bin/pip install allantools==2024.6
     cargo build --release
     .venv/bin/python tests/against_allantools.py replay-logs/clean-minute.vnymr
 
@@ -16,10 +17,13 @@ import numpy
 
 RATE_HZ = 40.0
 PEERS = {
-    ("full", "allan"): allantools.oadev,
-    ("full", "hadamard"): allantools.ohdev,
-    ("plain", "allan"): allantools.adev,
-    ("plain", "hadamard"): allantools.hdev,
+    ("full", "allan", "octave"): allantools.oadev,
+    ("full", "allan", "decade"): allantools.oadev,
+    ("full", "allan", "all"): allantools.oadev,
+    ("full", "hadamard", "octave"): allantools.ohdev,
+    ("full", "hadamard", "decade"): allantools.ohdev,
+    ("plain", "allan", None): allantools.adev,
+    ("plain", "hadamard", None): allantools.hdev,
 }
 
 
@@ -40,12 +44,13 @@ def rows(path):
     return values
 
 
-def main(path):
+def main(path, program):
     values = rows(path)
     worst = 0.0
-    for (estimator, deviation), peer in PEERS.items():
+    for (estimator, deviation, times), peer in PEERS.items():
         options = ["--rate", str(RATE_HZ), "--estimator", estimator, "--deviation", deviation]
-        command = ["target/release/vn100", "replay", "--json", path, *options]
+        options += ["--taus", times] if times else []
+        command = [program, "replay", "--json", path, *options]
         document = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)
         compared = 0
         for channel, series in zip(document["channels"], values.T):
@@ -57,10 +62,10 @@ def main(path):
                 assert point["terms"] == terms, (channel["name"], point, terms)
                 worst = max(worst, abs(point["deviation"] - theirs) / theirs)
                 compared += 1
-        print(f"{estimator:6} {deviation:9} {compared} points")
+        print(f"{estimator:6} {deviation:9} {times or 'octave':7} {compared} points")
     print(f"largest relative difference {worst:.1e}")
     return 0 if worst <= 1e-9 else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "target/release/vn100"))

@@ -32,6 +32,57 @@ fn duration_ends_the_same_however_the_bytes_arrive() {
 }
 
 #[test]
+fn averaging_times_are_those_asked_for_and_the_model_stays() {
+    let options = |taus: &'static str| ["--rate", "40", "--estimator", "full", "--taus", taus];
+    let (octaves, _) = replay(&replay_log(CLEAN), &["--rate", "40", "--estimator", "full"]);
+    let factors = |document: &Value| -> Vec<u64> {
+        let points = channel(document, "gyro_x")["allan"]["points"].as_array().unwrap().clone();
+        points.iter().map(|point| point["m"].as_u64().unwrap()).collect()
+    };
+    let (listed, exit) = replay(&replay_log(CLEAN), &options("10,0.025,0.2"));
+    assert_eq!((factors(&listed), exit), (vec![1, 8, 400], 0));
+    let (decades, exit) = replay(&replay_log(CLEAN), &options("decade"));
+    assert_eq!((factors(&decades), exit), (vec![1, 2, 4, 10, 20, 40, 100, 200, 400, 1000], 0));
+    let (all, exit) = replay(&replay_log(CLEAN), &options("all"));
+    let expected: Vec<u64> = (1..=1024).chain((1032..=1200).step_by(8)).collect();
+    assert_eq!((factors(&all), exit), (expected, 0));
+    assert_eq!(channel(&all, "gyro_x")["noise"], channel(&octaves, "gyro_x")["noise"]);
+    // a point at an octave is that octave, bit for bit but for its degrees of freedom
+    for point in channel(&octaves, "accel_z")["allan"]["points"].as_array().unwrap() {
+        let same = &channel(&all, "accel_z")["allan"]["points"].as_array().unwrap().clone();
+        let same = same.iter().find(|other| other["m"] == point["m"]).unwrap();
+        assert_eq!((&same["deviation"], &same["terms"]), (&point["deviation"], &point["terms"]));
+        let edf = |point: &Value| point["edf"].as_f64();
+        assert!(edf(same).zip(edf(point)).is_none_or(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{same} {point}");
+    }
+    let mean = |m| deviation(&all, "gyro_x", m);
+    assert!(mean(3) < mean(2) && mean(3) > mean(4));
+}
+
+#[test]
+fn averaging_times_the_record_does_not_have_are_named() {
+    let run = |options: &[&str]| vn100().args(["replay"]).arg(replay_log(CLEAN)).args(options).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    for (taus, options, code, named) in [
+        (
+            "0.03",
+            &["--estimator", "full"][..],
+            1,
+            "no multiple of the sample interval of 0.025 s; the nearest: 0.025 s and 0.05 s",
+        ),
+        ("0.03", &["--estimator", "full", "--rate", "40"], 2, "no multiple"),
+        ("1,40", &["--estimator", "full"], 1, "40 s needs 80 s without a gap"),
+        ("decade", &[], 2, "--estimator full"),
+        ("all", &["--estimator", "plain"], 2, "--estimator full"),
+        ("x", &["--estimator", "full"], 2, "no averaging time"),
+    ] {
+        let output = run(&[&["--taus", taus], options].concat());
+        assert_eq!(output.status.code(), Some(code), "{taus} {options:?}");
+        assert!(text(&output.stderr).contains(named), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn the_rate_scales_tau_and_nothing_else() {
     let (assumed, _) = replay(&replay_log(CLEAN), &[]);
     assert!(warned(&assumed, "rate-assumed"));

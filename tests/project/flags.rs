@@ -7,8 +7,20 @@ use crate::source::{source_files, strings};
 const FACES: &str = "vn100-cli/";
 
 /// The commands of the program.
-const COMMANDS: [&str; 11] =
-    ["attach", "compare", "completions", "configure", "info", "man", "plan", "ports", "record", "replay", "report"];
+const COMMANDS: [&str; 12] = [
+    "attach",
+    "compare",
+    "completions",
+    "configure",
+    "info",
+    "man",
+    "plan",
+    "ports",
+    "record",
+    "replay",
+    "report",
+    "selftest",
+];
 
 /// The option or the command that a text names.
 fn named(text: &str) -> Option<&str> {

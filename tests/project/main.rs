@@ -9,4 +9,5 @@ mod flags;
 mod layering;
 mod reliability;
 mod source;
+mod validation;
 mod vocabulary;

@@ -11,6 +11,7 @@ pub(crate) mod narrow_bands;
 pub(crate) mod noise_model;
 pub(crate) mod normality;
 pub(crate) mod power_law;
+pub(crate) mod random_effects;
 pub(crate) mod roll_off;
 pub(crate) mod spectral_lines;
 pub(crate) mod verdict;

@@ -1,6 +1,7 @@
 //! What a snapshot says of the sensor, channel by channel.
 
 mod noise;
+mod points;
 mod rest;
 mod stationary;
 mod stream;
@@ -20,7 +21,7 @@ pub use stream::{Onboard, WindowFrom};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
 
 use crate::{
-    assessment::noise::Models,
+    assessment::{noise::Models, points::KnownEdf},
     in_parallel::in_parallel,
     snapshot::{ChannelSnapshot, Snapshot},
     warning::Warning,
@@ -50,6 +51,8 @@ pub struct Assessment {
 pub struct ChannelAssessment {
     /// One per octave of the snapshot.
     pub octaves: Vec<OctaveAssessment>,
+    /// One per point of the snapshot.
+    pub points: Vec<OctaveAssessment>,
     /// The noise parameters of a sensor's axis; `None` for angles, temperature and pressure.
     pub noise: Option<ChannelNoise>,
     /// Vibration, disturbances, changes of level; not searched where the sensor was moved.
@@ -87,6 +90,10 @@ impl Assessment {
         let mut channels = in_parallel(snapshot.measured().zip(&curves), |((channel, results), curve)| {
             ChannelAssessment::new(channel, results, curve, snapshot, motion.is_some(), confidence, &models)
         });
+        let mut known_edf = KnownEdf::new(snapshot.shape());
+        for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
+            channel.points = known_edf.points(results, curve, &channel.octaves, confidence);
+        }
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels);
@@ -129,7 +136,7 @@ impl ChannelAssessment {
             noise.was_moved();
         }
         let mut last_law = None;
-        let octaves = (curve.octaves.iter().enumerate())
+        let octaves: Vec<_> = (curve.octaves.iter().enumerate())
             .map(|(i, octave)| {
                 let law = results.noise_types.get(i).copied().flatten();
                 last_law = law.or(last_law);
@@ -143,7 +150,7 @@ impl ChannelAssessment {
             })
             .collect();
         let normality = results.signal.as_ref().map(|signal| signal.normality(&results.moments));
-        Self { octaves, noise, disturbed, normality, onboard }
+        Self { octaves, points: Vec::new(), noise, disturbed, normality, onboard }
     }
 }
 

@@ -12,6 +12,7 @@ pub use vn100_protocol as protocol;
 
 mod accumulate;
 mod assessment;
+mod averaging_times;
 mod comparison;
 mod datasheet;
 mod goal;
@@ -19,6 +20,7 @@ mod in_parallel;
 mod noise_figure;
 mod plan;
 mod remedy;
+mod selftest;
 mod sensor;
 mod settings;
 mod snapshot;
@@ -34,6 +36,7 @@ pub use assessment::{
     Aliasing, Assessment, ChannelAssessment, ChannelNoise, DetectableRrw, Disturbed, FilterModels, LEAST_EDF,
     LongTauValidity, Motion, NoGrade, OctaveAssessment, Onboard, RateShare, WhiteBudget, WindowFrom,
 };
+pub use averaging_times::{AveragingTimes, AveragingTimesError, MissingTime};
 pub use comparison::{
     Caveat, CaveatKind, Chance, ChannelMeans, ComparedRecord, Comparison, MeanError, OctaveTest, RankedRecord, Ranking,
     RecordDisturbance, RecordMean, WhiteTest,
@@ -45,6 +48,7 @@ pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
+pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};
 pub use settings::{DEFAULT_CONFIDENCE, DEFAULT_RATE_HZ, Settings};
 pub use snapshot::{

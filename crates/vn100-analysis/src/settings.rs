@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use imu_noise::{Deviation, Estimator};
 
-use crate::goal::Goal;
+use crate::{averaging_times::AveragingTimes, goal::Goal};
 
 /// The sensor's default output rate, assumed where the rate is unknown.
 pub const DEFAULT_RATE_HZ: f64 = 40.0;
@@ -21,6 +21,9 @@ pub struct Settings {
     pub estimator: Estimator,
     /// Which deviation.
     pub deviation: Deviation,
+    /// At which averaging times the final result gives the deviation; others than the octaves with
+    /// [`Estimator::Full`] alone.
+    pub averaging_times: AveragingTimes,
     /// Data time excluded at the beginning.
     pub skip: Duration,
     /// Data time from the first sample, behind which the measurement ends; `None` for all there is.
@@ -49,6 +52,7 @@ impl Default for Settings {
             rate_hz: None,
             estimator: Estimator::Strided,
             deviation: Deviation::Allan,
+            averaging_times: AveragingTimes::Octave,
             skip: Duration::ZERO,
             duration: None,
             detrend: false,

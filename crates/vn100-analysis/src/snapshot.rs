@@ -12,6 +12,7 @@ use vn100_protocol::{Channel, Layout, Quantity};
 use crate::{
     accumulate::{magnitude::Magnitude, recent::Recent},
     assessment::ChannelAssessment,
+    averaging_times::MissingTime,
     warning::Warning,
 };
 
@@ -51,6 +52,8 @@ pub struct Snapshot {
     /// The averaging window of register 85 as the user says, see
     /// [`Settings::window`](crate::Settings::window).
     pub given_window: Option<u32>,
+    /// Averaging times that were asked for, and that a final result does not have.
+    pub missing_times: Vec<MissingTime>,
     /// One per channel, in the order of `layout`; empty without a layout.
     pub channels: Vec<ChannelSnapshot>,
     /// The length of each measured vector.
@@ -257,6 +260,9 @@ pub struct ChannelSnapshot {
     pub histogram: Histogram,
     /// The deviation's exact sums, one per octave that has a window.
     pub octaves: Vec<OctaveSum>,
+    /// The same at the averaging times asked for; none where these are the octaves, and in a
+    /// measurement under way.
+    pub points: Vec<OctaveSum>,
     /// What kind of noise each of the octaves shows.
     pub noise_types: Vec<Option<PowerLaw>>,
     /// In counts per sample; `None` for short records and behind gaps of unknown length.

@@ -49,6 +49,12 @@ impl Args {
             Subcommand::Attach(AttachArgs { change, .. }) | Subcommand::Record(RecordArgs { change, .. }) => {
                 change.not_measured()
             }
+            Subcommand::Replay(ReplayArgs { files, .. }) | Subcommand::Report(ReportArgs { files, .. }) => {
+                files.refused_taus()
+            }
+            Subcommand::Compare(args) if args.files.taus.is_some() => {
+                Some("--taus is for replay and report: records are compared octave by octave".into())
+            }
             _ => None,
         };
         match refusal {
@@ -80,6 +86,9 @@ pub(crate) enum Subcommand {
     Report(ReportArgs),
     /// Emulate a sensor whose noise is known: on a serial port, or straight into a capture
     Sim(SimArgs),
+    /// Compare with published values: the test suites of NIST SP 1065 and NBS Monograph 140, and
+    /// exact degrees of freedom and bounds; exit with 1 where one differs
+    Selftest(SelftestArgs),
     /// List the serial ports, those a VN-100 is likely on first
     Ports(PortsArgs),
     /// Print the completions of the command line for a shell
@@ -300,6 +309,13 @@ fn sim_message() -> impl TypedValueParser<Value = &'static Message> {
 #[derive(Debug, clap::Args)]
 pub(crate) struct PortsArgs {
     /// Print a JSON array
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SelftestArgs {
+    /// Print a JSON document
     #[arg(long)]
     pub(crate) json: bool,
 }

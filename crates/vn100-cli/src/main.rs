@@ -13,6 +13,7 @@ mod ports;
 mod replay;
 mod report;
 mod result;
+mod selftest;
 mod sensor;
 mod sim;
 mod status;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Subcommand::Plan(args) => plan::plan(&args),
         Subcommand::Report(args) => report::report(&args),
         Subcommand::Sim(args) => sim::sim(&args),
+        Subcommand::Selftest(args) => selftest::selftest(&args),
         Subcommand::Ports(args) => ports::ports(&args),
         Subcommand::Completions(args) => documentation::completions(&args),
         Subcommand::Man(args) => documentation::man(&args),

@@ -84,6 +84,7 @@ fn option_text(args: &ReportArgs) -> String {
     let length = |length: Duration| humantime::format_duration(length).to_string();
     option("rate", measure.rate.map(|hz| hz.to_string()));
     option("estimator", Some(format!("{:?}", measure.estimator).to_lowercase()));
+    option("taus", args.files.taus.as_ref().map(ToString::to_string));
     option("deviation", Some(format!("{:?}", measure.deviation).to_lowercase()));
     option("skip", Some(length(measure.skip)).filter(|_| !measure.skip.is_zero()));
     option("duration", measure.duration.map(length));

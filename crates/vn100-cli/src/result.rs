@@ -49,6 +49,9 @@ fn measured(result: SessionResult) -> Measured {
         measured.completion = Completion::Failed;
     }
     cut_short.into_iter().for_each(|text| measured.note_failure(text));
+    if let Some(text) = missing_times(&measured) {
+        measured.note_failure(text);
+    }
     if let Some(recording) = &result.recording {
         note_recording(&mut measured, recording, result.unrecorded_bytes);
     }
@@ -56,6 +59,12 @@ fn measured(result: SessionResult) -> Measured {
         measured.completion = measured.completion.max(Completion::Failed);
     }
     measured
+}
+
+/// Of the averaging times asked for, those that the result does not have.
+fn missing_times(measured: &Measured) -> Option<String> {
+    let missing: Vec<String> = measured.snapshot.missing_times.iter().map(ToString::to_string).collect();
+    (!missing.is_empty()).then(|| format!("{}: {}", measured.facts.name, missing.join("; ")))
 }
 
 /// What became of the recording that was made meanwhile. Where it failed the result says so, and

@@ -403,7 +403,7 @@ impl Measuring {
 
     fn finish(mut self, channels: &Channels) -> MeasurementEnd {
         self.analysis.finish();
-        let snapshot = Arc::new(self.analysis.snapshot());
+        let snapshot = Arc::new(self.analysis.final_snapshot());
         self.show(Arc::clone(&snapshot), channels);
         let (reason, csv) = self.end.take().unwrap_or((EndReason::SourceEnded, None));
         let is_short = self.watchdog.is_some() && self.analysis.settings().duration.is_some();

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vn100_analysis::noise::{Deviation, Estimator, LevelChange, LevelShape, Normality, NotJudged};
-use vn100_analysis::protocol::RejectedCounts;
+use vn100_analysis::protocol::{Quantity, RejectedCounts};
 use vn100_analysis::{RemedyWords, Snapshot};
 
 use crate::{
@@ -184,6 +184,9 @@ struct Curve {
     deviation: &'static str,
     estimator: &'static str,
     confidence: Option<f64>,
+    /// Of a foreign series: what its numbers are taken for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    data: Option<&'static str>,
     /// What was removed before.
     detrend: Option<&'static str>,
     /// Of the regression line over the record, in the unit per second.
@@ -299,6 +302,7 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
                 Estimator::Plain => "plain",
             },
             confidence: Some(assessment.confidence),
+            data: (values.quantity == Quantity::Value).then_some("rate"),
             detrend: snapshot.detrended.then_some("linear"),
             slope_s: values.slope_s,
             points: values.deviations,

@@ -58,6 +58,9 @@ impl Figures {
             all.spectra.extend(spectrum(id, name, &axes));
             all.segments.extend(segments(id, name, &axes));
         }
+        let series = record.of(Quantity::Value);
+        all.allan_axes.extend(series.iter().filter_map(|channel| allan_of_axis(channel, deviation)));
+        all.spectra.extend(spectrum("value", names_of(Quantity::Value).title, &series));
         for (quantity, id) in [(Quantity::Angle, "attitude"), (Quantity::Quaternion, "quaternion")] {
             all.segments.extend(segments(id, "Orientation", &record.of(quantity)));
         }

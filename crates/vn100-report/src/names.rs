@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// What is measured, in the order of results.
-pub const QUANTITIES: [Quantity; 7] = [
+pub const QUANTITIES: [Quantity; 8] = [
     Quantity::AngularRate,
     Quantity::Acceleration,
     Quantity::MagneticField,
@@ -21,6 +21,7 @@ pub const QUANTITIES: [Quantity; 7] = [
     Quantity::Quaternion,
     Quantity::Temperature,
     Quantity::Pressure,
+    Quantity::Value,
 ];
 
 /// The names of a quantity.
@@ -45,9 +46,14 @@ pub fn names_of(quantity: Quantity) -> QuantityNames {
         Quantity::Quaternion => ("quat", "orientation", "Orientation quaternion"),
         Quantity::Temperature => ("temp", "temperature", "Temperature"),
         Quantity::Pressure => ("baro", "pressure", "Pressure"),
+        Quantity::Value => ("value", "series of values", "Series of values"),
     };
     QuantityNames { short, quantity, title }
 }
+
+/// What the deviation of a [`Quantity::Value`] is of.
+pub const NEUTRAL_SERIES: &str = "The deviation is that of the numbers as rate data, such as fractional frequency or an angular rate; a series of \
+                                  phase or angle is to be differenced first. Nothing about a sensor is concluded from them.";
 
 /// What is plotted over averaging time.
 #[must_use]

@@ -38,7 +38,7 @@ pub struct ChannelValues {
     pub resolution: f64,
     /// How often which values came.
     pub bars: Option<BarValues>,
-    /// One for each octave.
+    /// One for each octave, or for each averaging time that was asked for instead.
     pub deviations: Vec<Point>,
     /// Through time and frequency; `None` where it was not assessed.
     pub signal: Option<SignalValues>,
@@ -93,7 +93,7 @@ pub struct BlockValues {
     pub max: f64,
 }
 
-/// The deviation at one octave.
+/// The deviation at one averaging time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
     /// Averaging factor: samples in a cluster.
@@ -277,11 +277,15 @@ fn points(
     snapshot: &Snapshot,
     value: impl Fn(f64) -> f64,
 ) -> Vec<Point> {
-    (results.octaves.iter().enumerate())
+    let (sums, assessments) = match assessed {
+        Some(assessed) if !results.points.is_empty() => (&results.points, &assessed.points[..]),
+        assessed => (&results.octaves, assessed.map_or(&[][..], |assessed| &assessed.octaves)),
+    };
+    (sums.iter().enumerate())
         .map(|(index, octave)| {
             let deviation = octave.deviation_counts().map(&value);
             let fit = assessed.and_then(|assessed| Some(&assessed.noise.as_ref()?.fit));
-            let assessed = assessed.and_then(|assessed| assessed.octaves.get(index));
+            let assessed = assessments.get(index);
             let relative = assessed.and_then(|assessed| assessed.relative);
             let bound = |of: fn(&vn100_analysis::noise::Interval) -> f64| Some(deviation? * of(&relative?));
             Point {

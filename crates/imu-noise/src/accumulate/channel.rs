@@ -42,6 +42,13 @@ impl ChannelAccumulator {
         self
     }
 
+    /// The same, with what [`Octaves::sum_at`] needs.
+    #[must_use]
+    pub fn keeping_runs(mut self) -> Self {
+        self.octaves = self.octaves.keeping_runs();
+        self
+    }
+
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         for block in counts.chunks(BLOCK) {

@@ -1,5 +1,6 @@
 //! Streaming sums of the Allan and Hadamard variance at octave averaging factors.
 
+mod any_factor;
 mod cascade;
 mod overlapping;
 mod squares;
@@ -27,7 +28,7 @@ enum Windows {
 pub struct OctaveSum {
     /// What was squared.
     pub deviation: Deviation,
-    /// Averaging factor: samples per block, a power of two from 1 to 2^30.
+    /// Averaging factor: samples per block, from 1 to 2^30; of an octave a power of two.
     pub m: u64,
     /// Number of windows n, at least 1.
     pub terms: u64,
@@ -61,6 +62,16 @@ impl Octaves {
         self
     }
 
+    /// The same, with what [`sum_at`](Self::sum_at) needs: with all overlaps, 8 bytes per sample of
+    /// the record. The other estimators keep nothing of the kind, and stay as they are.
+    #[must_use]
+    pub fn keeping_runs(mut self) -> Self {
+        if let Windows::Full(overlapping) = &mut self.windows {
+            overlapping.keep_runs();
+        }
+        self
+    }
+
     /// Adds the next samples, in time order.
     pub fn push(&mut self, counts: &[i32]) {
         match &mut self.windows {
@@ -86,13 +97,22 @@ impl Octaves {
             Windows::Full(overlapping) => overlapping.octave(k as usize),
         };
         let octaves = (0..).map_while(move |k| Some((k, octave(k).filter(|(squares, _)| squares.terms > 0)?)));
-        octaves.map(|(k, (squares, sum))| OctaveSum {
-            deviation: self.deviation,
-            m: 1 << k,
-            terms: squares.terms,
-            sum_squares: squares.sum,
-            sum,
-        })
+        octaves.map(|(k, found)| self.of(1 << k, found))
+    }
+
+    /// The sum at any averaging factor, over every window of all overlaps: visits each sample, some
+    /// nanoseconds for each. `None` without a window, beyond m = 2^30, and unless
+    /// [`keeping_runs`](Self::keeping_runs).
+    #[must_use]
+    pub fn sum_at(&self, m: u64) -> Option<OctaveSum> {
+        match &self.windows {
+            Windows::Full(overlapping) => overlapping.at(m).map(|found| self.of(m, found)),
+            Windows::Strided(_) => None,
+        }
+    }
+
+    const fn of(&self, m: u64, (squares, sum): (squares::SquareSum, Option<i128>)) -> OctaveSum {
+        OctaveSum { deviation: self.deviation, m, terms: squares.terms, sum_squares: squares.sum, sum }
     }
 }
 

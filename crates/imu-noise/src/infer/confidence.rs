@@ -8,6 +8,10 @@ use crate::accumulate::record::{Octave, RecordShape};
 /// <= 0. Noise of the phase has more in more overlaps; its intervals are wider than need be.
 const ALL_OVERLAPS: u64 = 2048;
 
+/// The same for averaging factors that are no octave, and of which there may be thousands: within
+/// 1e-4, and within 3e-3 where fewer than m windows are left.
+const SOME_OVERLAPS: u64 = 256;
+
 /// Correlations of flicker noise fall with the square of the distance: beyond, they add below 1e-6.
 const LONGEST_LAG_TAU: u64 = 64;
 
@@ -60,36 +64,38 @@ pub fn edf(octave: &Octave, shape: &RecordShape, law: PowerLaw) -> Option<f64> {
 pub(crate) fn correlations(shape: &RecordShape, m: u64, phase: impl Fn(f64) -> f64) -> Vec<f64> {
     let at = |lag| difference_autocovariance(shape.deviation, m as f64, lag, &phase);
     let variance = at(0.0);
-    lags(shape, m).map(|(lag, _)| at(lag as f64) / variance).collect()
+    lags(shape, m).map(|(lag, _)| at(lag) / variance).collect()
 }
 
 /// Σ (1 - |j|/M) ρ_j ρ'_j over all lags: windows over degrees of freedom, where ρ = ρ'.
 pub(crate) fn variance_inflation(shape: &RecordShape, m: u64, rho: &[f64], other: &[f64]) -> f64 {
     let span = (shape.windows(m) * shape.stride(m)) as f64;
     let products = lags(shape, m).zip(rho).zip(other);
-    products.map(|(((lag, weight), rho), other)| weight * (1.0 - lag as f64 / span) * rho * other).sum()
+    products.map(|(((lag, weight), rho), other)| weight * (1.0 - lag / span) * rho * other).sum()
 }
 
 /// Distances between windows in samples, and how many pairs of windows each is for: every one where
-/// correlations have corners, few where they are smooth.
-fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = (u64, f64)> {
-    let stride = shape.stride(m);
-    let fine = stride.max(m / ALL_OVERLAPS);
-    let coarse = stride.max(m / 4);
+/// correlations have corners, at multiples of m, and few where they are smooth.
+fn lags(shape: &RecordShape, m: u64) -> impl Iterator<Item = (f64, f64)> {
+    let stride = shape.stride(m) as f64;
+    let most = if m.is_power_of_two() { ALL_OVERLAPS } else { SOME_OVERLAPS };
+    let fine = stride.max(m as f64 / most as f64);
+    let coarse = stride.max(m as f64 / 4.0);
+    let last = ((LONGEST_LAG_TAU * m) as f64).min((shape.windows(m).max(1) - 1) as f64 * stride);
     let corners = (shape.deviation.order() as u64 + 5) * m;
-    let last = (LONGEST_LAG_TAU * m).min((shape.windows(m).max(1) - 1) * stride);
-    let fine_lags = (0..=corners.min(last) / fine).map(move |j| {
-        let pairs = fine as f64 / stride as f64;
+    let corner_steps = (corners as f64 / fine).round();
+    let fine_lags = (0..=corner_steps.min((last / fine).floor()) as u64).map(move |j| {
+        let pairs = fine / stride;
         // a lag and its negative; half of either step at the transition
-        let weight = match j * fine {
-            0 => pairs,
-            lag if lag == corners => pairs + coarse as f64 / stride as f64,
+        let weight = match j as f64 {
+            0.0 => pairs,
+            step if step == corner_steps => pairs + coarse / stride,
             _ => 2.0 * pairs,
         };
-        (j * fine, weight)
+        (j as f64 * fine, weight)
     });
-    let coarse_lags =
-        (corners / coarse + 1..=last / coarse).map(move |j| (j * coarse, 2.0 * coarse as f64 / stride as f64));
+    let coarse_lags = ((corners as f64 / coarse) as u64 + 1..=(last / coarse) as u64)
+        .map(move |j| (j as f64 * coarse, 2.0 * coarse / stride));
     fine_lags.chain(coarse_lags)
 }
 
@@ -132,6 +138,27 @@ mod tests {
             used += 1;
         }
         assert_eq!(used, 513);
+    }
+
+    #[test]
+    fn any_averaging_factor_has_the_edf_of_the_sum_over_all_lags() {
+        for deviation in [Deviation::Allan, Deviation::Hadamard] {
+            let shape = RecordShape { samples: 7001, interval_s: 1.0, estimator: Estimator::Full, deviation };
+            for m in [3, 10, 257, 300, 999, 1500, 2300] {
+                for law in [PowerLaw::White, PowerLaw::Flicker, PowerLaw::RandomWalk] {
+                    let windows = shape.windows(m);
+                    let at = |lag: u64| {
+                        difference_autocovariance(deviation, m as f64, lag as f64, |lag| law.phase_covariance(lag))
+                    };
+                    let share = |lag: u64| 1.0 - lag as f64 / windows as f64;
+                    let both_sides: f64 = (1..windows).map(|lag| 2.0 * share(lag) * (at(lag) / at(0)).powi(2)).sum();
+                    let expected = windows as f64 / (1.0 + both_sides);
+                    let found = edf(&Octave { m, terms: windows }, &shape, law).unwrap();
+                    let tolerance = if windows > m { 1e-4 } else { 3e-3 };
+                    assert!((found / expected - 1.0).abs() < tolerance, "{law:?}, m = {m}: {found}, not {expected}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -41,6 +41,11 @@ pub(crate) fn field<'a>(row: &'a [(String, String)], name: &str) -> Option<&'a s
 
 /// The rows of a table whose averaging factor is a power of two and that have a window.
 pub(crate) fn rows(file: &str) -> Vec<Row> {
+    rows_of_any_factor(file).into_iter().filter(|row| row.m.is_power_of_two()).collect()
+}
+
+/// The rows of a table that have a window.
+pub(crate) fn rows_of_any_factor(file: &str) -> Vec<Row> {
     let rows = table(file).into_iter().map(|row| Row {
         stream: field(&row, "stream").unwrap_or_default().to_string(),
         stat: field(&row, "stat").unwrap().to_string(),
@@ -49,7 +54,7 @@ pub(crate) fn rows(file: &str) -> Vec<Row> {
         sum_squares: field(&row, "sum_sq_counts").unwrap().parse().unwrap_or(u128::MAX),
         deviation: field(&row, "deviation").map(|field| field.parse().unwrap()),
     });
-    rows.filter(|row| row.m.is_power_of_two() && row.terms > 0).collect()
+    rows.filter(|row| row.terms > 0).collect()
 }
 
 /// (statistic, m, deviation) of a published table.

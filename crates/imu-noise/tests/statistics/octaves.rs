@@ -65,6 +65,34 @@ fn nbs14_exact() {
 }
 
 #[test]
+fn any_factor_has_the_exact_and_the_published_sum() {
+    let (mut exact, mut printed) = (0, 0);
+    for (name, counts, scale, tolerance) in
+        [("nist1000", oracle::nist1000(), 1.0 / 2_147_483_647.0, 5e-7), ("nbs14", oracle::NBS14.to_vec(), 1.0, 1e-6)]
+    {
+        for (stat, estimator, deviation) in
+            STATISTICS.into_iter().filter(|(_, estimator, _)| *estimator == Estimator::Full)
+        {
+            let mut octaves = Octaves::new(estimator, deviation).keeping_runs();
+            octaves.push(&counts);
+            for row in oracle::rows_of_any_factor(&format!("{name}_exact.csv")).iter().filter(|row| row.stat == stat) {
+                let sum = octaves.sum_at(row.m).unwrap();
+                assert_eq!((sum.m, sum.terms, sum.sum_squares), (row.m, row.terms, Some(row.sum_squares)), "{stat}");
+                exact += 1;
+            }
+            for (_, m, expected) in
+                oracle::published(&format!("{name}_published.csv")).iter().filter(|row| row.0 == stat)
+            {
+                let found = octaves.sum_at(*m).and_then(|sum| sum.deviation_counts()).unwrap() * scale;
+                assert!((found / expected - 1.0).abs() <= tolerance, "{stat} at m = {m}: {found}, not {expected}");
+                printed += 1;
+            }
+        }
+    }
+    assert_eq!((exact, printed), (29, 10));
+}
+
+#[test]
 fn imu_a_acc_white_devs() {
     assert_eq!(check_series("imu_a_acc_white", 1e-3), 75);
 }

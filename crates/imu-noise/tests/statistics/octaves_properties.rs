@@ -37,36 +37,34 @@ impl Definition {
 
     /// (m, windows, sum of squares) of every octave that has a window.
     fn sums(&self, estimator: Estimator, deviation: Deviation) -> Vec<(u64, u64, u128)> {
+        let stride = |m: usize| match estimator {
+            Estimator::Strided => (m / 16).max(1),
+            Estimator::Plain => m,
+            Estimator::Full => 1,
+        };
+        (0..12).filter_map(|k| self.sum(1 << k, stride(1 << k), deviation)).collect()
+    }
+
+    /// At any averaging factor.
+    fn sum(&self, m: usize, stride: usize, deviation: Deviation) -> Option<(u64, u64, u128)> {
         let weights: &[i128] = match deviation {
             Deviation::Allan => &[-1, 1],
             Deviation::Hadamard => &[1, -2, 1],
         };
-        let mut octaves = Vec::new();
-        for m in (0..12).map(|k| 1_usize << k) {
-            let stride = match estimator {
-                Estimator::Strided => (m / 16).max(1),
-                Estimator::Plain => m,
-                Estimator::Full => 1,
-            };
-            let (mut terms, mut sum) = (0, 0);
-            for record in &self.records {
-                for start in (0..record.len()).step_by(stride) {
-                    let Some(window) = record.get(start..start + weights.len() * m) else { break };
-                    if let Some(counts) = window.iter().copied().collect::<Option<Vec<_>>>() {
-                        let blocks = counts.chunks(m).zip(weights);
-                        let z: i128 = blocks
-                            .map(|(block, weight)| weight * block.iter().map(|&c| i128::from(c)).sum::<i128>())
-                            .sum();
-                        terms += 1;
-                        sum += (z * z) as u128;
-                    }
+        let (mut terms, mut sum) = (0, 0);
+        for record in &self.records {
+            for start in (0..record.len()).step_by(stride) {
+                let Some(window) = record.get(start..start + weights.len() * m) else { break };
+                if let Some(counts) = window.iter().copied().collect::<Option<Vec<_>>>() {
+                    let blocks = counts.chunks(m).zip(weights);
+                    let z: i128 =
+                        blocks.map(|(block, weight)| weight * block.iter().map(|&c| i128::from(c)).sum::<i128>()).sum();
+                    terms += 1;
+                    sum += (z * z) as u128;
                 }
             }
-            if terms > 0 {
-                octaves.push((m as u64, terms, sum));
-            }
         }
-        octaves
+        (terms > 0).then_some((m as u64, terms, sum))
     }
 }
 
@@ -121,6 +119,21 @@ proptest! {
     fn sums_follow_the_definition((estimator, deviation) in estimators(), steps in steps()) {
         let expected = Definition::of(&steps).sums(estimator, deviation);
         prop_assert_eq!(sums(&octaves(estimator, deviation, &steps)), expected);
+    }
+
+    #[test]
+    fn any_factor_follows_the_definition((_, deviation) in estimators(), steps in steps(), m in 1_usize..400) {
+        let mut kept = Octaves::new(Estimator::Full, deviation).keeping_runs();
+        for step in &steps {
+            match step {
+                Step::Push(counts) => kept.push(counts),
+                Step::Gap(missing) => kept.gap(*missing),
+            }
+        }
+        let found = |m| kept.sum_at(m).map(|sum| (sum.m, sum.terms, sum.sum_squares.unwrap()));
+        prop_assert_eq!(found(m as u64), Definition::of(&steps).sum(m, 1, deviation));
+        prop_assert_eq!(kept.sums().map(|sum| Some(sum) == kept.sum_at(sum.m)).min(), kept.sums().next().map(|_| true));
+        prop_assert!(kept.sum_at(0).is_none() && kept.sum_at(u64::MAX).is_none());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imu_noise::{RecordShape, SpectrumPlan};
+use imu_noise::{OctaveSum, RecordShape, SpectrumPlan};
 use vn100_protocol::{Layout, PrintFormat};
 
 use super::{
@@ -89,6 +89,11 @@ impl Accumulators {
 
     pub(crate) fn snapshot(&self, shape: &RecordShape) -> Vec<ChannelSnapshot> {
         self.states().map(|(state, channel)| state.snapshot(self.coarsest.decimals(channel), shape)).collect()
+    }
+
+    /// The sums of each channel at these averaging factors.
+    pub(crate) fn points(&self, factors: &[u64]) -> Vec<Vec<OctaveSum>> {
+        self.channels.iter().map(|channel| channel.points(factors)).collect()
     }
 
     /// `None` if they are at another rate.

@@ -8,6 +8,7 @@ use vn100_protocol::stream::{Batch, LinkEvent, LinkEventKind, StreamCounts};
 
 use super::{data_record::DataRecord, pending_rows::PendingRows, rate_authority::RateEffect};
 use crate::{
+    averaging_times::{AveragingTimes, MissingTime},
     settings::Settings,
     snapshot::{Outages, Snapshot},
     warning::advice,
@@ -154,6 +155,7 @@ impl Analysis {
             quantization: settings.quantization,
             given_window: settings.window,
             skipped: span.skip,
+            missing_times: Vec::new(),
             channels: Vec::new(),
             magnitudes: accumulators.magnitudes.clone(),
             register_channels: replies.imu_channels(),
@@ -163,6 +165,22 @@ impl Analysis {
         snapshot.channels = accumulators.snapshot(&snapshot.shape());
         snapshot.warnings = advice::warnings(&snapshot, accumulators.findings());
         snapshot.warnings.extend(replies.two_sensors(rate.change()));
+        snapshot
+    }
+
+    /// The same of a measurement that has ended: with the averaging times asked for.
+    #[must_use]
+    pub fn final_snapshot(&self) -> Snapshot {
+        let mut snapshot = self.snapshot();
+        let shape = snapshot.shape();
+        let (factors, mut missing) = self.settings().averaging_times.factors(&shape);
+        let points = self.record.accumulators.points(&factors);
+        if matches!(self.settings().averaging_times, AveragingTimes::List(_)) && !points.is_empty() {
+            let is_missing = |m: &&u64| points.iter().flatten().all(|point| point.m != **m);
+            missing.extend(factors.iter().filter(is_missing).map(|m| MissingTime::without_window(*m, &shape)));
+        }
+        snapshot.missing_times = missing;
+        snapshot.channels.iter_mut().zip(points).for_each(|(channel, points)| channel.points = points);
         snapshot
     }
 

@@ -3,7 +3,7 @@
 use imu_noise::{ChannelAccumulator, ChannelSignal, OctaveSum, RecordShape, SpectrumPlan, Unwrap};
 use vn100_protocol::{Channel, Quantity};
 
-use crate::{settings::Settings, snapshot::ChannelSnapshot};
+use crate::{averaging_times::AveragingTimes, settings::Settings, snapshot::ChannelSnapshot};
 
 #[derive(Debug)]
 pub(crate) struct ChannelState {
@@ -20,8 +20,10 @@ impl ChannelState {
     /// `plan` is shared by all channels.
     pub(crate) fn new(channel: &Channel, settings: &Settings, plan: &SpectrumPlan) -> Self {
         let accumulator = ChannelAccumulator::new(settings.estimator, settings.deviation);
+        let accumulator = if settings.detrend { accumulator.keeping_slope() } else { accumulator };
+        let octaves_alone = settings.averaging_times == AveragingTimes::Octave;
         Self {
-            accumulator: if settings.detrend { accumulator.keeping_slope() } else { accumulator },
+            accumulator: if octaves_alone { accumulator } else { accumulator.keeping_runs() },
             detrend: settings.detrend,
             signal: ChannelSignal::new(plan),
             unwrap: turn_counts(channel).map(Unwrap::new),
@@ -56,11 +58,7 @@ impl ChannelState {
     pub(crate) fn snapshot(&self, printed_decimals: u8, shape: &RecordShape) -> ChannelSnapshot {
         let moments = self.accumulator.moments().clone();
         let slope_counts = self.accumulator.slope_counts();
-        let sums = self.accumulator.octaves().sums();
-        let sums: Vec<_> = match slope_counts.filter(|_| self.detrend) {
-            Some(slope_counts) => sums.map(|sum| sum.without_slope(slope_counts)).collect(),
-            None => sums.collect(),
-        };
+        let sums: Vec<_> = self.accumulator.octaves().sums().map(|sum| self.detrended(sum)).collect();
         let octaves: Vec<_> = sums.iter().map(OctaveSum::octave).collect();
         // an octave without windows has no number, and no slope to it counts
         let variances: Vec<_> = sums.iter().map(|sum| sum.variance_counts2().unwrap_or(f64::NAN)).collect();
@@ -73,7 +71,21 @@ impl ChannelState {
             slope_counts,
             signal: Some(self.signal.clone()),
             octaves: sums,
+            points: Vec::new(),
             printed_decimals,
+        }
+    }
+
+    /// The sums at these averaging factors, of those that have a window.
+    pub(crate) fn points(&self, factors: &[u64]) -> Vec<OctaveSum> {
+        let sums = factors.iter().filter_map(|m| self.accumulator.octaves().sum_at(*m));
+        sums.map(|sum| self.detrended(sum)).collect()
+    }
+
+    fn detrended(&self, sum: OctaveSum) -> OctaveSum {
+        match self.accumulator.slope_counts().filter(|_| self.detrend) {
+            Some(slope_counts) => sum.without_slope(slope_counts),
+            None => sum,
         }
     }
 }

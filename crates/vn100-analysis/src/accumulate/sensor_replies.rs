@@ -94,6 +94,7 @@ impl SensorReplies {
                     moments: moments.clone(),
                     histogram: histogram.clone(),
                     octaves: Vec::new(),
+                    points: Vec::new(),
                     noise_types: Vec::new(),
                     slope_counts: None,
                     signal: None,

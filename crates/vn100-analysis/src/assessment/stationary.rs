@@ -28,10 +28,11 @@ pub struct Disturbed {
 }
 
 impl Disturbed {
-    /// Nothing disturbs temperature and pressure.
+    /// Nothing disturbs temperature and pressure, and of a foreign series nothing is known that
+    /// would.
     pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, interval_s: f64) -> Self {
         // ambient changes are no disturbances
-        let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure);
+        let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
         let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
             return Self::default();
         };

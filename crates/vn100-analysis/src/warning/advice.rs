@@ -10,6 +10,7 @@ use self::link::{no_valid_lines, refused, unsolicited};
 use crate::{
     accumulate::rate_authority::rates_hz,
     remedy::{Remedy, Text},
+    sensor::sensor_of,
     snapshot::{ChannelSnapshot, FalseRate, MissingFrom, RateChange, RateFrom, Snapshot},
     warning::{Warning, WarningKind},
 };
@@ -164,6 +165,8 @@ impl Advice {
             match timing.samples {
                 0..2 => self
                     .warn(WarningKind::TooShort, format!("{}: a deviation needs 2 at least", samples(timing.samples))),
+                // of a series without a sensor no noise model is fitted
+                2..LEAST_SAMPLES if !has_sensor(snapshot) => {}
                 2..LEAST_SAMPLES => self.warn(
                     WarningKind::TooShort,
                     format!(
@@ -282,6 +285,10 @@ impl Advice {
     }
 }
 
+fn has_sensor(snapshot: &Snapshot) -> bool {
+    snapshot.layout_channels().iter().any(|channel| sensor_of(channel.quantity).is_some())
+}
+
 /// Names of the channels for which `holds`.
 fn channels_where(snapshot: &Snapshot, holds: impl Fn(&Channel, &ChannelSnapshot) -> bool) -> Vec<String> {
     (snapshot.measured())
@@ -297,6 +304,8 @@ fn is_stuck(channel: &Channel, results: &ChannelSnapshot, rate_hz: f64) -> bool 
         Quantity::Temperature | Quantity::Pressure => 300.0,
         // an element near ±1 changes with the square of the angle
         Quantity::Quaternion => return false,
+        // a series may well be nearly constant
+        Quantity::Value => return false,
         Quantity::AngularRate | Quantity::Acceleration | Quantity::MagneticField | Quantity::Angle => 0.0,
     };
     let (histogram, count) = (&results.histogram, results.moments.count());
@@ -312,7 +321,9 @@ fn reaches_limit(channel: &Channel, results: &ChannelSnapshot) -> bool {
         Quantity::MagneticField => 2.5,
         Quantity::Acceleration => 16.0 * 9.80665,
         Quantity::AngularRate => 2000.0_f64.to_radians(),
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => return false,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => {
+            return false;
+        }
     };
     let extremes = [results.moments.min_counts(), results.moments.max_counts()];
     extremes.into_iter().flatten().any(|counts| channel.value(counts).abs() >= 0.99 * range)

@@ -1,7 +1,7 @@
 //! Which column of a foreign CSV file is which channel, and in which unit:
 //! `gyro_x=wx:deg/s,accel_x=4:g,t=time:ns`.
 
-use std::{f64::consts::PI, fmt, str::FromStr, sync::LazyLock};
+use std::{borrow::Cow, f64::consts::PI, fmt, str::FromStr, sync::LazyLock};
 
 use vn100_protocol::{Channel, MESSAGES, Quantity};
 
@@ -10,8 +10,8 @@ use super::stamp::StampUnit;
 /// Names the columns of any CSV file with the numbers of an inertial sensor.
 ///
 /// Written as `CHANNEL=COLUMN:UNIT`, comma-separated. `CHANNEL` is `yaw` `pitch` `roll`, `quat_`
-/// with `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`, or
-/// `t` for the stamp of the row.
+/// with `x` `y` `z` `w`, `mag_` `accel_` `gyro_` with `x` `y` `z`, `temperature`, `pressure`,
+/// `value` for the numbers of any series, or `t` for the stamp of the row.
 /// With `t` alone the other columns are known by their names. `COLUMN` is the name at the head of
 /// the column or its number, from 1. `UNIT` is
 ///
@@ -20,7 +20,7 @@ use super::stamp::StampUnit;
 /// - `gauss` `uT` `mT` `nT` for a magnetic field, `deg` `rad` for an angle,
 ///   `1` for an element of the quaternion,
 /// - `degC` `K` for the temperature, `kPa` `hPa` `Pa` for the pressure, `s` `ms` `us` `ns` for the
-///   stamp.
+///   stamp, and any word for `value`, which is not converted.
 ///
 /// ```
 /// use vn100_capture::ColumnMap;
@@ -42,7 +42,7 @@ pub(super) struct MappedChannel {
     /// As in [`known`].
     pub(super) index: usize,
     pub(super) column: ColumnName,
-    pub(super) unit: &'static Unit,
+    pub(super) unit: Unit,
 }
 
 /// How a column is called.
@@ -69,7 +69,7 @@ pub enum ColumnMapError {
         part: String,
     },
     /// This is no unit of the channel.
-    #[error("{unit:?} in {part:?} is no unit of {channel}: name one of {}", unit_names(channel))]
+    #[error("{unit:?} in {part:?} is no unit of {channel}: name {}", unit_names(channel))]
     Unit {
         /// What stands behind the last `:`.
         unit: String,
@@ -136,7 +136,13 @@ impl ColumnMap {
         }
         let index =
             by_name(channel).ok_or_else(|| ColumnMapError::Channel { channel: channel.into(), part: part.into() })?;
-        let unit = units(known(index).quantity).find(|known| known.name == unit).ok_or_else(bad_unit)?;
+        let quantity = known(index).quantity;
+        let unit = match quantity {
+            Quantity::Value if !unit.is_empty() && !unit.contains(char::is_control) => {
+                Unit { name: unit.to_owned().into(), ..UNCONVERTED }
+            }
+            _ => units(quantity).find(|known| known.name == unit).cloned().ok_or_else(bad_unit)?,
+        };
         if self.channels.iter().any(|mapped| mapped.index == index) {
             return Err(twice());
         }
@@ -155,7 +161,7 @@ impl ColumnMap {
 
 impl fmt::Display for ColumnMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let channel_units = self.channels.iter().map(|mapped| mapped.unit.name);
+        let channel_units = self.channels.iter().map(|mapped| &*mapped.unit.name);
         let stamp_unit = self.stamp.iter().map(|(_, unit)| unit.name);
         let mut comma = "";
         for ((channel, column), unit) in self.columns().zip(channel_units.chain(stamp_unit)) {
@@ -186,13 +192,15 @@ fn channel_names() -> String {
 /// All units of the channel named.
 fn unit_names(channel: &str) -> String {
     let names: Vec<_> = match by_name(channel) {
-        Some(index) => units(known(index).quantity).map(|unit| unit.name).collect(),
+        Some(index) if known(index).quantity == Quantity::Value => return "one, such as s/s, ns or V".into(),
+        Some(index) => units(known(index).quantity).map(|unit| &*unit.name).collect(),
         None => StampUnit::ALL.map(|unit| unit.name).to_vec(),
     };
-    names.join(" ")
+    format!("one of {}", names.join(" "))
 }
 
-/// The channels of all messages of the sensor, in the order in which a layout holds them.
+/// The channels of all messages of the sensor and that of any series, in the order in which a
+/// layout holds them.
 static KNOWN: LazyLock<Vec<&Channel>> = LazyLock::new(|| {
     let mut known: Vec<&Channel> = Vec::new();
     for channel in MESSAGES.iter().flat_map(|layout| &*layout.channels) {
@@ -200,17 +208,28 @@ static KNOWN: LazyLock<Vec<&Channel>> = LazyLock::new(|| {
             known.push(channel);
         }
     }
+    known.push(&VALUE);
     known.sort_by_key(|channel| channel.quantity);
     known
 });
+
+/// Numbers of a series; the decimals and limits are the file's.
+static VALUE: Channel = Channel {
+    name: Cow::Borrowed("value"),
+    quantity: Quantity::Value,
+    unit: Cow::Borrowed("1"),
+    decimals: 0,
+    scale: 1.0,
+    limit_counts: i32::MAX,
+};
 
 /// Standard acceleration of free fall in m/s² (BIPM, The International System of Units, 2019).
 const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 
 /// A unit a column may be in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Unit {
-    pub(super) name: &'static str,
+    pub(super) name: Cow<'static, str>,
     pub(super) quantity: Quantity,
     /// How many of the channel's own unit make one of this.
     pub(super) scale: f64,
@@ -241,7 +260,8 @@ pub(super) fn by_alias(name: &str) -> Option<usize> {
         Some(("magn", axis)) => format!("mag_{axis}"),
         _ => name.to_owned(),
     };
-    by_name(&renamed)
+    // what a column of values holds, only the user knows
+    by_name(&renamed).filter(|index| known(*index).quantity != Quantity::Value)
 }
 
 /// The units of `quantity`, its channels' own unit first.
@@ -265,14 +285,17 @@ static UNITS: [Unit; 19] = [
     unit("rad", Quantity::Angle, 180.0 / PI),
     unit("1", Quantity::Quaternion, 1.0),
     unit("degC", Quantity::Temperature, 1.0),
-    Unit { zero_hundredths: 27_315, ..unit("K", Quantity::Temperature, 1.0) },
+    Unit { name: Cow::Borrowed("K"), quantity: Quantity::Temperature, scale: 1.0, zero_hundredths: 27_315 },
     unit("kPa", Quantity::Pressure, 1.0),
     unit("hPa", Quantity::Pressure, 0.1),
     unit("Pa", Quantity::Pressure, 1e-3),
 ];
 
+/// Of numbers that stay as they are.
+const UNCONVERTED: Unit = unit("1", Quantity::Value, 1.0);
+
 const fn unit(name: &'static str, quantity: Quantity, scale: f64) -> Unit {
-    Unit { name, quantity, scale, zero_hundredths: 0 }
+    Unit { name: Cow::Borrowed(name), quantity, scale, zero_hundredths: 0 }
 }
 
 #[cfg(test)]
@@ -291,7 +314,7 @@ mod tests {
         assert_eq!(
             channel_names(),
             "yaw pitch roll quat_x quat_y quat_z quat_w mag_x mag_y mag_z accel_x accel_y accel_z gyro_x gyro_y gyro_z temperature \
-             pressure t"
+             pressure value t"
         );
         for (text, message) in [
             ("", "no channel is mapped: name at least one of CHANNELS"),
@@ -313,11 +336,22 @@ mod tests {
 
     #[test]
     fn every_channel_has_its_own_unit_first() {
-        for (index, channel) in KNOWN.iter().enumerate() {
+        for (index, channel) in KNOWN.iter().enumerate().filter(|(_, channel)| channel.quantity != Quantity::Value) {
             let own = units(channel.quantity).next().unwrap();
-            assert_eq!((own.name, own.scale), (&*channel.unit, 1.0));
+            assert_eq!((&*own.name, own.scale), (&*channel.unit, 1.0));
             assert_eq!(by_name(&channel.name), Some(index));
         }
+    }
+
+    #[test]
+    fn a_series_may_be_in_any_unit() {
+        for unit in ["s/s", "ns", "V", "parts per billion"] {
+            let text = format!("value=2:{unit}");
+            assert_eq!(text.parse::<ColumnMap>().unwrap().to_string(), text);
+        }
+        let without = "value=2:".parse::<ColumnMap>().unwrap_err().to_string();
+        assert_eq!(without, "\"\" in \"value=2:\" is no unit of value: name one, such as s/s, ns or V");
+        assert_eq!(by_alias("value"), None, "a column of this name is not taken for one");
     }
 
     #[test]

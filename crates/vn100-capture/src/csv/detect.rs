@@ -140,7 +140,12 @@ impl<'a> HeaderCandidate<'a> {
         places.channels.sort_by_key(|&(_, channel)| channel);
         let mut mapped: Vec<_> = map.channels.iter().collect();
         mapped.sort_by_key(|mapped| mapped.index);
-        let channel = |mapped: &&MappedChannel| Channel { scale: mapped.unit.scale, ..known(mapped.index).clone() };
+        let channel = |mapped: &&MappedChannel| match known(mapped.index) {
+            series if series.quantity == Quantity::Value => {
+                Channel { unit: mapped.unit.name.clone(), ..series.clone() }
+            }
+            known => Channel { scale: mapped.unit.scale, ..known.clone() },
+        };
         let channels: Vec<Channel> = mapped.iter().map(channel).collect();
         let compensated = channels.iter().any(|channel| channel.quantity.is_attitude());
         let layout = Layout { message: "CSV".into(), compensated, channels: channels.into() };

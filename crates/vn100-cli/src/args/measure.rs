@@ -7,7 +7,7 @@ use clap::{
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
 use imu_noise::{Deviation, Estimator};
-use vn100_analysis::{DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
+use vn100_analysis::{AveragingTimes, DEFAULT_CONFIDENCE, Goal, NoiseFigure, Settings};
 use vn100_capture::ColumnMap;
 use vn100_pipeline::Speed;
 use vn100_protocol::stream::ReadOptions;
@@ -199,8 +199,16 @@ pub(crate) struct FileArgs {
     #[command(flatten)]
     pub(crate) measure: MeasureArgs,
 
+    /// Averaging times of the deviations, with --estimator full: octave (1, 2, 4 ... samples),
+    /// decade (1, 2, 4, 10, 20, 40 ...), all (every one up to 1024 samples, then 128 in each
+    /// octave), or seconds with commas between them, each a multiple of the sample interval. N, B
+    /// and K rest on the octaves whatever is given [default: octave]
+    #[arg(long, value_name = "TAUS")]
+    pub(crate) taus: Option<AveragingTimes>,
+
     /// Columns of a CSV file of any inertial sensor, as OURS=THEIRS:UNIT, for example
-    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns
+    /// gyro_x=wx:deg/s,accel_z=az:g,t=stamp:ns; value=NAME:UNIT, in any unit, is a series of no
+    /// sensor: its deviation is that of the numbers as rate data
     #[arg(long, value_name = "MAP")]
     pub(crate) columns: Option<ColumnMap>,
 
@@ -215,7 +223,22 @@ pub(crate) struct FileArgs {
 
 impl FileArgs {
     pub(crate) fn settings(&self) -> Settings {
-        Settings { window: self.window, ..self.measure.settings() }
+        Settings {
+            averaging_times: self.taus.clone().unwrap_or_default(),
+            window: self.window,
+            ..self.measure.settings()
+        }
+    }
+
+    /// Why these averaging times cannot be given.
+    pub(super) fn refused_taus(&self) -> Option<String> {
+        let taus = self.taus.as_ref().filter(|taus| **taus != AveragingTimes::Octave)?;
+        if self.measure.estimator != Estimator::Full {
+            let text = "--taus is for --estimator full: the others keep the sums of octaves alone, in bounded memory. Add --estimator full";
+            return Some(text.into());
+        }
+        let missing = taus.no_multiples(1.0 / self.measure.rate?);
+        missing.first().map(|missing| format!("--taus: {missing}"))
     }
 }
 

@@ -8,7 +8,7 @@ use vn100_analysis::{LEAST_EDF, Snapshot};
 use vn100_protocol::Quantity;
 use vn100_report::{
     EARTH_RATE_RAD_S,
-    names::{deviation_name, names_of},
+    names::{NEUTRAL_SERIES, deviation_name, names_of},
     numbers::plain::short,
     units::{BlockValues, ChannelValues, Point, fitted, norm_values},
 };
@@ -56,7 +56,7 @@ fn at_rest(quantity: Quantity, of_mean: f64) -> Option<String> {
             "mean rate {of_mean:.2e} rad/s; the Earth turns at {EARTH_RATE_RAD_S:.2e} rad/s: the mean of a resting gyroscope is not its bias \
              alone"
         )),
-        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure => None,
+        Quantity::Angle | Quantity::Quaternion | Quantity::Temperature | Quantity::Pressure | Quantity::Value => None,
     }
 }
 
@@ -167,7 +167,7 @@ pub(super) fn write_deviations(
     let detrended = if snapshot.detrended { ", a line removed from each channel" } else { "" };
     writeln!(out, "\n{deviation}, {windows}{detrended}")?;
     let legend = format!(
-        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: octaves share samples, \
+        "Behind each, how far the truth may lie above and below, in percent, at a confidence of {}. Each holds alone: averaging times share samples, \
          and all together hold less often. \"few\": below {LEAST_EDF} degrees of freedom.",
         short(confidence)
     );
@@ -175,27 +175,23 @@ pub(super) fn write_deviations(
     // what was asked for between the lines has no deviation
     let measured: Vec<_> = channels.iter().filter(|channel| !channel.deviations.is_empty()).collect();
     for group in measured.chunk_by(|a, b| a.quantity == b.quantity) {
-        write!(
-            out,
-            "\n{}, {}\n{:>8} {:>7} {:>7}",
-            names_of(group[0].quantity).quantity,
-            group[0].unit,
-            "tau (s)",
-            "m",
-            "terms"
-        )?;
+        writeln!(out, "\n{}, {}", names_of(group[0].quantity).quantity, group[0].unit)?;
+        if group[0].quantity == Quantity::Value {
+            writeln!(out, "{}", fill(NEUTRAL_SERIES, "", ""))?;
+        }
+        write!(out, "{:>8} {:>7} {:>7}", "tau (s)", "m", "terms")?;
         for channel in group {
             write!(out, " {:>COLUMN$}", channel.name)?;
         }
         writeln!(out)?;
-        let octaves = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
-        for octave in 0..octaves {
-            let Some(first) = group.iter().find_map(|channel| channel.deviations.get(octave)) else {
+        let points = group.iter().map(|channel| channel.deviations.len()).max().unwrap_or(0);
+        for point in 0..points {
+            let Some(first) = group.iter().find_map(|channel| channel.deviations.get(point)) else {
                 continue;
             };
             write!(out, "{:>8} {:>7} {:>7}", short(first.tau_s), first.m, first.terms)?;
             for channel in group {
-                write!(out, " {:>COLUMN$}", channel.deviations.get(octave).map_or("-".into(), with_bounds))?;
+                write!(out, " {:>COLUMN$}", channel.deviations.get(point).map_or("-".into(), with_bounds))?;
             }
             writeln!(out)?;
         }

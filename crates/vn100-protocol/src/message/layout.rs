@@ -51,6 +51,9 @@ pub enum Quantity {
     Temperature,
     /// The air pressure.
     Pressure,
+    /// A number of a foreign series, of no sensor known here: no rule of motion, gravity or a data
+    /// sheet is for it.
+    Value,
 }
 
 #[expect(clippy::panic, reason = "evaluated at compile time alone")]

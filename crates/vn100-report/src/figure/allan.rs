@@ -119,11 +119,20 @@ fn axes(channels: &[&ChannelValues], more: &[f64], deviation: Deviation) -> Opti
     Some((x, y))
 }
 
+/// More points are lines: the deviation, and the ends of its intervals.
+const MOST_MARKED: usize = 100;
+
 fn curve(plot: &Plot, index: usize, points: &[Point]) -> Vec<Primitive> {
     const CAP: f64 = 3.0;
     let known: Vec<(f64, f64)> =
         points.iter().filter_map(|point| Some((point.tau_s, point.deviation.filter(|value| *value > 0.0)?))).collect();
     let mut marks = vec![plot.line(known.iter().copied(), connecting(index))];
+    if points.len() > MOST_MARKED {
+        let bounds = || points.iter().filter_map(|point| Some((point.tau_s, interval(point)?)));
+        marks.push(plot.line(bounds().map(|(tau_s, (lower, _))| (tau_s, lower)), solid(index, 0.5)));
+        marks.push(plot.line(bounds().map(|(tau_s, (_, upper))| (tau_s, upper)), solid(index, 0.5)));
+        return marks;
+    }
     for (point, (lower, upper)) in points.iter().filter_map(|point| Some((point, interval(point)?))) {
         let (x, low) = plot.place.of(point.tau_s, lower);
         let (_, high) = plot.place.of(point.tau_s, upper);

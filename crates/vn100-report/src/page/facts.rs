@@ -303,6 +303,15 @@ pub(super) fn method(record: &Record<'_>, asked: &str) -> Vec<Row> {
             },
         ),
         fact(
+            "Averaging times shown",
+            match snapshot.channels.iter().any(|channel| !channel.points.is_empty()) {
+                true => {
+                    "those asked for; the model rests on the octaves, and the degrees of freedom between two octaves on both"
+                }
+                false => "the octaves",
+            },
+        ),
+        fact(
             "Estimator",
             match snapshot.estimator {
                 Estimator::Strided => {

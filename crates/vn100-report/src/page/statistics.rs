@@ -14,7 +14,7 @@ use crate::{
     figure::pretty_unit,
     findings::shakes,
     measured::Record,
-    names::{QUANTITIES, names_of},
+    names::{NEUTRAL_SERIES, QUANTITIES, names_of},
     numbers::{NOTHING, digits, four_digits, grouped},
     units::{ChannelValues, NormValues},
 };
@@ -107,6 +107,7 @@ fn sentences(quantity: Quantity, channels: &[&ChannelValues], norm: Option<&Norm
         Quantity::Temperature => channels[0].min.zip(channels[0].max).map(|(min, max)| {
             format!("The sensor's temperature went from {min:.1} to {max:.1} °C. Bias moves with temperature: a range of more than a few degrees shows at long averaging times.")
         }),
+        Quantity::Value => Some(NEUTRAL_SERIES.into()),
         Quantity::Quaternion | Quantity::Pressure => None,
     });
     sentences.extend(loudest(channels));

@@ -1,25 +1,29 @@
-//! Every overlapping window: 8 bytes per sample of the longest gap-free run.
+//! Every overlapping window: 8 bytes per sample of the longest gap-free run, or of all of them.
+
+use std::mem;
 
 use super::{cascade::MAX_LEVEL, squares::SquareSum};
 use crate::accumulate::record::Deviation;
 
 /// Every octave visits the block at two more places of the record: long enough for the memory to
 /// stream.
-const BLOCK: usize = 1024;
+pub(super) const BLOCK: usize = 1024;
 
 #[derive(Clone, Debug)]
 pub(super) struct Overlapping {
-    deviation: Deviation,
+    pub(super) deviation: Deviation,
     /// Prefix sums of the present run, from 0 on. They may wrap: their differences do not.
-    prefix: Vec<i64>,
+    pub(super) prefix: Vec<i64>,
+    /// Those of the runs before it, where they are kept.
+    pub(super) earlier: Option<Vec<Vec<i64>>>,
     squares: Vec<SquareSum>,
     /// Sums of the Allan terms themselves, where they are kept: a slope shows in them.
-    terms: Option<Vec<i128>>,
+    pub(super) terms: Option<Vec<i128>>,
 }
 
 impl Overlapping {
     pub(super) fn new(deviation: Deviation) -> Self {
-        Self { deviation, prefix: Vec::new(), squares: Vec::new(), terms: None }
+        Self { deviation, prefix: Vec::new(), earlier: None, squares: Vec::new(), terms: None }
     }
 
     pub(super) fn keep_terms(&mut self) {
@@ -33,7 +37,10 @@ impl Overlapping {
     }
 
     pub(super) fn gap(&mut self) {
-        self.prefix.clear();
+        match &mut self.earlier {
+            Some(earlier) if self.prefix.len() > self.deviation.order() => earlier.push(mem::take(&mut self.prefix)),
+            _ => self.prefix.clear(),
+        }
     }
 
     /// As [`Cascade::octave`](super::cascade::Cascade::octave).
@@ -61,28 +68,38 @@ impl Overlapping {
             }
             if k as usize == self.squares.len() {
                 self.squares.push(SquareSum::EMPTY);
+                self.terms.iter_mut().for_each(|terms| terms.push(0));
             }
-            let len = self.prefix.len() - first_end;
-            let points = |lag: usize| &self.prefix[first_end - lag * m..][..len];
-            let squares = &mut self.squares[k as usize];
-            match self.deviation {
-                Deviation::Allan => {
-                    squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
-                    if let Some(terms) = &mut self.terms {
-                        if k as usize == terms.len() {
-                            terms.push(0);
-                        }
-                        let points = points(0).iter().zip(points(1)).zip(points(2));
-                        let sum = points.map(|((p0, p1), p2)| i128::from(second_difference(*p0, *p1, *p2)));
-                        terms[k as usize] += sum.sum::<i128>();
-                    }
-                }
-                Deviation::Hadamard => {
-                    squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
-                        second_difference(p0, p1, p2).wrapping_sub(second_difference(p1, p2, p3))
-                    });
-                }
+            let terms = self.terms.as_mut().map(|terms| &mut terms[k as usize]);
+            add_windows(self.deviation, &self.prefix, first_end, m, &mut self.squares[k as usize], terms);
+        }
+    }
+}
+
+/// Adds the windows at averaging factor `m` that end at `first_end` or later in a run of `prefix`
+/// sums.
+pub(super) fn add_windows(
+    deviation: Deviation,
+    prefix: &[i64],
+    first_end: usize,
+    m: usize,
+    squares: &mut SquareSum,
+    terms: Option<&mut i128>,
+) {
+    let len = prefix.len() - first_end;
+    let points = |lag: usize| &prefix[first_end - lag * m..][..len];
+    match deviation {
+        Deviation::Allan => {
+            squares.add([points(0), points(1), points(2)], |[p0, p1, p2]| second_difference(p0, p1, p2));
+            if let Some(terms) = terms {
+                let points = points(0).iter().zip(points(1)).zip(points(2));
+                *terms += points.map(|((p0, p1), p2)| i128::from(second_difference(*p0, *p1, *p2))).sum::<i128>();
             }
+        }
+        Deviation::Hadamard => {
+            squares.add([points(0), points(1), points(2), points(3)], |[p0, p1, p2, p3]| {
+                second_difference(p0, p1, p2).wrapping_sub(second_difference(p1, p2, p3))
+            });
         }
     }
 }

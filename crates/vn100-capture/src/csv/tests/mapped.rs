@@ -140,7 +140,7 @@ fn every_unit_leads_to_the_channels_own() {
     let quantities = ["gyro_y", "accel_z", "mag_x", "yaw", "temperature", "pressure"].map(column_map::by_name);
     let all =
         quantities.map(|index| column_map::known(index.unwrap()).quantity).into_iter().flat_map(column_map::units);
-    assert_eq!(tested, all.map(|unit| unit.name).collect::<Vec<_>>());
+    assert_eq!(tested, all.map(|unit| &*unit.name).collect::<Vec<_>>());
 }
 
 #[test]

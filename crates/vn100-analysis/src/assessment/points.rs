@@ -1,0 +1,127 @@
+//! Degrees of freedom and kinds of noise at averaging factors that are no octave.
+
+use std::collections::HashMap;
+
+use imu_noise::{Interval, Octave, OctaveSum, PowerLaw, RecordShape, edf};
+
+use super::{Curve, LEAST_EDF, OctaveAssessment};
+use crate::snapshot::ChannelSnapshot;
+
+/// Degrees of freedom in noise of one kind, computed once for all channels.
+#[derive(Debug)]
+pub(super) struct KnownEdf {
+    shape: RecordShape,
+    known: HashMap<(u64, u64, PowerLaw), Option<f64>>,
+}
+
+impl KnownEdf {
+    pub(super) fn new(shape: RecordShape) -> Self {
+        Self { shape, known: HashMap::new() }
+    }
+
+    fn of(&mut self, octave: &Octave, law: PowerLaw) -> Option<f64> {
+        let Self { shape, known } = self;
+        *known.entry((octave.m, octave.terms, law)).or_insert_with(|| edf(octave, shape, law))
+    }
+
+    /// The assessments of the points of `results`, from those of its `octaves`. The kind of noise
+    /// is that of the nearest octave. The degrees of freedom are those in noise of this kind alone
+    /// at this very averaging factor, times what the mixture of noises has more or less than it at
+    /// the octaves around: exact at an octave, with the logarithm of that ratio linear between two.
+    pub(super) fn points(
+        &mut self,
+        results: &ChannelSnapshot,
+        curve: &Curve,
+        octaves: &[OctaveAssessment],
+        confidence: f64,
+    ) -> Vec<OctaveAssessment> {
+        let mut point = |sum: &OctaveSum| {
+            let place = (sum.m as f64).log2().min(octaves.len().checked_sub(1)? as f64);
+            let nearest = place.round() as usize;
+            let law = results.noise_types[..=nearest].iter().rev().find_map(|law| *law);
+            let mut ratio = |index: usize| {
+                let mixture = octaves.get(index)?.relative?.edf;
+                Some((mixture / self.of(curve.octaves.get(index)?, law?)?).ln())
+            };
+            let (below, above) = (ratio(place.floor() as usize), ratio(place.ceil() as usize));
+            let ratio = match (below, above) {
+                (Some(below), Some(above)) => below + (above - below) * place.fract(),
+                (one, other) => one.or(other).unwrap_or(0.0),
+            };
+            let edf = self.of(&sum.octave(), law?).map(|edf| edf * ratio.exp());
+            let known = edf.filter(|edf| *edf >= LEAST_EDF);
+            let relative = known.and_then(|edf| Interval::new(1.0, edf, confidence));
+            Some(OctaveAssessment { m: sum.m, alpha: octaves[nearest].alpha, relative })
+        };
+        let unknown = |sum: &OctaveSum| OctaveAssessment { m: sum.m, alpha: None, relative: None };
+        results.points.iter().map(|sum| point(sum).unwrap_or_else(|| unknown(sum))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use imu_noise::{ChannelAccumulator, Deviation, Estimator};
+
+    use super::*;
+    use crate::{Assessment, AveragingTimes, Settings, accumulate::analysis::Analysis};
+    use vn100_protocol::{VNYMR, stream::Batch};
+
+    /// White noise of a linear congruential generator on every channel, as many samples.
+    fn assessed(
+        samples: usize,
+        times: AveragingTimes,
+    ) -> (Vec<OctaveSum>, Vec<OctaveAssessment>, Vec<OctaveAssessment>) {
+        let settings =
+            Settings { estimator: Estimator::Full, averaging_times: times, rate_hz: Some(40.0), ..Settings::default() };
+        let mut analysis = Analysis::new(settings);
+        let mut state = 1_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 22) as i32
+        };
+        let counts = (0..samples * VNYMR.channels.len()).map(|_| next()).collect();
+        analysis.absorb(&Batch { layout: Some(std::sync::Arc::new(VNYMR.clone())), counts, ..Batch::default() });
+        analysis.finish();
+        let snapshot = analysis.final_snapshot();
+        let assessment = Assessment::new(&snapshot, 0.95);
+        let last = assessment.channels.last().unwrap();
+        (snapshot.channels.last().unwrap().points.clone(), last.points.clone(), last.octaves.clone())
+    }
+
+    #[test]
+    fn a_point_at_an_octave_is_that_octave() {
+        let (sums, points, octaves) = assessed(4000, AveragingTimes::All);
+        let mut seen = 0;
+        for octave in &octaves {
+            let place = sums.iter().position(|sum| sum.m == octave.m).unwrap();
+            let (found, expected) = (points[place].relative.map(|r| r.edf), octave.relative.map(|r| r.edf));
+            let (Some(found), Some(expected)) = (found, expected) else {
+                assert_eq!((found, points[place].alpha), (expected, octave.alpha));
+                continue;
+            };
+            assert!((found / expected - 1.0).abs() < 1e-12, "m = {}: {found}, not {expected}", octave.m);
+            assert_eq!(points[place].alpha, octave.alpha);
+            seen += 1;
+        }
+        assert!(seen >= 10);
+        // and between them they fall, as the theory of one kind of noise does
+        let edf: Vec<f64> = points.iter().filter_map(|point| point.relative).map(|relative| relative.edf).collect();
+        assert!(edf.windows(2).all(|pair| pair[1] < 1.02 * pair[0]), "{edf:?}");
+    }
+
+    #[test]
+    fn the_degrees_of_freedom_of_white_noise_are_those_of_the_handbook() {
+        // NIST SP 1065, table 5: overlapping Allan variance of white noise of the rate
+        let (sums, points, _) = assessed(4000, AveragingTimes::Decade);
+        let n = 4001.0;
+        for (sum, point) in sums.iter().zip(&points).filter(|(sum, _)| (10..=400).contains(&sum.m)) {
+            let m = sum.m as f64;
+            let published = (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
+            let found = point.relative.unwrap().edf;
+            assert!((found / published - 1.0).abs() < 0.05, "m = {m}: {found}, not {published}");
+        }
+        let mut accumulator = ChannelAccumulator::new(Estimator::Full, Deviation::Allan);
+        accumulator.push(&[1, 2, 3]);
+        assert_eq!(accumulator.octaves().sum_at(1), None, "the runs were not kept");
+    }
+}

@@ -1,0 +1,127 @@
+//! `vn100 selftest`: published values beside ours.
+
+use std::fmt::{self, Write};
+
+use anyhow::Result;
+use serde::Serialize;
+use vn100_analysis::{SelfTestCheck, SelfTestSuite, self_test};
+use vn100_report::Completion;
+
+use crate::{
+    args::SelftestArgs,
+    exit::{print, print_json},
+    text::text,
+};
+
+pub(crate) fn selftest(args: &SelftestArgs) -> Result<Completion> {
+    let suites = self_test();
+    let passed = failures(&suites) == 0;
+    if args.json {
+        print_json(&SelftestDocument {
+            schema: "vn100.selftest/1",
+            passed,
+            suites: suites.iter().map(SuiteDocument::new).collect(),
+        })?;
+    } else {
+        print(&text(|out| write_suites(out, &suites)))?;
+    }
+    Ok(if passed { Completion::Complete } else { Completion::Failed })
+}
+
+fn failures(suites: &[SelfTestSuite]) -> usize {
+    suites.iter().flat_map(|suite| &suite.checks).filter(|check| !check.passes()).count()
+}
+
+fn write_suites(out: &mut String, suites: &[SelfTestSuite]) -> fmt::Result {
+    for suite in suites {
+        let row = |cells: [&str; 5]| {
+            let [statistic, m, reference, ours, difference] = cells;
+            format!("  {statistic:<45}{m:>4} {reference:>14} {ours:>14} {difference:>12}")
+        };
+        writeln!(out, "{}", suite.source)?;
+        writeln!(out, "{}", row(["", "m", "reference", "ours", "difference"]))?;
+        for check in &suite.checks {
+            let m = check.m.map_or(String::new(), |m| m.to_string());
+            let [reference, ours] = [check.reference.parse().ok(), check.ours].map(seven_digits);
+            let verdict = if check.passes() { "" } else { "  FAILS" };
+            writeln!(out, "{}{verdict}", row([&check.statistic, &m, &reference, &ours, &difference(check)]))?;
+        }
+        writeln!(out)?;
+    }
+    let all = suites.iter().map(|suite| suite.checks.len()).sum::<usize>();
+    match failures(suites) {
+        0 => writeln!(
+            out,
+            "all {all} agree: deviations to the last digit published, degrees of freedom to 1e-6, bounds to 1e-10"
+        ),
+        failed => writeln!(out, "{failed} of {all} differ: do not trust the results of this program on this machine"),
+    }
+}
+
+fn seven_digits(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| format!("{value:.6e}"))
+}
+
+/// Relative; what rounding makes of it is the same everywhere only down to here.
+fn difference(check: &SelfTestCheck) -> String {
+    match check.relative_difference() {
+        Some(difference) if difference.abs() < 1e-9 => "< 1e-9".into(),
+        Some(difference) => format!("{difference:+.0e}"),
+        None => "-".into(),
+    }
+}
+
+#[derive(Serialize)]
+struct SelftestDocument {
+    schema: &'static str,
+    passed: bool,
+    suites: Vec<SuiteDocument>,
+}
+
+#[derive(Serialize)]
+struct SuiteDocument {
+    source: &'static str,
+    checks: Vec<CheckDocument>,
+}
+
+#[derive(Serialize)]
+struct CheckDocument {
+    statistic: String,
+    m: Option<u64>,
+    reference: Option<f64>,
+    ours: Option<f64>,
+    relative_difference: Option<f64>,
+    tolerance: f64,
+    passed: bool,
+}
+
+impl SuiteDocument {
+    fn new(suite: &SelfTestSuite) -> Self {
+        let check = |check: &SelfTestCheck| CheckDocument {
+            statistic: check.statistic.clone(),
+            m: check.m,
+            reference: check.reference.parse().ok(),
+            ours: check.ours,
+            relative_difference: check.relative_difference(),
+            tolerance: check.tolerance,
+            passed: check.passes(),
+        };
+        Self { source: suite.source, checks: suite.checks.iter().map(check).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_differs_is_marked_and_counted() {
+        let mut suites = self_test();
+        suites[1].checks[3].ours = Some(85.952_98);
+        suites[0].checks[0].ours = None;
+        let text = text(|out| write_suites(out, &suites));
+        let marked: Vec<&str> = text.lines().filter(|line| line.ends_with("FAILS")).collect();
+        assert_eq!(marked.len(), 2, "{text}");
+        assert!(marked[1].contains("+1e-6") && text.contains("2 of 38 differ"), "{text}");
+    }
+}
