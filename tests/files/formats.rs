@@ -156,6 +156,21 @@ fn as_csv(rows: usize) -> String {
     })
 }
 
+/// The channels without the interval of N, in which arrival times count, and what is judged by it.
+fn of_samples(document: &Value) -> Value {
+    let mut channels = document["channels"].clone();
+    for channel in channels.as_array_mut().unwrap() {
+        channel.as_object_mut().unwrap().remove("verdict");
+        if let Some(white) = channel["noise"]["white"].as_object_mut() {
+            white.retain(|key, _| ["status", "value", "unit", "p"].contains(&key.as_str()));
+        }
+        if let Some(noise) = channel["noise"].as_object_mut() {
+            noise.remove("curve_minimum");
+        }
+    }
+    channels
+}
+
 #[test]
 fn parsed_fields_read_as_the_lines_they_came_from() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +180,7 @@ fn parsed_fields_read_as_the_lines_they_came_from() {
     let (lines, _) = replay(&replay_log(CLEAN), &[]);
     assert_eq!(exit, 0);
     assert_eq!(csv["source"]["kind"], "csv");
-    assert_eq!(csv["channels"], lines["channels"]);
+    assert_eq!(of_samples(&csv), of_samples(&lines));
     assert_eq!(csv["link"]["bytes"], fs::metadata(&path).unwrap().len());
     assert_eq!(csv["timing"]["rate_from"], "arrival");
     assert!(warned(&csv, "unchecked-lines"));
@@ -305,7 +320,7 @@ fn a_recording_reads_as_its_lines_and_knows_their_times() {
     let (document, exit) = replay(&recorded(folder.path()), &[]);
     let (lines, _) = replay(&replay_log(CLEAN), &["--rate", "40"]);
     assert_eq!((exit, &document["source"]["kind"]), (0, &"mcap".into()));
-    assert_eq!((&document["channels"], &document["link"]), (&lines["channels"], &lines["link"]));
+    assert_eq!((of_samples(&document), &document["link"]), (of_samples(&lines), &lines["link"]));
     let timing = &document["timing"];
     assert_eq!((&timing["rate_from"], &timing["rate_hz"]), (&"arrival".into(), &40.0.into()));
     assert_eq!(timing["interarrival_us"]["max"], 25_000);

@@ -23,4 +23,5 @@ mod support;
 mod system_faults;
 #[cfg(unix)]
 mod terminal;
+mod uncertainty;
 mod verdict;

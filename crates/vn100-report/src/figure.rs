@@ -215,12 +215,13 @@ impl Plot {
         };
         let (mut marks, mut x_next, mut y_next) = (vec![title_mark], left, 17.0 + ROW);
         for (sample, text) in legend {
-            let entry = 28.0 + LETTERS * width(text) + 12.0;
+            let before = if matches!(sample, Sample::Nothing) { 0.0 } else { 28.0 };
+            let entry = before + LETTERS * width(text) + 12.0;
             if x_next > left && x_next + entry > WIDTH {
                 (x_next, y_next) = (left, y_next + ROW);
             }
             sample.draw((x_next, y_next - 4.0), &mut marks);
-            marks.push(Primitive::text((x_next + 28.0, y_next), text, Anchor::Start));
+            marks.push(Primitive::text((x_next + before, y_next), text, Anchor::Start));
             x_next += entry;
         }
         let top = if legend.is_empty() { 26.0 } else { y_next + 8.0 };

@@ -82,7 +82,7 @@ pub fn budget_rows(budget: &WhiteBudget, nominal_hz: f64) -> [(&'static str, Str
     let rate = match (budget.rate.relative, budget.rate.from) {
         (Some(relative), _) => {
             let percent = digits(100.0 * relative, 2);
-            format!("±{percent} %, as the arrival times differ from {nominal_hz} Hz; within the interval")
+            format!("±{percent} %, by the arrival times against {nominal_hz} Hz; within the interval")
         }
         (None, RateFrom::Device) => "not verified without arrival times: as the sensor says".into(),
         (None, RateFrom::Option) => "not verified without arrival times: as given".into(),

@@ -365,6 +365,31 @@ mod tests {
     }
 
     #[test]
+    fn the_whole_solution_holds_terms_that_are_only_bounded() {
+        let (shape, _, white) = fit_of(600.0);
+        let octaves = shape.octaves();
+        // a walk too weak to be proved
+        let variances: Vec<f64> = (octaves.iter())
+            .map(|octave| {
+                Term::White.variance(1.0, octave.m, &shape) + Term::RateRandomWalk.variance(0.02, octave.m, &shape)
+            })
+            .collect();
+        let fit =
+            NoiseModel::new(&octaves, &shape, Terms::RATE, None).fit(&ChannelCurve::new(&variances, Some(0.0)), 0.95);
+        assert_eq!(fit.parameter(Term::RateRandomWalk).unwrap().status, Status::Bounded);
+        let mut longest = 0.0;
+        for octave in &octaves {
+            let Some(found) = fit.deviation(octave.m) else { continue };
+            let alone = white.deviation(octave.m).unwrap();
+            assert!((alone / Term::White.variance(1.0, octave.m, &shape).sqrt() - 1.0).abs() < 0.01);
+            longest = found / alone;
+        }
+        assert!((1.05..1.5).contains(&longest), "{longest} times the white noise");
+        let last = octaves.last().unwrap().m;
+        assert!(fit.deviation(last).is_none() && fit.deviation(3).is_none());
+    }
+
+    #[test]
     fn a_longer_record_promises_no_more_than_its_bias_instability_allows() {
         let (shape, made, fit) = fit_of(600.0);
         let later = made.detectable_rrw(&shape, &fit).unwrap();

@@ -1,6 +1,6 @@
 //! What N is uncertain by, and the N of the sensor itself.
 
-use imu_noise::{Parameter, Status};
+use imu_noise::{Parameter, Status, TimebaseSummary};
 
 use super::{Onboard, WindowFrom};
 use crate::snapshot::{RateFrom, Snapshot};
@@ -24,8 +24,10 @@ pub struct WhiteBudget {
 pub struct RateShare {
     /// Where the nominal rate comes from.
     pub from: RateFrom,
-    /// How far N may be off for it, relative: half of what the arrival times say of the nominal
-    /// rate, as N² is a variance times a time. `None` without arrival times.
+    /// How far N may be off for it, relative: half of what the rate may be, as N² is a variance
+    /// times a time. The rate may be off by what the arrival times differ from the nominal one, and
+    /// by their own spread (99th percentile of the intervals less the median) over the record; the
+    /// clock that they were taken by is not verified. `None` without arrival times.
     pub relative: Option<f64>,
 }
 
@@ -49,7 +51,13 @@ impl WhiteBudget {
             let value = white.value.filter(|value| *value > 0.0)?;
             Some((1.0 - white.lower? / value, white.upper? / value - 1.0))
         };
-        let measured_hz = snapshot.arrivals.and_then(|arrivals| arrivals.measured_hz);
+        let measured = |arrivals: TimebaseSummary| {
+            let off = (arrivals.measured_hz? / snapshot.timing.rate_hz - 1.0).abs();
+            let times = arrivals.arrivals?;
+            let spread_s = times.p99_us.saturating_sub(times.p50_us) as f64 * 1e-6;
+            let relative = (off + spread_s / snapshot.timing.duration_s()) / 2.0;
+            relative.is_finite().then_some(relative)
+        };
         let aliasing = |onboard: Onboard| Aliasing {
             factor: onboard.window.white_factor(),
             uncertainty: Onboard::uncertainty_of(onboard.window),
@@ -58,10 +66,7 @@ impl WhiteBudget {
         };
         Self {
             sampling: fitted.and_then(sampling),
-            rate: RateShare {
-                from: snapshot.timing.rate_from,
-                relative: measured_hz.map(|hz| (hz / snapshot.timing.rate_hz - 1.0).abs() / 2.0),
-            },
+            rate: RateShare { from: snapshot.timing.rate_from, relative: snapshot.arrivals.and_then(measured) },
             aliasing: onboard.map(aliasing),
         }
     }

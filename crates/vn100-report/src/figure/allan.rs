@@ -1,8 +1,8 @@
 //! The Allan plot: deviation over averaging time, both by decades, with an interval at each point.
 
 use vn100_analysis::noise::{
-    Deviation,
-    Term::{self, BiasInstability, Quantization, RateRandomWalk, White},
+    Deviation, Parameter,
+    Term::{self, BiasInstability, Quantization, RateRamp, RateRandomWalk, White},
 };
 use vn100_analysis::{ChannelNoise, letter};
 
@@ -188,13 +188,15 @@ impl Model<'_> {
             let ends = self.value(RateRandomWalk).map_or(last, |walk| 3.0 * (FLAT * flicker / walk).powi(2)).min(last);
             (begins * ends.max(begins)).sqrt()
         };
-        let reference = |dash, letter, tau_s, deviation, slope| Reference { dash, letter, tau_s, deviation, slope };
+        let at = |term, letter, tau_s, deviation, slope| {
+            Some(Reference { dash: dash(term)?, letter, tau_s, deviation, slope })
+        };
+        let flat_part = |flicker| at(BiasInstability, "0.664 B", flat(flicker), FLAT * flicker, 0.0);
         [
-            self.value(Quantization).map(|rounding| reference(Dash::Dotted, "Q", 3_f64.sqrt(), rounding, -1.0)),
-            self.value(White).map(|white| reference(Dash::Dashed, "N", 1.0, white, -0.5)),
-            self.value(BiasInstability)
-                .map(|flicker| reference(Dash::Dotted, "0.664 B", flat(flicker), FLAT * flicker, 0.0)),
-            self.value(RateRandomWalk).map(|walk| reference(Dash::Mixed, "K", 3.0, walk, 0.5)),
+            self.value(Quantization).and_then(|rounding| at(Quantization, "Q", 3_f64.sqrt(), rounding, -1.0)),
+            self.value(White).and_then(|white| at(White, "N", 1.0, white, -0.5)),
+            self.value(BiasInstability).and_then(flat_part),
+            self.value(RateRandomWalk).and_then(|walk| at(RateRandomWalk, "K", 3.0, walk, 0.5)),
         ]
         .into_iter()
         .flatten()
@@ -209,23 +211,18 @@ impl Model<'_> {
         if [classical.white, classical.bias_instability, classical.rate_random_walk].iter().any(Option::is_some) {
             legend.push((Sample::Symbol(Shape::Ring, Colour::Ink), "read by rule".into()));
         }
-        let terms = [
-            (Quantization, Dash::Dotted),
-            (White, Dash::Dashed),
-            (BiasInstability, Dash::Dotted),
-            (RateRandomWalk, Dash::Mixed),
-        ];
-        legend.extend(terms.into_iter().filter_map(|(term, dash)| {
-            let parameter = self.noise.parameter(term)?;
+        legend.extend(Term::ALL.into_iter().filter_map(|term| {
+            let Parameter { value, upper, .. } = self.noise.parameter(term)?;
             let number = |value: f64| digits(value * self.factor, 3);
-            match (parameter.value, parameter.upper) {
-                (Some(value), _) => {
-                    Some((Sample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value))))
+            Some(match (value, upper, dash(term)) {
+                (Some(value), _, Some(dash)) => {
+                    (Sample::Line(quiet(1.1, dash)), format!("{} {}", letter(term), number(value)))
                 }
+                (Some(value), _, None) => (Sample::Nothing, format!("{} {}", letter(term), number(value))),
                 // a bound is no line of the curve
-                (None, Some(upper)) => Some((Sample::Nothing, format!("{} ≤ {}", letter(term), number(upper)))),
-                (None, None) => None,
-            }
+                (None, Some(upper), _) => (Sample::Nothing, format!("{} ≤ {}", letter(term), number(upper))),
+                (None, None, _) => return None,
+            })
         }));
     }
 
@@ -264,6 +261,16 @@ impl Model<'_> {
             marks.push(plot.symbol(tau_s, FLAT * flicker * self.factor, Shape::HollowSquare, Colour::Ink));
         }
         marks
+    }
+}
+
+/// How the line of a term is drawn; a ramp has none.
+fn dash(term: Term) -> Option<Dash> {
+    match term {
+        Quantization | BiasInstability => Some(Dash::Dotted),
+        White => Some(Dash::Dashed),
+        RateRandomWalk => Some(Dash::Mixed),
+        RateRamp => None,
     }
 }
 

@@ -2,13 +2,14 @@
 //! figures of the data sheet.
 
 use maud::{Markup, html};
-use vn100_analysis::noise::{Convention, Deviation, Parameter, Sensor, Sides, Term, conventions};
+use vn100_analysis::noise::{Convention, Deviation, Parameter, Sensor, Sides, Term, Verdict, conventions};
 use vn100_analysis::{
     ChannelNoise, DetectableRrw, FigureVerdict, LongTauValidity, Remedy, RemedyWords, SENSORS, StreamUnknown, letter,
 };
 
 use super::table;
 use crate::{
+    codes::code_of_verdict,
     figure::pretty_unit,
     measured::Record,
     names::{QUANTITIES, TERMS, budget_rows, grade_scheme, grade_text, in_words, names_of, shown_in, verdict_name},
@@ -60,7 +61,7 @@ fn sensor_table(axes: &[AxisNoise<'_>], sensor: Sensor, deviation: Deviation) ->
                             }
                         }
                         @if term == Term::BiasInstability {
-                            tbody { (in_units(axes, conventions(sensor, term), html! { "minimum of the curve, the in-run bias stability of data sheets" }, ChannelNoise::curve_minimum)) }
+                            tbody { (in_units(axes, conventions(sensor, term), html! { "minimum of the curve" }, ChannelNoise::curve_minimum)) }
                         }
                     }
                 }
@@ -115,8 +116,10 @@ fn proved(noise: &ChannelNoise, term: Term) -> Option<f64> {
 
 /// What N is uncertain by beside the randomness of the record, the same for all axes.
 fn budget(noise: &ChannelNoise, nominal_hz: f64) -> Markup {
-    let rows = budget_rows(&noise.white_budget, nominal_hz).map(|(what, amount)| format!("{what}: {amount}"));
-    html! { p { "Uncertainty of N beside that. " (rows.join(". ")) "." } }
+    html! {
+        p { "The uncertainty of N, beside the randomness of this record:" }
+        ul { @for (what, amount) in budget_rows(&noise.white_budget, nominal_hz) { li { (what) ": " (amount) "." } } }
+    }
 }
 
 /// Beside the fit, for those who compare with older reports.
@@ -215,7 +218,7 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
                     td { (pretty_unit(&verdict.figure.printed)) }
                     td {
                         @match &verdict.readings[..] {
-                            [two, one, ..] => { (range(two.expected, factor)) " two-sided, " (range(one.expected, factor)) " one-sided †" }
+                            [two, one, ..] => { (range(two.expected, factor)) " two-sided †" br; (range(one.expected, factor)) " one-sided" }
                             _ => (range(verdict.expected, factor)),
                         }
                         @if verdict.unknown == Some(StreamUnknown::Window) { " *" }
@@ -223,7 +226,7 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
                     td { (measured(verdict, factor)) }
                     td {
                         b { (verdict_name(verdict.verdict)) }
-                        @if let [two, one, ..] = &verdict.readings[..] { " (" (verdict_name(two.verdict)) " two-sided, " (verdict_name(one.verdict)) " one-sided)" }
+                        @if let [two, one, ..] = &verdict.readings[..] { br; (verdict_name(two.verdict)) " two-sided" br; (verdict_name(one.verdict)) " one-sided" }
                     }
                 }
             }
@@ -234,7 +237,10 @@ pub(super) fn verdicts(record: &Record<'_>, words: RemedyWords) -> Markup {
         @if let Some(note) = &verdicts.note { p { "Its figures are " (note) "." } }
         (table(Some("verdicts"), &columns, &compared))
         p {
-            "Pass: the whole interval lies below the least that a sensor at the limit reads. Typical figures are not guaranteed: they neither pass nor fail, and a single one stands for all that round to it. "
+            @for code in Verdict::ALL.into_iter().filter(|verdict| rows.iter().any(|(_, row)| row.verdict == *verdict)).map(code_of_verdict) {
+                b { (code.word) } ": " (code.meaning) ". "
+            }
+            "A single typical figure stands for all that round to it. "
             @if rows.iter().any(|(_, verdict)| !verdict.readings.is_empty()) {
                 "† The sheet does not say whether its densities count both sides of the spectrum or one: both readings are given, and nothing passes by them. "
             }

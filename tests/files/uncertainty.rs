@@ -1,0 +1,128 @@
+//! What is said of the uncertainty of a result, the same in documents, tables, text and page.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::support::{channel, replay, vn100};
+
+/// A capture of the emulated sensor, its window by default.
+fn capture(folder: &Path, name: &str, options: &[&str]) -> std::path::PathBuf {
+    let path = folder.join(name);
+    let output = vn100().args(["sim", "-o"]).arg(&path).args(options).output().unwrap();
+    assert!(output.status.success());
+    path
+}
+
+fn text(file: &Path, options: &[&str]) -> String {
+    let output = vn100().arg("replay").arg(file).args(options).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn no_deviation_has_an_interval_below_two_degrees_of_freedom() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "a.txt", &["--message", "VNIMU", "--duration", "2min"]);
+    let (document, _) = replay(&file, &["--rate", "40"]);
+    let (mut without, mut with) = (0, 0);
+    for found in document["channels"].as_array().unwrap() {
+        for point in found["allan"]["points"].as_array().unwrap() {
+            assert!(point["deviation"].is_number(), "{point}");
+            match point["edf"].as_f64() {
+                Some(edf) => {
+                    assert!(edf >= 2.0 && point["lower"].is_number() && point["upper"].is_number(), "{point}");
+                    with += 1;
+                }
+                None => {
+                    assert!(point["lower"].is_null() && point["upper"].is_null(), "{point}");
+                    without += 1;
+                }
+            }
+        }
+    }
+    assert!(without >= 9 && with > 9 * without, "{without} of {with}");
+    let page = folder.path().join("a.html");
+    let output = vn100().arg("report").arg(&file).args(["--rate", "40", "--export", "csv", "-o"]).arg(&page).output();
+    assert!(output.unwrap().status.success());
+    let table = fs::read_to_string(page.with_extension("allan.csv")).unwrap();
+    let empty = table.lines().skip(1).filter(|row| row.split(',').skip(5).take(3).all(str::is_empty)).count();
+    let partly = table.lines().skip(1).filter(|row| row.split(',').skip(5).take(3).any(str::is_empty)).count();
+    assert_eq!((empty, partly), (without, without));
+    assert!(text(&file, &["--rate", "40"]).contains("few"));
+}
+
+#[test]
+fn p_stands_beside_each_estimated_slow_term_and_the_minimum_beside_b() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "a.txt", &["--message", "VNIMU", "--duration", "2h"]);
+    let options = ["--rate", "40", "--window", "4"];
+    let (document, _) = replay(&file, &options);
+    let noise = &channel(&document, "gyro_x")["noise"];
+    let bias = &noise["bias_instability"];
+    assert_eq!(bias["status"], "estimated");
+    assert!((0.0..0.05).contains(&bias["p"].as_f64().unwrap()), "{bias}");
+    // 0.664 B and what white noise and a walk add
+    let minimum = &noise["curve_minimum"];
+    let ratio = minimum["value"].as_f64().unwrap() / bias["value"].as_f64().unwrap();
+    assert!((0.66..0.9).contains(&ratio), "{ratio}");
+    let text = text(&file, &options);
+    for row in [
+        "\n  p without it",
+        "\nminimum of the curve",
+        "\n  N is uncertain by, in %",
+        "\n    scale factor: not verified",
+    ] {
+        assert!(text.contains(row), "{row:?} is not in {text}");
+    }
+    let page = folder.path().join("a.html");
+    let output = vn100().arg("report").arg(&file).args(options).args(["--export", "csv", "-o"]).arg(&page).output();
+    assert!(output.unwrap().status.success());
+    let html = fs::read_to_string(&page).unwrap();
+    for told in ["p of as much without B", "minimum of the curve", "beside the randomness of this record"] {
+        assert!(html.contains(told), "{told}");
+    }
+    let table = fs::read_to_string(page.with_extension("parameters.csv")).unwrap();
+    assert!(table.starts_with("channel,parameter,status,value,lower,upper,unit,p\n"), "{table}");
+    let row = |name: &str| table.lines().find(|row| row.starts_with(&format!("gyro_x,{name},"))).unwrap().to_owned();
+    assert_eq!(row("bias_instability").rsplit(',').next().unwrap().parse::<f64>().ok(), bias["p"].as_f64());
+    assert!(row("curve_minimum").ends_with("rad/s,"), "{}", row("curve_minimum"));
+}
+
+#[test]
+fn the_budget_of_n_names_what_is_known_of_rate_and_aliasing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = capture(folder.path(), "a.txt", &["--duration", "2min"]);
+    let budget = |options: &[&str]| replay(&file, options).0;
+    let of = |document: &Value| channel(document, "gyro_y")["noise"]["white"]["budget"].clone();
+    let assumed = of(&budget(&[]));
+    assert_eq!([&assumed["rate"]["from"], &assumed["rate"]["relative"]], [&Value::from("assumed"), &Value::Null]);
+    assert_eq!(
+        [&assumed["aliasing"]["window_from"], &assumed["aliasing"]["relative"]],
+        [&Value::from("default"), &Value::Null]
+    );
+    assert_eq!(
+        (&assumed["aliasing"]["unaliased"]["status"], &assumed["scale_factor"]["relative"]),
+        (&"bounded".into(), &Value::Null)
+    );
+    let document = budget(&["--rate", "40", "--window", "4"]);
+    let known = of(&document);
+    assert_eq!(
+        [&known["aliasing"]["window_from"], &known["aliasing"]["relative"]],
+        [&Value::from("option"), &Value::from(0.1)]
+    );
+    let white = &channel(&document, "gyro_y")["noise"]["white"];
+    let own = known["aliasing"]["unaliased"]["value"].as_f64().unwrap();
+    assert!((white["value"].as_f64().unwrap() / own - 5_f64.sqrt()).abs() < 1e-9);
+    let above = white["upper"].as_f64().unwrap() / white["value"].as_f64().unwrap() - 1.0;
+    assert!((known["sampling"]["above"].as_f64().unwrap() - above).abs() < 1e-12, "no arrival times widen it");
+    // the recording was made at 40 Hz: at 41 the interval of N holds that it may be off by half of that
+    let timed = capture(folder.path(), "a.mcap", &["--duration", "2min"]);
+    let (document, _) = replay(&timed, &["--rate", "41"]);
+    let white = &channel(&document, "gyro_y")["noise"]["white"];
+    let rate = &white["budget"]["rate"];
+    assert_eq!(rate["verified_by"], "arrival-times");
+    let relative = rate["relative"].as_f64().unwrap();
+    assert!((relative - 0.5 / 41.0).abs() < 1e-3, "{relative}");
+    let above = white["upper"].as_f64().unwrap() / white["value"].as_f64().unwrap() - 1.0;
+    assert!(above > white["budget"]["sampling"]["above"].as_f64().unwrap() + relative, "{white}");
+}
