@@ -91,8 +91,8 @@ impl Histogram {
     }
 
     /// The real step of the values in counts, not always whole: the even distance of neighbouring
-    /// values in the core of the distribution, where each came often, so that one between them would
-    /// have come too. `None` where the samples are too few, or too far apart, to show it.
+    /// values in the core of the distribution, where each came often, so that one between them
+    /// would have come too. `None` where the samples are too few, or too far apart, to show it.
     #[must_use]
     pub fn step_counts(&self) -> Option<f64> {
         self.values().map(|(_, step)| step)

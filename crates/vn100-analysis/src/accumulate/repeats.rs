@@ -59,7 +59,7 @@ impl Default for Repeats {
 }
 
 impl Repeats {
-    /// Rows of the record that came before, those of a group that has not ended left out.
+    /// Rows of the record that came before, without those of a group that has not ended.
     pub(crate) fn repeated(&self) -> u64 {
         let twice = self.like_last.saturating_sub(self.like_one_before);
         let by_chance = 5.0 * ((self.like_last + self.like_one_before) as f64).sqrt();

@@ -185,9 +185,9 @@ impl NoiseModel {
         self.fit_first(core::iter::once(0..self.fitted), self.octaves.len(), curve, confidence)
     }
 
-    /// As [`fit`](Self::fit), without a ramp, to as many of the first `octaves` as follow the model,
-    /// half of them at least, without the longest: for streams whose long averaging times show
-    /// something else, such as a filter that takes slow changes out.
+    /// As [`fit`](Self::fit), without a ramp, to as many of the first `octaves` as follow the
+    /// model, half of them at least, without the longest: for streams whose long averaging times
+    /// show something else, such as a filter that takes slow changes out.
     #[must_use]
     pub fn fit_part(&self, curve: &ChannelCurve<'_>, octaves: usize, confidence: f64) -> NoiseFit {
         let octaves = self.octaves.partition_point(|(place, _)| *place < octaves);

@@ -38,8 +38,8 @@ pub(super) const MOST_COMPONENTS: usize = 4;
 /// By p and q, symmetric; 0 for components that there are not.
 pub(super) type Means = [[f64; MOST_COMPONENTS]; MOST_COMPONENTS];
 
-/// Between short octaves of this level and octaves by this many levels longer. They do not depend on
-/// the length of the record.
+/// Between short octaves of this level and octaves by this many levels longer. They do not depend
+/// on the length of the record.
 type Coherences = HashMap<(u32, u32), Arc<Coherence>>;
 
 impl JointMeans {
