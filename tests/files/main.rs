@@ -14,6 +14,7 @@ mod diagnostics;
 mod formats;
 mod measure_options;
 mod numbers;
+mod pool;
 mod real_captures;
 mod replay_logs;
 mod report;

@@ -239,6 +239,25 @@ fn kalibr_gets_no_invented_random_walk() {
 }
 
 #[test]
+fn other_averaging_times_are_shown_and_change_no_figure_for_filters() {
+    let folder = TempDir::new().unwrap();
+    let capture = simulated(&folder, "a.vnimu", &["--message", "VNIMU"]);
+    let exported = |taus: &str| {
+        let options =
+            ["--rate", "40", "--estimator", "full", "--taus", taus, "--filter-models", "--export", "kalibr,csv"];
+        let (page, _) = report(&folder, &[&capture], &options);
+        let read = |ending: &str| fs::read_to_string(page.with_extension(ending)).unwrap();
+        let yaml = read("imu.yaml");
+        (yaml.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n"), read("allan.csv"))
+    };
+    let ((octaves, _), (listed, curve)) = (exported("octave"), exported("10,1"));
+    assert_eq!(octaves, listed);
+    assert!(octaves.contains("accelerometer_noise_density"), "{octaves}");
+    let gyro: Vec<&str> = curve.lines().filter(|line| line.starts_with("gyro_x,")).collect();
+    assert!(gyro.len() == 2 && gyro[0].contains(",40,1,") && gyro[1].contains(",400,10,"), "{gyro:?}");
+}
+
+#[test]
 fn existing_files_stay_unless_told_otherwise() {
     let folder = TempDir::new().unwrap();
     let capture = simulated(&folder, "a.vnymr", &[]);

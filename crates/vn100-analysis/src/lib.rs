@@ -19,6 +19,7 @@ mod goal;
 mod in_parallel;
 mod noise_figure;
 mod plan;
+mod pool;
 mod remedy;
 mod selftest;
 mod sensor;
@@ -47,6 +48,7 @@ pub use datasheet::{
 pub use goal::{Goal, GoalError, UnmetGoal, WhyUnmet};
 pub use noise_figure::{NoiseFigure, NoiseFigureError};
 pub use plan::{Given, Known, Plan, PlannedWant, PlanningError, Want, WantError};
+pub use pool::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter};
 pub use remedy::{Remedy, RemedyWords, Setting, Text};
 pub use selftest::{SelfTestCheck, SelfTestSuite, self_test};
 pub use sensor::{SENSORS, axes_name, letter, sensor_name, sensor_of};

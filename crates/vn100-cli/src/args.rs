@@ -49,6 +49,9 @@ impl Args {
             Subcommand::Attach(AttachArgs { change, .. }) | Subcommand::Record(RecordArgs { change, .. }) => {
                 change.not_measured()
             }
+            Subcommand::Replay(ReplayArgs { files, pool: true, .. }) if files.files.len() < 2 => {
+                Some("--pool is for two recordings or more, and makes a result of three or more".into())
+            }
             Subcommand::Replay(ReplayArgs { files, .. }) | Subcommand::Report(ReportArgs { files, .. }) => {
                 files.refused_taus()
             }

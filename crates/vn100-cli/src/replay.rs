@@ -19,7 +19,7 @@ use tokio::{
     time,
 };
 use tokio_util::sync::CancellationToken;
-use vn100_analysis::Settings;
+use vn100_analysis::{Pool, Settings};
 use vn100_pipeline::{ReplaySpec, Session, SessionResult, Speed};
 use vn100_report::{Completion, Document, Evaluation, Measured};
 
@@ -42,7 +42,17 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Completion> {
     }
     let evaluation = evaluation(&files.measure, args.result.filter_models)?;
     let mut writer = ResultWriter::new(args.result.format());
-    measure_files(files, evaluation, args.result.ndjson, |measured| writer.write(&measured))?;
+    let mut recordings = Vec::new();
+    measure_files(files, evaluation, args.result.ndjson, |measured| {
+        writer.write(&measured)?;
+        recordings.extend(args.pool.then_some(measured));
+        Ok(())
+    })?;
+    if args.pool {
+        let records: Vec<_> = recordings.iter().map(Measured::compared).collect();
+        let settings = files.settings();
+        writer.write_pool(&Pool::of(&records, settings.confidence), (settings.deviation, settings.estimator))?;
+    }
     writer.finish()
 }
 

@@ -3,11 +3,14 @@
 use std::{io, sync::Arc};
 
 use anyhow::{Context, Result};
+use imu_noise::{Deviation, Estimator};
 use indicatif::HumanBytes;
+use serde::Serialize;
 use tokio::task::{self, JoinHandle};
+use vn100_analysis::Pool;
 use vn100_capture::RecordingState;
 use vn100_pipeline::{EndReason, SessionResult, SourceState, StartError};
-use vn100_report::{Completion, Document, Evaluation, Measured};
+use vn100_report::{Completion, Document, Evaluation, Measured, PoolDocument};
 
 use crate::{
     args::OutputFormat,
@@ -88,9 +91,17 @@ fn note_recording(measured: &mut Measured, recording: &RecordingState, unrecorde
     measured.note_failed_recording(text);
 }
 
+/// What an array of documents holds.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum AnyDocument {
+    Source(Box<Document>),
+    Pool(PoolDocument),
+}
+
 pub(crate) struct ResultWriter {
     format: OutputFormat,
-    documents: Vec<Document>,
+    documents: Vec<AnyDocument>,
     completion: Completion,
 }
 
@@ -104,12 +115,35 @@ impl ResultWriter {
         self.completion = self.completion.max(measured.completion);
         measured.facts.error.iter().chain(&measured.unmet).for_each(|text| report(text));
         match self.format {
-            OutputFormat::Json => self.documents.push(Document::new(measured, true, remedy_words)),
+            OutputFormat::Json => {
+                let document = Document::new(measured, true, remedy_words);
+                self.documents.push(AnyDocument::Source(Box::new(document)));
+            }
             OutputFormat::Text if measured.facts.kind.is_some() => {
                 print(&text::result(measured))?;
             }
             OutputFormat::Summary => print(&text::summary(measured))?,
             OutputFormat::Text | OutputFormat::Ndjson => {}
+        }
+        Ok(())
+    }
+
+    /// Writes what the recordings say together; one that does not belong to the others fails the
+    /// command.
+    pub(crate) fn write_pool(&mut self, pool: &Pool, measured_by: (Deviation, Estimator)) -> Result<()> {
+        for part in &pool.parts {
+            if let Some(reason) = &part.refused {
+                report(&format!("{} is excluded from the pool: {reason}", part.name));
+            }
+        }
+        if !pool.is_whole() {
+            self.completion = self.completion.max(Completion::Failed);
+        }
+        let document = || PoolDocument::new(pool, measured_by);
+        match self.format {
+            OutputFormat::Json => self.documents.push(AnyDocument::Pool(document())),
+            OutputFormat::Ndjson => print_json_line(&document())?,
+            OutputFormat::Text | OutputFormat::Summary => print(&text::text(|out| text::write_pool(out, pool)))?,
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 //! deviations.
 
 mod noise;
+mod pool;
 mod statistics;
 
 use std::fmt::{self, Write};
@@ -18,6 +19,8 @@ use vn100_report::{
 };
 
 use crate::words::remedy_words;
+pub(crate) use pool::write_pool;
+
 use noise::{write_filter_models, write_noise, write_verdicts};
 use statistics::{write_deviations, write_distribution, write_parts, write_statistics};
 

@@ -3,6 +3,7 @@
 pub(crate) mod comparison;
 pub(crate) mod noise;
 pub(crate) mod plan;
+pub(crate) mod pool;
 pub(crate) mod source;
 
 use std::collections::BTreeMap;
@@ -221,6 +222,21 @@ impl Document {
     }
 }
 
+const fn deviation_name(deviation: Deviation) -> &'static str {
+    match deviation {
+        Deviation::Allan => "allan",
+        Deviation::Hadamard => "hadamard",
+    }
+}
+
+const fn estimator_name(estimator: Estimator) -> &'static str {
+    match estimator {
+        Estimator::Strided => "strided",
+        Estimator::Full => "full",
+        Estimator::Plain => "plain",
+    }
+}
+
 fn timing(snapshot: &Snapshot) -> Timing {
     let (timing, arrivals) = (&snapshot.timing, snapshot.arrivals);
     Timing {
@@ -292,15 +308,8 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
             histogram: values.bars.filter(|_| ended),
         },
         allan: Curve {
-            deviation: match snapshot.deviation {
-                Deviation::Allan => "allan",
-                Deviation::Hadamard => "hadamard",
-            },
-            estimator: match snapshot.estimator {
-                Estimator::Strided => "strided",
-                Estimator::Full => "full",
-                Estimator::Plain => "plain",
-            },
+            deviation: deviation_name(snapshot.deviation),
+            estimator: estimator_name(snapshot.estimator),
             confidence: Some(assessment.confidence),
             data: (values.quantity == Quantity::Value).then_some("rate"),
             detrend: snapshot.detrended.then_some("linear"),

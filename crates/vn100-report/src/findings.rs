@@ -190,7 +190,7 @@ pub(crate) fn shakes(lines: &[SpectralLine]) -> Vec<(f64, f64)> {
 
 fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let parameter = |term| channel.noise.as_ref().and_then(|noise| noise.parameter(term));
-    let known = channel.deviations.iter().filter(|point| point.is_known());
+    let known = channel.octaves.iter().filter(|point| point.is_known());
     let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
     let change = disturbed.and_then(|disturbed| disturbed.level_change);
     let sensor = channel.noise.as_ref().map(|noise| noise.sensor);
@@ -203,7 +203,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
         bias_instability: parameter(Term::BiasInstability),
         random_walk: parameter(Term::RateRandomWalk),
         quality: channel.noise.as_ref().and_then(|noise| noise.fit.quality),
-        first_tau_s: channel.deviations.first().map(|point| point.tau_s),
+        first_tau_s: channel.octaves.first().map(|point| point.tau_s),
         known_to_s: known.map(|point| point.tau_s).reduce(f64::max),
         lines: disturbed.map_or_else(Vec::new, |disturbed| shakes(&disturbed.lines)),
         disturbances: disturbed.map_or(0, |disturbed| disturbed.disturbances.len()),

@@ -3,10 +3,10 @@
 //! Everything is made from a [`Snapshot`](vn100_analysis::Snapshot), its
 //! [`Assessment`](vn100_analysis::Assessment) and the [`SourceFacts`](vn100_analysis::SourceFacts)
 //! of one source: together a [`Measured`], completed by an [`Evaluation`]. [`Document`],
-//! [`ComparisonDocument`] and [`PlanDocument`] serialise to JSON; [`write_page`] writes a page of
-//! HTML with the [`Figures`] of its [`Record`]s; [`CsvTable`], [`KalibrYaml`] and [`Ros2Messages`]
-//! are for other programs. Pure: no file is opened and no clock is read; what is written goes into
-//! a writer of the caller's.
+//! [`ComparisonDocument`], [`PlanDocument`] and [`PoolDocument`] serialise to JSON; [`write_page`]
+//! writes a page of HTML with the [`Figures`] of its [`Record`]s; [`CsvTable`], [`KalibrYaml`] and
+//! [`Ros2Messages`] are for other programs. Pure: no file is opened and no clock is read; what is
+//! written goes into a writer of the caller's.
 
 mod codes;
 mod datasheet;
@@ -31,6 +31,7 @@ pub use document::{
     Document,
     comparison::ComparisonDocument,
     plan::{PlanCommands, PlanDocument},
+    pool::PoolDocument,
     source::RecordingDocument,
 };
 pub use export::{

@@ -1,10 +1,14 @@
 //! From exact counts to values in each channel's own unit, for display and documents.
 
 use serde::Serialize;
-use vn100_analysis::noise::{Block, Density, Normality, NotJudged, Sensor, Sides, Term, conventions, counts_to_unit};
+use vn100_analysis::noise::{
+    Block, Density, Interval, NoiseFit, Normality, NotJudged, OctaveSum, Sensor, Sides, Term, conventions,
+    counts_to_unit,
+};
 use vn100_analysis::protocol::{Channel, Quantity};
 use vn100_analysis::{
-    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveTest, Snapshot,
+    Assessment, ChannelAssessment, ChannelNoise, ChannelSnapshot, Disturbed, Magnitude, OctaveAssessment, OctaveTest,
+    Snapshot,
 };
 
 use crate::names::names_of;
@@ -38,7 +42,9 @@ pub struct ChannelValues {
     pub resolution: f64,
     /// How often which values came.
     pub bars: Option<BarValues>,
-    /// One for each octave, or for each averaging time that was asked for instead.
+    /// One for each octave.
+    pub octaves: Vec<Point>,
+    /// Those to be shown: the octaves, or the averaging times that were asked for.
     pub deviations: Vec<Point>,
     /// Through time and frequency; `None` where it was not assessed.
     pub signal: Option<SignalValues>,
@@ -223,6 +229,14 @@ fn values(
 ) -> ChannelValues {
     let value = |counts| channel.in_unit(counts);
     let moments = &results.moments;
+    let fit = assessed.and_then(|assessed| Some(&assessed.noise.as_ref()?.fit));
+    let points = |sums: &[OctaveSum], assessments: Option<&Vec<OctaveAssessment>>| -> Vec<Point> {
+        let assessments = assessments.map_or(&[][..], Vec::as_slice);
+        let assessment = |index| assessments.get(index);
+        let points = sums.iter().enumerate();
+        points.map(|(index, sum)| point(channel, sum, assessment(index), fit, snapshot.timing.rate_hz)).collect()
+    };
+    let octaves = points(&results.octaves, assessed.map(|assessed| &assessed.octaves));
     let sample = |counts: Option<i32>| counts.map(|counts| value((i64::from(counts) - results.branch_counts) as f64));
     ChannelValues {
         name: channel.name.to_string(),
@@ -242,7 +256,11 @@ fn values(
             width: value(bars.width_counts),
             counts: bars.frequencies,
         }),
-        deviations: points(results, assessed, snapshot, value),
+        deviations: match &results.points[..] {
+            [] => octaves.clone(),
+            asked => points(asked, assessed.map(|assessed| &assessed.points)),
+        },
+        octaves,
         slope_s: results.slope_counts.map(|slope| value(slope) * snapshot.timing.rate_hz),
         signal: assessed.zip(results.signal.as_ref()).map(|(assessed, signal)| {
             let interval_s = snapshot.shape().interval_s;
@@ -271,36 +289,27 @@ fn values(
     }
 }
 
-fn points(
-    results: &ChannelSnapshot,
-    assessed: Option<&ChannelAssessment>,
-    snapshot: &Snapshot,
-    value: impl Fn(f64) -> f64,
-) -> Vec<Point> {
-    let (sums, assessments) = match assessed {
-        Some(assessed) if !results.points.is_empty() => (&results.points, &assessed.points[..]),
-        assessed => (&results.octaves, assessed.map_or(&[][..], |assessed| &assessed.octaves)),
-    };
-    (sums.iter().enumerate())
-        .map(|(index, octave)| {
-            let deviation = octave.deviation_counts().map(&value);
-            let fit = assessed.and_then(|assessed| Some(&assessed.noise.as_ref()?.fit));
-            let assessed = assessments.get(index);
-            let relative = assessed.and_then(|assessed| assessed.relative);
-            let bound = |of: fn(&vn100_analysis::noise::Interval) -> f64| Some(deviation? * of(&relative?));
-            Point {
-                m: octave.m,
-                tau_s: octave.m as f64 / snapshot.timing.rate_hz,
-                deviation,
-                terms: octave.terms,
-                edf: relative.map(|relative| relative.edf),
-                alpha: assessed.and_then(|assessed| assessed.alpha),
-                lower: bound(|relative| relative.lower),
-                upper: bound(|relative| relative.upper),
-                fitted: fit.and_then(|fit| fit.deviation(octave.m)),
-            }
-        })
-        .collect()
+fn point(
+    channel: &Channel,
+    sum: &OctaveSum,
+    assessed: Option<&OctaveAssessment>,
+    fit: Option<&NoiseFit>,
+    rate_hz: f64,
+) -> Point {
+    let deviation = sum.deviation_counts().map(|counts| channel.in_unit(counts));
+    let relative = assessed.and_then(|assessed| assessed.relative);
+    let bound = |of: fn(&Interval) -> f64| Some(deviation? * of(&relative?));
+    Point {
+        m: sum.m,
+        tau_s: sum.m as f64 / rate_hz,
+        deviation,
+        terms: sum.terms,
+        edf: relative.map(|relative| relative.edf),
+        alpha: assessed.and_then(|assessed| assessed.alpha),
+        lower: bound(|relative| relative.lower),
+        upper: bound(|relative| relative.upper),
+        fitted: fit.and_then(|fit| fit.deviation(sum.m)),
+    }
 }
 
 /// The tests of each channel together, in the order in which the channels first come.

@@ -250,6 +250,11 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) result: ResultArgs,
 
+    /// Also take the recordings as of one sensor: one curve, N, B and K with the spread between
+    /// recordings and an interval for the next one, and which of them is an outlier
+    #[arg(long, conflicts_with = "speed")]
+    pub(crate) pool: bool,
+
     /// Replay in the live view, at this many seconds of data a second, as in "1x" or "10x", or
     /// "max" for as fast as the machine can
     #[arg(long, value_name = "SPEED", conflicts_with_all = ["json", "ndjson"])]

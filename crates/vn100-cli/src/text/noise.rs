@@ -24,7 +24,7 @@ use super::{fill, row};
 use crate::words::remedy_words;
 
 /// In the order in which results are given.
-const TERMS: [(Term, &str); 5] = [
+pub(super) const TERMS: [(Term, &str); 5] = [
     (Term::Quantization, "Q, quantisation"),
     (Term::White, "N, white noise"),
     (Term::BiasInstability, "B, bias instability"),

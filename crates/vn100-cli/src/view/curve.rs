@@ -96,7 +96,7 @@ fn model(source: &SourceView, channel: &ChannelValues, factor: f64) -> Vec<Model
         lines
             .push(ModelLine { term: Some(letter(term)), points: line(&factors, &variances, shape.interval_s, factor) });
     }
-    let whole = channel.deviations.iter().filter_map(|point| Some((point.tau_s, point.fitted? * factor)));
+    let whole = channel.octaves.iter().filter_map(|point| Some((point.tau_s, point.fitted? * factor)));
     lines.push(ModelLine { term: None, points: whole.collect() });
     lines
 }

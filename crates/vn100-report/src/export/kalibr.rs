@@ -144,7 +144,7 @@ fn why_no_walk(axes: &[&ChannelValues]) -> &'static str {
 
 fn above_all(axes: &[&ChannelValues]) -> Option<(f64, f64)> {
     let bounds = axes.iter().filter_map(|axis| {
-        let known = axis.deviations.iter().filter(|point| point.is_known());
+        let known = axis.octaves.iter().filter(|point| point.is_known());
         let (tau_s, upper): (Vec<f64>, Vec<f64>) = known.filter_map(|point| Some((point.tau_s, point.upper?))).unzip();
         over_bound(&tau_s, &upper)
     });

@@ -35,6 +35,7 @@ pub fn allan_in_unit(
     let channels: Vec<ChannelValues> = (channels.iter())
         .map(|channel| ChannelValues {
             unit: unit.into(),
+            octaves: channel.octaves.iter().map(|point| point.times(factor)).collect(),
             deviations: channel.deviations.iter().map(|point| point.times(factor)).collect(),
             ..(*channel).clone()
         })
@@ -49,7 +50,7 @@ pub fn allan_in_unit(
 fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option<Figure> {
     let model = channel.noise.as_ref().filter(|_| deviation == Deviation::Allan);
     let model = model.map(|noise| Model { noise, factor });
-    let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.deviations));
+    let reaches = model.as_ref().map_or_else(Vec::new, |model| model.reaches(&channel.octaves));
     let (x, y) = axes(&[channel], &reaches, deviation)?;
     let mut legend = vec![(Sample::Both(solid(0, 1.0), Shape::Disc), "measured, with interval".to_owned())];
     if let Some(model) = &model {
@@ -65,7 +66,7 @@ fn axis_in(channel: &ChannelValues, factor: f64, deviation: Deviation) -> Option
     let marks = curve(&plot, 0, &channel.deviations);
     plot.draw(0, marks);
     if let Some(model) = &model {
-        let marks = model.above(&plot, &channel.deviations);
+        let marks = model.above(&plot, &channel.octaves);
         plot.draw(1, marks);
     }
     Some(plot.done(vec![series(channel.name.clone(), &channel.deviations)]))

@@ -1,0 +1,428 @@
+//! Recordings of one sensor together: one curve, one set of parameters, what one more recording
+//! would read, and which of them is an outlier.
+
+use imu_noise::{Interval, OctaveSum, Parameter, RandomEffects, Status, Term, holm};
+use vn100_protocol::{Channel, Quantity, Register};
+
+use crate::{assessment::LEAST_EDF, comparison::ComparedRecord, sensor::sensor_of};
+
+/// Several recordings of one sensor as one. Recordings are numbered in the order given.
+#[derive(Debug, Clone)]
+pub struct Pool {
+    /// Two-sided level of every interval.
+    pub confidence: f64,
+    /// All of them, those excluded too.
+    pub parts: Vec<PoolPart>,
+    /// What was taken on trust: serial numbers, averaging windows.
+    pub notes: Vec<String>,
+    /// By channel; none with fewer than two recordings that belong together.
+    pub channels: Vec<PooledChannel>,
+}
+
+/// One of the recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoolPart {
+    /// What texts call it.
+    pub name: String,
+    /// The sensor's; `None` where the recording does not hold it.
+    pub serial: Option<String>,
+    /// Samples in its statistics.
+    pub samples: u64,
+    /// Time they span, in seconds.
+    pub duration_s: f64,
+    /// Why it is excluded; `None` for one that is in.
+    pub refused: Option<String>,
+}
+
+/// One channel over all recordings, in the channel's own unit.
+#[derive(Debug, Clone)]
+pub struct PooledChannel {
+    /// As in every recording.
+    pub channel: Channel,
+    /// Each octave that a recording has.
+    pub octaves: Vec<PooledOctave>,
+    /// N, B, K, and Q where it was fitted; none for what is no axis of a sensor.
+    pub parameters: Vec<PooledParameter>,
+}
+
+/// The sum of one octave over all recordings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PooledOctave {
+    /// Averaging factor.
+    pub m: u64,
+    /// Averaging time in seconds.
+    pub tau_s: f64,
+    /// Root of the sum of all squares over all terms; `None` where the sum is unknown.
+    pub deviation: Option<f64>,
+    /// Differences that were squared and summed.
+    pub terms: u64,
+    /// Of a deviation of 1, by sampling alone: recordings that differ by more are not in it. The
+    /// degrees of freedom are those of the recordings, added with the weight that each has in the
+    /// sum (Welch, 1947; Satterthwaite, 1946).
+    pub relative: Option<Interval>,
+    /// Recordings that have this octave.
+    pub parts: usize,
+}
+
+/// A parameter over all recordings, in the unit of its term.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PooledParameter {
+    /// Which.
+    pub term: Term,
+    /// What each recording says of it; `None` for one that is excluded.
+    pub parts: Vec<Option<Parameter>>,
+    /// From three estimates on; below that they stand side by side.
+    pub pooled: Option<RandomEffects>,
+    /// The probability of the farthest recording, corrected for all parameters of all channels too
+    /// (Holm).
+    pub corrected: Option<f64>,
+}
+
+impl PooledParameter {
+    /// The outlier: a recording so far off that any would be in less than 5 % of pools.
+    #[must_use]
+    pub fn outlier(&self) -> Option<usize> {
+        let farthest = self.pooled?.farthest?;
+        self.corrected.is_some_and(|p| p < 0.05).then_some(farthest.record)
+    }
+}
+
+/// Terms that are positive amplitudes; a ramp has a sign, and belongs to one recording.
+const TERMS: [Term; 4] = [Term::Quantization, Term::White, Term::BiasInstability, Term::RateRandomWalk];
+
+impl Pool {
+    /// All assessed at the level `confidence`, 0 < p < 1. What differs from the first recording
+    /// with samples in message, compensation, channels, rate or averaging window is excluded.
+    #[must_use]
+    pub fn of(records: &[ComparedRecord<'_>], confidence: f64) -> Self {
+        let reference = records.iter().position(|record| why_unusable(record).is_none());
+        let parts: Vec<PoolPart> = (records.iter())
+            .map(|record| {
+                let refused = why_unusable(record).or_else(|| difference(record, &records[reference?]));
+                let timing = &record.snapshot.timing;
+                PoolPart {
+                    name: record.name.into(),
+                    serial: serial(record),
+                    samples: timing.samples,
+                    duration_s: timing.duration_s(),
+                    refused,
+                }
+            })
+            .collect();
+        let used: Vec<usize> = (0..parts.len()).filter(|part| parts[*part].refused.is_none()).collect();
+        let notes = notes(records, &parts, &used);
+        let channels = match reference.filter(|_| used.len() > 1) {
+            Some(first) => records[first].snapshot.layout_channels(),
+            None => &[],
+        };
+        let channel = |(place, channel): (usize, &Channel)| PooledChannel {
+            channel: channel.clone(),
+            octaves: octaves(records, &used, place, channel, confidence),
+            parameters: parameters(records, &used, place, channel, confidence),
+        };
+        let mut channels: Vec<PooledChannel> = channels.iter().enumerate().map(channel).collect();
+        correct(&mut channels);
+        Self { confidence, parts, notes, channels }
+    }
+
+    /// Whether every recording is in.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.parts.len() > 1 && self.parts.iter().all(|part| part.refused.is_none())
+    }
+}
+
+fn serial(record: &ComparedRecord<'_>) -> Option<String> {
+    record.snapshot.registers.get(&Register::SERIAL_NUMBER.0).cloned()
+}
+
+fn why_unusable(record: &ComparedRecord<'_>) -> Option<String> {
+    if record.snapshot.timing.samples == 0 {
+        return Some("it holds no samples".into());
+    }
+    record.assessment.motion.as_ref().map(ToString::to_string)
+}
+
+/// What keeps `record` from being one more recording of the same stream as `first`.
+fn difference(record: &ComparedRecord<'_>, first: &ComparedRecord<'_>) -> Option<String> {
+    let (ours, theirs) = (record.snapshot, first.snapshot);
+    let name = first.name;
+    let (Some(layout), Some(expected)) = (&ours.layout, &theirs.layout) else { return None };
+    if layout.message != expected.message {
+        return Some(format!("it is of {}, and {name} of {}", layout.message, expected.message));
+    }
+    if layout.compensated != expected.compensated {
+        let [with, without] = if layout.compensated { ["it", name] } else { [name, "it"] };
+        return Some(format!("{with} is compensated and {without} is not"));
+    }
+    let scaled = |channel: &Channel| (channel.name.clone(), channel.unit.clone(), channel.decimals, channel.scale);
+    if !layout.channels.iter().map(scaled).eq(expected.channels.iter().map(scaled)) {
+        return Some(format!("its channels, or their units and decimals, are not those of {name}"));
+    }
+    let (rate_hz, expected_hz) = (ours.timing.rate_hz, theirs.timing.rate_hz);
+    if rate_hz != expected_hz {
+        return Some(format!("its rate is {rate_hz} Hz, and that of {name} {expected_hz} Hz"));
+    }
+    let windows = ours.layout_channels().iter().zip(&record.assessment.channels).zip(&first.assessment.channels);
+    windows.into_iter().find_map(|((channel, ours), theirs)| {
+        let (length, expected) = (ours.onboard?.window.length, theirs.onboard?.window.length);
+        (length != expected)
+            .then(|| format!("the sensor averaged {length} refreshes of {}, and in {name} {expected}", channel.name))
+    })
+}
+
+fn notes(records: &[ComparedRecord<'_>], parts: &[PoolPart], used: &[usize]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let known: Vec<(&str, &String)> =
+        used.iter().filter_map(|part| Some((&*parts[*part].name, parts[*part].serial.as_ref()?))).collect();
+    let names = |holds: &dyn Fn(usize) -> bool| -> String {
+        let names: Vec<&str> = used.iter().filter(|part| holds(**part)).map(|part| &*parts[*part].name).collect();
+        names.join(", ")
+    };
+    if known.windows(2).any(|pair| pair[0].1 != pair[1].1) {
+        let each: Vec<String> = known.iter().map(|(name, serial)| format!("{name} {serial}")).collect();
+        notes.push(format!(
+            "the serial numbers differ ({}): the spread is that between sensors as well as between recordings",
+            each.join(", ")
+        ));
+    }
+    if used.len() > 1 && known.len() < used.len() {
+        let unknown = names(&|part| parts[part].serial.is_none());
+        notes.push(format!("serial number unknown: {unknown}; that it is the same sensor is taken on trust"));
+    }
+    let is_assumed = |part: usize| {
+        records[part]
+            .assessment
+            .channels
+            .iter()
+            .filter_map(|channel| channel.onboard)
+            .any(|onboard| !onboard.window_known())
+    };
+    if used.len() > 1 && used.iter().any(|part| is_assumed(*part)) {
+        let unknown = names(&is_assumed);
+        notes.push(format!("averaging window unknown: {unknown}; it is taken to be the factory default"));
+    }
+    if used.len() < 2 {
+        notes.push("fewer than two recordings belong together: nothing is pooled".into());
+    }
+    notes
+}
+
+fn octaves(
+    records: &[ComparedRecord<'_>],
+    used: &[usize],
+    place: usize,
+    channel: &Channel,
+    confidence: f64,
+) -> Vec<PooledOctave> {
+    let of = |part: &usize| records[*part].snapshot.channels.get(place).map_or(&[][..], |results| &results.octaves);
+    let most = used.iter().map(|part| of(part).len()).max().unwrap_or(0);
+    let pooled = |index: usize| {
+        let found: Vec<(usize, OctaveSum)> =
+            used.iter().filter_map(|part| Some((*part, *of(part).get(index)?))).collect();
+        let first = found.first()?.1;
+        let terms = found.iter().map(|(_, sum)| sum.terms).sum();
+        let add = |total: Option<u128>, sum: Option<u128>| total?.checked_add(sum?);
+        let sum_squares = found.iter().map(|(_, sum)| sum.sum_squares).fold(Some(0), add);
+        // what is not known of a record is at least one
+        let edf = |part: usize| {
+            let assessed = records[part].assessment.channels.get(place)?.octaves.get(index)?;
+            assessed.relative.map(|relative| relative.edf)
+        };
+        let squares: f64 = found.iter().map(|(part, sum)| (sum.terms as f64).powi(2) / edf(*part).unwrap_or(1.0)).sum();
+        let all = OctaveSum { terms, sum_squares, sum: None, ..first };
+        let edf = (terms as f64).powi(2) / squares;
+        Some(PooledOctave {
+            m: first.m,
+            tau_s: first.m as f64 / records[found[0].0].snapshot.timing.rate_hz,
+            deviation: all.deviation_counts().map(|counts| channel.in_unit(counts)),
+            terms,
+            relative: Some(edf).filter(|edf| *edf >= LEAST_EDF).and_then(|edf| Interval::new(1.0, edf, confidence)),
+            parts: found.len(),
+        })
+    };
+    (0..most).filter_map(pooled).collect()
+}
+
+fn parameters(
+    records: &[ComparedRecord<'_>],
+    used: &[usize],
+    place: usize,
+    channel: &Channel,
+    confidence: f64,
+) -> Vec<PooledParameter> {
+    if sensor_of(channel.quantity).is_none() {
+        return Vec::new();
+    }
+    let pooled = |term: Term| {
+        let of = |part: usize| {
+            let noise = records[part].assessment.channels.get(place)?.noise.as_ref()?;
+            noise.parameter(term).filter(|_| used.contains(&part))
+        };
+        let parts: Vec<Option<Parameter>> = (0..records.len()).map(of).collect();
+        parts.iter().any(Option::is_some).then(|| {
+            let all: Vec<Parameter> =
+                parts.iter().map(|part| part.unwrap_or(Parameter::without_value(Status::NotObservable))).collect();
+            PooledParameter { term, pooled: RandomEffects::of(&all, confidence), parts, corrected: None }
+        })
+    };
+    TERMS.into_iter().filter_map(pooled).collect()
+}
+
+fn correct(channels: &mut [PooledChannel]) {
+    let parameters = || channels.iter().flat_map(|channel| &channel.parameters);
+    let p = |parameter: &PooledParameter| Some(parameter.pooled?.farthest?.p);
+    let mut corrected = holm(&parameters().filter_map(p).collect::<Vec<_>>()).into_iter();
+    for parameter in channels.iter_mut().flat_map(|channel| &mut channel.parameters) {
+        parameter.corrected = p(parameter).and_then(|_| corrected.next());
+    }
+}
+
+impl PooledChannel {
+    /// What it measures.
+    #[must_use]
+    pub fn quantity(&self) -> Quantity {
+        self.channel.quantity
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use vn100_protocol::{Layout, VNIMU, VNYMR, stream::Batch};
+
+    use super::*;
+    use crate::{Analysis, Assessment, Settings, Snapshot};
+
+    /// A generator with its state.
+    fn noise(seed: u64) -> impl FnMut() -> i32 {
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        move || {
+            // twelve uniform numbers make a nearly normal one
+            (0..12)
+                .map(|_| {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 57) as i32 - 64
+                })
+                .sum()
+        }
+    }
+
+    /// White noise on every channel, its amplitude times `factor`.
+    fn snapshot(layout: &Layout, rows: usize, seed: u64, factor: f64, rate_hz: f64) -> Snapshot {
+        let mut next = noise(seed);
+        let counts = (0..rows * layout.channels.len()).map(|_| (f64::from(next()) * factor).round() as i32).collect();
+        let mut analysis = Analysis::new(Settings { rate_hz: Some(rate_hz), ..Settings::default() });
+        analysis.absorb(&Batch { layout: Some(Arc::new(layout.clone())), counts, ..Batch::default() });
+        analysis.finish();
+        analysis.final_snapshot()
+    }
+
+    fn pool(snapshots: &[Snapshot]) -> Pool {
+        let assessments: Vec<Assessment> = snapshots.iter().map(|snapshot| Assessment::new(snapshot, 0.95)).collect();
+        let names = ["a", "b", "c", "d", "e", "f"];
+        let records: Vec<ComparedRecord<'_>> = (snapshots.iter().zip(&assessments).zip(names))
+            .map(|((snapshot, assessment), name)| ComparedRecord { name, snapshot, assessment })
+            .collect();
+        Pool::of(&records, 0.95)
+    }
+
+    fn magnetometer(pool: &Pool) -> &PooledChannel {
+        pool.channels.iter().find(|channel| channel.channel.name == "mag_x").unwrap()
+    }
+
+    fn white(pool: &Pool) -> &PooledParameter {
+        magnetometer(pool).parameters.iter().find(|parameter| parameter.term == Term::White).unwrap()
+    }
+
+    #[test]
+    fn sums_and_terms_of_the_octaves_add_up() {
+        let snapshots = [snapshot(&VNIMU, 3000, 1, 1.0, 40.0), snapshot(&VNIMU, 2000, 2, 1.0, 40.0)];
+        let pool = pool(&snapshots);
+        assert!(pool.is_whole() && pool.channels.len() == 11);
+        for (place, channel) in pool.channels.iter().enumerate() {
+            for (index, octave) in channel.octaves.iter().enumerate() {
+                let sums: Vec<_> =
+                    snapshots.iter().filter_map(|snapshot| snapshot.channels[place].octaves.get(index)).collect();
+                let square = |sum: &&OctaveSum| sum.sum_squares.unwrap() as f64;
+                let terms: u64 = sums.iter().map(|sum| sum.terms).sum();
+                let m = octave.m as f64;
+                let variance = sums.iter().map(square).sum::<f64>() / (2.0 * m * m * terms as f64);
+                let expected = channel.channel.in_unit(variance.sqrt());
+                assert_eq!((octave.terms, octave.parts), (terms, sums.len()));
+                assert!((octave.deviation.unwrap() / expected - 1.0).abs() < 1e-14);
+            }
+            let edf: Vec<f64> = channel.octaves.iter().filter_map(|octave| Some(octave.relative?.edf)).collect();
+            assert!(edf.len() > 8 && edf.is_sorted_by(|a, b| a >= b) && *edf.last().unwrap() >= 2.0, "{edf:?}");
+        }
+        // the last octave is that of the longer record alone, within one of both
+        assert_eq!(white(&pool).pooled, None, "two stand side by side");
+        assert_eq!(white(&pool).parts.iter().flatten().count(), 2);
+    }
+
+    #[test]
+    fn one_louder_recording_is_an_outlier_and_widens_the_next() {
+        let alike: Vec<Snapshot> = (0..5).map(|seed| snapshot(&VNIMU, 6000, seed, 1.0, 40.0)).collect();
+        let calm = pool(&alike);
+        let n = white(&calm).pooled.unwrap();
+        // the amplitude of one sample over the root of the rate; a count is 1e-4 gauss
+        let truth = 1e-4 * (12.0 * (128.0_f64.powi(2) - 1.0) / 12.0).sqrt() / 40_f64.sqrt();
+        assert!(n.lower < truth && truth < n.upper && n.upper / n.lower < 1.05, "{n:?}, {truth}");
+        assert!(n.next_lower < n.lower && n.upper < n.next_upper);
+        assert_eq!(calm.channels.iter().flat_map(|c| &c.parameters).filter_map(|p| p.outlier()).count(), 0);
+        let mut one_louder = alike;
+        one_louder[2] = snapshot(&VNIMU, 6000, 9, 1.6, 40.0);
+        let loud = pool(&one_louder);
+        assert_eq!(white(&loud).outlier(), Some(2), "{:?}", white(&loud));
+        let wider = white(&loud).pooled.unwrap();
+        assert!((wider.farthest.unwrap().ratio / 1.6 - 1.0).abs() < 0.05 && wider.spread > 0.1, "{wider:?}");
+        assert!(wider.next_upper / wider.next_lower > 2.0 * n.next_upper / n.next_lower);
+    }
+
+    #[test]
+    fn what_does_not_belong_is_excluded_with_the_reason() {
+        let mut other_window = snapshot(&VNIMU, 500, 3, 1.0, 40.0);
+        other_window.registers.insert(85, "0,20,20,20,0,0,3,3,3,0".into());
+        let pool = pool(&[
+            snapshot(&VNIMU, 500, 1, 1.0, 40.0),
+            snapshot(&VNYMR, 500, 2, 1.0, 40.0),
+            snapshot(&VNIMU, 500, 2, 1.0, 50.0),
+            snapshot(&VNIMU, 0, 2, 1.0, 40.0),
+            other_window,
+            snapshot(&VNIMU, 500, 4, 1.0, 40.0),
+        ]);
+        let reasons: Vec<Option<&str>> = pool.parts.iter().map(|part| part.refused.as_deref()).collect();
+        assert_eq!(
+            reasons,
+            [
+                None,
+                Some("it is of VNYMR, and a of VNIMU"),
+                Some("its rate is 50 Hz, and that of a 40 Hz"),
+                Some("it holds no samples"),
+                Some("the sensor averaged 20 refreshes of accel_x, and in a 4"),
+                None
+            ]
+        );
+        assert!(!pool.is_whole());
+        assert_eq!(white(&pool).parts.iter().filter(|part| part.is_some()).count(), 2);
+        assert_eq!(magnetometer(&pool).octaves[0].parts, 2);
+    }
+
+    #[test]
+    fn serial_numbers_that_differ_are_noted() {
+        let with = |serial: &str, seed| {
+            let mut snapshot = snapshot(&VNIMU, 300, seed, 1.0, 40.0);
+            snapshot.registers.insert(Register::SERIAL_NUMBER.0, serial.into());
+            snapshot
+        };
+        let differ = pool(&[with("0100011981", 1), with("0100011982", 2), snapshot(&VNIMU, 300, 3, 1.0, 40.0)]);
+        assert!(differ.notes[0].contains("a 0100011981, b 0100011982"), "{:?}", differ.notes);
+        assert!(differ.notes[1].contains("unknown: c"), "{:?}", differ.notes);
+        let same = pool(&[with("1", 1), with("1", 2)]);
+        assert!(same.notes.iter().all(|note| !note.contains("serial")), "{:?}", same.notes);
+        let alone = pool(&[with("1", 1)]);
+        assert!(alone.channels.is_empty() && alone.notes[0].contains("fewer than two"));
+        assert!(pool(&[]).channels.is_empty());
+    }
+}

@@ -1,0 +1,130 @@
+//! Recordings of one sensor as one: the curve of all, the parameters with what one more recording
+//! would read, and which one is an outlier.
+
+use std::fmt::{self, Write};
+
+use vn100_analysis::{Pool, PooledChannel, PooledParameter, sensor_of};
+use vn100_report::{
+    names::names_of,
+    numbers::plain::{counted, four_digits, short},
+    printable,
+    units::si_unit,
+};
+
+use super::{COLUMN, fill, noise::TERMS, row};
+
+pub(crate) fn write_pool(out: &mut String, pool: &Pool) -> fmt::Result {
+    let used: Vec<&str> = pool.parts.iter().filter(|part| part.refused.is_none()).map(|part| &*part.name).collect();
+    let head = format!("pool of {}: {}", counted(used.len() as u64, "recording"), used.join(", "));
+    writeln!(out, "{}", fill(&printable(&head), "", "  "))?;
+    for part in &pool.parts {
+        if let Some(reason) = &part.refused {
+            writeln!(out, "{}", fill(&printable(&format!("{} is excluded: {reason}", part.name)), "! ", "  "))?;
+        }
+    }
+    for note in &pool.notes {
+        writeln!(out, "{}", fill(&printable(note), "! ", "  "))?;
+    }
+    if pool.channels.is_empty() {
+        return writeln!(out);
+    }
+    let legend = format!(
+        "\nThe deviations rest on the squares of all recordings, their bounds (in percent, at {}) on sampling alone. The parameters are those of \
+         the median recording; \"next\" is where one more recording, as long, will read. Recordings vary by the spread beyond what their own \
+         intervals explain.",
+        short(pool.confidence)
+    );
+    writeln!(out, "{}", fill(&legend, "", ""))?;
+    for group in pool.channels.chunk_by(|a, b| a.quantity() == b.quantity()) {
+        write_curve(out, group)?;
+        write_parameters(out, pool, group)?;
+    }
+    writeln!(out)
+}
+
+fn write_curve(out: &mut String, group: &[PooledChannel]) -> fmt::Result {
+    writeln!(out, "\n{}, {}", names_of(group[0].quantity()).quantity, group[0].channel.unit)?;
+    write!(out, "{:>8} {:>7} {:>7}", "tau (s)", "m", "terms")?;
+    for pooled in group {
+        write!(out, " {:>COLUMN$}", pooled.channel.name)?;
+    }
+    writeln!(out)?;
+    let octaves = group.iter().map(|pooled| pooled.octaves.len()).max().unwrap_or(0);
+    for index in 0..octaves {
+        let Some(first) = group.iter().find_map(|pooled| pooled.octaves.get(index)) else { continue };
+        write!(out, "{:>8} {:>7} {:>7}", short(first.tau_s), first.m, first.terms)?;
+        for pooled in group {
+            let cell = pooled.octaves.get(index).and_then(|octave| {
+                let deviation = octave.deviation?;
+                let bounds = octave.relative.map_or("few".into(), |relative| {
+                    let [above, below] = [relative.upper, relative.lower].map(|bound| 100.0 * (bound - 1.0));
+                    let decimals = usize::from(above < 9.95);
+                    format!("{above:+.decimals$}{below:+.decimals$}")
+                });
+                Some(format!("{deviation:.3e} {bounds:>7}"))
+            });
+            write!(out, " {:>COLUMN$}", cell.unwrap_or_else(|| "-".into()))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> fmt::Result {
+    let Some(sensor) = sensor_of(group[0].quantity()) else { return Ok(()) };
+    let of = |term| -> Vec<Option<&PooledParameter>> {
+        let found = |pooled: &PooledChannel| pooled.parameters.iter().position(|parameter| parameter.term == term);
+        group.iter().map(|pooled| Some(&pooled.parameters[found(pooled)?])).collect()
+    };
+    for (term, name) in TERMS {
+        let axes = of(term);
+        if axes.iter().all(Option::is_none) {
+            continue;
+        }
+        row(out, &format!("{name}, {}", si_unit(sensor, term)), &[(); 0], |()| String::new())?;
+        let pooled: Vec<_> = axes.iter().map(|axis| axis.and_then(|parameter| parameter.pooled)).collect();
+        if pooled.iter().any(Option::is_some) {
+            type Cell = fn(&vn100_analysis::noise::RandomEffects) -> String;
+            let cells: [(&str, Cell); 6] = [
+                ("  median", |found| four_digits(found.value)),
+                ("    from", |found| four_digits(found.lower)),
+                ("    to", |found| four_digits(found.upper)),
+                ("  spread, %", |found| format!("{:.1}", 100.0 * found.spread)),
+                ("  next, from", |found| four_digits(found.next_lower)),
+                ("    to", |found| four_digits(found.next_upper)),
+            ];
+            for (label, cell) in cells {
+                row(out, label, &pooled, |found| found.as_ref().map_or("-".into(), cell))?;
+            }
+        }
+        // with too few estimates each stands for itself
+        if pooled.iter().any(Option::is_none) {
+            for (number, part) in pool.parts.iter().enumerate().filter(|(_, part)| part.refused.is_none()) {
+                let label: String = format!("  {}", printable(&part.name)).chars().take(23).collect();
+                row(out, &label, &axes, |axis| {
+                    let found = axis.and_then(|parameter| parameter.parts[number]);
+                    match found.map(|found| (found.value, found.upper)) {
+                        Some((Some(value), _)) => four_digits(value),
+                        Some((None, Some(upper))) => format!("<= {}", four_digits(upper)),
+                        _ => "-".into(),
+                    }
+                })?;
+            }
+        }
+        for (pooled, parameter) in group.iter().zip(&axes).filter_map(|(pooled, axis)| Some((pooled, (*axis)?))) {
+            let farthest = parameter.pooled.and_then(|found| found.farthest);
+            if let Some((part, farthest)) = parameter.outlier().zip(farthest) {
+                let text = format!(
+                    "{}: {} is an outlier, {:.2} times what the others foretell (p {:.1e}, {:.1e} for all parameters together)",
+                    pooled.channel.name,
+                    printable(&pool.parts[part].name),
+                    farthest.ratio,
+                    farthest.p,
+                    parameter.corrected.unwrap_or(1.0)
+                );
+                writeln!(out, "{}", fill(&text, "! ", "  "))?;
+            }
+        }
+    }
+    Ok(())
+}

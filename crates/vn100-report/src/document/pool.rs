@@ -1,0 +1,197 @@
+//! The JSON document of several recordings of one sensor as one, schema `vn100.pool/1`: a contract
+//! with scripts.
+//!
+//! SI units (magnetic field in gauss); what is not known is `null`. `part` is a place in
+//! `source.parts`, from 0.
+
+use serde::Serialize;
+use vn100_analysis::noise::{Deviation, Estimator, Parameter, Sensor};
+use vn100_analysis::{Pool, PoolPart, PooledChannel, PooledOctave, PooledParameter, sensor_of};
+
+use super::{deviation_name, estimator_name, noise::term_name};
+use crate::{codes::code_of_status, units::si_unit};
+
+/// The JSON document of a pool.
+#[derive(Debug, Serialize)]
+pub struct PoolDocument {
+    schema: &'static str,
+    source: Source,
+    confidence: f64,
+    deviation: &'static str,
+    estimator: &'static str,
+    channels: Vec<ChannelDocument>,
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Source {
+    kind: &'static str,
+    parts: Vec<PartDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct PartDocument {
+    name: String,
+    serial: Option<String>,
+    samples: u64,
+    duration_s: f64,
+    pooled: bool,
+    /// Why it is excluded.
+    reason: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelDocument {
+    name: String,
+    unit: String,
+    /// All recordings in one curve; the intervals are those of sampling alone.
+    points: Vec<PointDocument>,
+    noise: Vec<ParameterDocument>,
+}
+
+#[derive(Debug, Serialize)]
+struct PointDocument {
+    m: u64,
+    tau_s: f64,
+    deviation: Option<f64>,
+    terms: u64,
+    edf: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    parts: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct ParameterDocument {
+    parameter: &'static str,
+    unit: &'static str,
+    /// `null` below three estimates: see the parts.
+    pooled: Option<PooledDocument>,
+    parts: Vec<PartParameter>,
+}
+
+#[derive(Debug, Serialize)]
+struct PooledDocument {
+    value: f64,
+    lower: f64,
+    upper: f64,
+    /// Standard deviation of the logarithm between recordings.
+    spread: f64,
+    /// Where the value of one more recording will lie.
+    next_lower: f64,
+    next_upper: f64,
+    estimates: usize,
+    farthest: Option<Farthest>,
+}
+
+#[derive(Debug, Serialize)]
+struct Farthest {
+    part: usize,
+    /// Over what the others foretell.
+    ratio: f64,
+    /// Corrected for the number of recordings.
+    p: f64,
+    /// For all parameters of all channels too.
+    corrected: Option<f64>,
+    outlier: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct PartParameter {
+    part: usize,
+    status: &'static str,
+    value: Option<f64>,
+    lower: Option<f64>,
+    upper: Option<f64>,
+}
+
+impl PoolDocument {
+    /// Of recordings that were all measured with this deviation and these windows.
+    #[must_use]
+    pub fn new(pool: &Pool, (deviation, estimator): (Deviation, Estimator)) -> Self {
+        Self {
+            schema: "vn100.pool/1",
+            source: Source { kind: "pool", parts: pool.parts.iter().map(PartDocument::new).collect() },
+            confidence: pool.confidence,
+            deviation: deviation_name(deviation),
+            estimator: estimator_name(estimator),
+            channels: pool.channels.iter().map(ChannelDocument::new).collect(),
+            notes: pool.notes.clone(),
+        }
+    }
+}
+
+impl PartDocument {
+    fn new(part: &PoolPart) -> Self {
+        Self {
+            name: part.name.clone(),
+            serial: part.serial.clone(),
+            samples: part.samples,
+            duration_s: part.duration_s,
+            pooled: part.refused.is_none(),
+            reason: part.refused.clone(),
+        }
+    }
+}
+
+impl ChannelDocument {
+    fn new(pooled: &PooledChannel) -> Self {
+        let sensor = sensor_of(pooled.quantity());
+        let parameters = sensor.into_iter().flat_map(|sensor| {
+            pooled.parameters.iter().map(move |parameter| ParameterDocument::new(parameter, sensor))
+        });
+        Self {
+            name: pooled.channel.name.to_string(),
+            unit: pooled.channel.unit.to_string(),
+            points: pooled.octaves.iter().map(PointDocument::new).collect(),
+            noise: parameters.collect(),
+        }
+    }
+}
+
+impl PointDocument {
+    fn new(octave: &PooledOctave) -> Self {
+        let PooledOctave { m, tau_s, deviation, terms, relative, parts } = *octave;
+        Self {
+            m,
+            tau_s,
+            deviation,
+            terms,
+            edf: relative.map(|relative| relative.edf),
+            lower: deviation.zip(relative).map(|(deviation, relative)| deviation * relative.lower),
+            upper: deviation.zip(relative).map(|(deviation, relative)| deviation * relative.upper),
+            parts,
+        }
+    }
+}
+
+impl ParameterDocument {
+    fn new(parameter: &PooledParameter, sensor: Sensor) -> Self {
+        let part = |(part, found): (usize, &Option<Parameter>)| {
+            let Parameter { status: known, value, lower, upper, .. } = (*found)?;
+            Some(PartParameter { part, status: code_of_status(known).code, value, lower, upper })
+        };
+        let pooled = parameter.pooled.map(|pooled| PooledDocument {
+            value: pooled.value,
+            lower: pooled.lower,
+            upper: pooled.upper,
+            spread: pooled.spread,
+            next_lower: pooled.next_lower,
+            next_upper: pooled.next_upper,
+            estimates: pooled.estimates,
+            farthest: pooled.farthest.map(|farthest| Farthest {
+                part: farthest.record,
+                ratio: farthest.ratio,
+                p: farthest.p,
+                corrected: parameter.corrected,
+                outlier: parameter.outlier().is_some(),
+            }),
+        });
+        Self {
+            parameter: term_name(parameter.term),
+            unit: si_unit(sensor, parameter.term),
+            pooled,
+            parts: parameter.parts.iter().enumerate().filter_map(part).collect(),
+        }
+    }
+}
