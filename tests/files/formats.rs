@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{channel, replay, replay_log, vn100, warned};
+use crate::support::{channel, deviation, replay, replay_log, vn100, warned};
 
 const CLEAN: &str = "clean-minute.vnymr";
 
@@ -386,4 +386,34 @@ fn a_recording_of_another_program_is_refused() {
     assert_eq!((exit, &document["source"]["kind"]), (3, &Value::Null));
     let error = document["source"]["error"].as_str().unwrap();
     assert!(error.contains("without the topic /vn100/bytes"), "{error}");
+}
+
+#[test]
+fn a_series_of_no_sensor_is_measured_as_rate_data() {
+    let folder = tempfile::tempdir().unwrap();
+    let numbers = "892\n809\n823\n798\n671\n644\n883\n903\n677\n";
+    for (text, column, unit) in [(format!("n,y\n{}", numbered(numbers)), "y", "s/s"), (numbers.into(), "1", "any unit")]
+    {
+        let file = folder.path().join("series.csv");
+        fs::write(&file, text).unwrap();
+        let columns = format!("value={column}:{unit}");
+        let (document, exit) = replay(&file, &["--columns", &columns, "--rate", "1", "--estimator", "full"]);
+        assert_eq!(exit, 0);
+        let value = channel(&document, "value");
+        assert_eq!((&value["unit"], &value["allan"]["data"]), (&unit.into(), &"rate".into()));
+        // NBS Monograph 140, annex 8.E
+        assert!((deviation(&document, "value", 1) / 91.22945 - 1.0).abs() < 1e-6);
+        assert!((deviation(&document, "value", 2) / 85.95287 - 1.0).abs() < 1e-6);
+        for key in ["noise", "verdict", "grade"] {
+            assert_eq!(value[key], Value::Null, "{key}");
+        }
+        let kinds: Vec<&str> =
+            document["warnings"].as_array().unwrap().iter().map(|warning| warning["kind"].as_str().unwrap()).collect();
+        assert_eq!(kinds, ["unchecked-lines"]);
+    }
+}
+
+/// The lines as rows, each behind its number.
+fn numbered(lines: &str) -> String {
+    lines.lines().enumerate().map(|(number, line)| format!("{number},{line}\n")).collect()
 }
