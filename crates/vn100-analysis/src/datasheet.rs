@@ -67,6 +67,8 @@ pub struct FigureVerdict {
     pub stream: StreamFactor,
     /// Why that is not known; `None` where it is.
     pub unknown: Option<StreamUnknown>,
+    /// Whether the averaging on board is known, which is no matter to other noise than white.
+    pub window_known: bool,
     /// From where to where a sensor at the figure reads in this stream, in SI units; a density of
     /// unknown sides taken as two-sided.
     pub expected: (f64, f64),
@@ -128,18 +130,19 @@ impl Datasheet {
             let Some(noise) = channel.noise.as_ref().filter(|_| assessment.motion.is_none()) else { return Vec::new() };
             let figures = self.figures.iter().filter(|figure| figure.sensor == noise.sensor);
             let judged = |figure: &DatasheetFigure| {
-                let unknown = self.unknown(figure.term, channel, noise.sensor, snapshot);
+                let (window, window_known) = self.window(noise.sensor, channel.onboard, snapshot);
+                let unknown = unknown(figure.term, window_known, snapshot);
                 let stream = StreamFactor { is_known: unknown.is_none(), ..StreamFactor::ONE };
                 // only white noise folds
                 let stream = match figure.term {
                     Term::White => {
-                        let (window, _) = self.window(noise.sensor, channel.onboard, snapshot);
                         let (factor, uncertainty) = (window.white_factor(), Onboard::uncertainty_of(window));
                         StreamFactor { factor, uncertainty, ..stream }
                     }
                     _ => stream,
                 };
-                figure.judge(noise, stream, unknown, self.typical_is_limit)
+                let judged = figure.judge(noise, stream, self.typical_is_limit)?;
+                Some(FigureVerdict { unknown, window_known, ..judged })
             };
             figures.filter_map(judged).collect()
         };
@@ -167,26 +170,6 @@ impl Datasheet {
         })
     }
 
-    /// Why the effect of the stream on that parameter of a channel is unknown; `None` where it is
-    /// known.
-    fn unknown(
-        &self,
-        term: Term,
-        channel: &ChannelAssessment,
-        sensor: Sensor,
-        snapshot: &Snapshot,
-    ) -> Option<StreamUnknown> {
-        let (_, window_known) = self.window(sensor, channel.onboard, snapshot);
-        let window = (!window_known).then_some(StreamUnknown::Window);
-        let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
-        let line = snapshot.detrended.then_some(StreamUnknown::LineRemoved);
-        match term {
-            Term::White => window.or(rate),
-            Term::BiasInstability => line,
-            Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate.or(line),
-        }
-    }
-
     /// The averaging on board, and whether it is known.
     fn window(&self, sensor: Sensor, onboard: Option<Onboard>, snapshot: &Snapshot) -> (BoxcarWindow, bool) {
         let stated = self.onboard.filter(|_| sensor != Sensor::Magnetometer);
@@ -203,6 +186,18 @@ impl Datasheet {
     }
 }
 
+/// Why the effect of the stream on that parameter is unknown; `None` where it is known.
+fn unknown(term: Term, window_known: bool, snapshot: &Snapshot) -> Option<StreamUnknown> {
+    let window = (!window_known).then_some(StreamUnknown::Window);
+    let rate = (snapshot.timing.rate_from == RateFrom::Assumed).then_some(StreamUnknown::Rate);
+    let line = snapshot.detrended.then_some(StreamUnknown::LineRemoved);
+    match term {
+        Term::White => window.or(rate),
+        Term::BiasInstability => line,
+        Term::Quantization | Term::RateRandomWalk | Term::RateRamp => rate.or(line),
+    }
+}
+
 impl DatasheetFigure {
     /// The parameter of the model that reads as printed, by the lower end of what is typical.
     fn parameter(&self) -> f64 {
@@ -216,13 +211,7 @@ impl DatasheetFigure {
         self.is_minimum && self.term == Term::BiasInstability
     }
 
-    fn judge(
-        &self,
-        noise: &ChannelNoise,
-        stream: StreamFactor,
-        unknown: Option<StreamUnknown>,
-        typical_is_limit: bool,
-    ) -> Option<FigureVerdict> {
+    fn judge(&self, noise: &ChannelNoise, stream: StreamFactor, typical_is_limit: bool) -> Option<FigureVerdict> {
         let measured = if self.is_curve_minimum() { noise.curve_minimum()? } else { noise.parameter(self.term)? };
         let read = |sides| {
             let claim = match sides {
@@ -244,7 +233,8 @@ impl DatasheetFigure {
             figure: self.clone(),
             measured,
             stream,
-            unknown,
+            unknown: None,
+            window_known: true,
             readings,
         })
     }

@@ -49,10 +49,10 @@ pub(crate) fn evaluation(args: &MeasureArgs, filter_models: bool) -> Result<Eval
     let datasheet = args.datasheet.as_deref().map(open_datasheet).transpose()?;
     let asked = Asked { fail_on: args.fail_on.clone(), typical_is_limit: args.typical_is_limit };
     let evaluation = Evaluation::new(datasheet, asked, filter_models).context("the built-in data sheet")?;
-    for figure in evaluation.not_deciding() {
+    for (figure, sheet) in evaluation.not_deciding() {
         report(&format!(
-            "--fail-on \"{figure}\" decides nothing: the data sheet says what is typical, not what the limit is; --typical-is-limit takes the one \
-             for the other"
+            "--fail-on \"{figure}\" decides nothing against {sheet}, which says what is typical and names no limit; --typical-is-limit takes the \
+             one for the other"
         ));
     }
     Ok(evaluation)

@@ -179,15 +179,16 @@ impl Evaluation {
     }
 
     /// Of the figures that must pass, those of which the data sheet says what is typical alone, so
-    /// that nothing decides on them.
-    pub fn not_deciding(&self) -> impl Iterator<Item = &NoiseFigure> {
+    /// that nothing decides on them; with the name of the sheet.
+    pub fn not_deciding(&self) -> impl Iterator<Item = (&NoiseFigure, &str)> {
         let sheet = self.datasheet.as_ref().unwrap_or(&self.vn100);
-        self.fail_on.iter().filter(move |asked| {
+        let without_limit = self.fail_on.iter().filter(move |asked| {
             let concerns = |figure: &&DatasheetFigure| (figure.sensor, figure.term) == (asked.sensor, asked.term);
             let mut figures = sheet.figures.iter().filter(concerns).peekable();
             let has_some = figures.peek().is_some();
             has_some && !sheet.typical_is_limit && figures.all(|figure| matches!(figure.claim, Claim::Typical { .. }))
-        })
+        });
+        without_limit.map(|asked| (asked, sheet.name.as_str()))
     }
 
     /// Adds what was asked for; a figure that must pass and does not is unmet.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use vn100_analysis::noise::{Claim, Convention, Grade, Parameter, Sensor, Sides, Status, Term, conventions};
-use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, StreamUnknown, WhiteBudget, WindowFrom};
+use vn100_analysis::{Aliasing, ChannelNoise, FigureVerdict, FilterModels, WhiteBudget, WindowFrom};
 
 use crate::{
     codes::{code_of_rate, code_of_status, code_of_verdict, code_of_window},
@@ -364,7 +364,7 @@ impl VerdictDocument {
             measured_upper: upper,
             factor: verdict.stream.factor,
             factor_uncertainty: verdict.stream.uncertainty,
-            window_known: verdict.unknown != Some(StreamUnknown::Window),
+            window_known: verdict.window_known,
             expected_low: verdict.expected.0,
             expected_high: verdict.expected.1,
             readings: (verdict.readings.iter())
