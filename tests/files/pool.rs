@@ -57,6 +57,17 @@ fn recordings_of_one_sensor_make_one_curve_and_one_set_of_parameters() {
         assert!(low < number("value") && number("value") < high, "{found}");
         assert_eq!(found["farthest"]["outlier"], false, "{name}");
     }
+    let parameters =
+        pool["channels"].as_array().unwrap().iter().flat_map(|channel| channel["noise"].as_array().unwrap());
+    let mut bounded = 0;
+    for parameter in parameters {
+        let statuses: Vec<&Value> = parameter["parts"].as_array().unwrap().iter().map(|part| &part["status"]).collect();
+        let count = |wanted: &str| statuses.iter().filter(|status| **status == wanted).count();
+        let by_all = count("bounded") > 2 && count("estimated") == 0;
+        assert_eq!(parameter["common_upper"].is_number(), by_all, "{parameter}");
+        bounded += usize::from(by_all);
+    }
+    assert!(bounded > 0, "a minute estimates every B and K");
     let text = vn100().arg("replay").args(&files).args(["--pool", "--rate", "40"]).output().unwrap();
     let text = String::from_utf8(text.stdout).unwrap();
     let pool = text.split("\npool of 4 recordings: ").nth(1).unwrap();

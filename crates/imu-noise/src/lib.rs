@@ -88,7 +88,7 @@ pub use infer::noise_model::{
 };
 pub use infer::normality::{Normality, NotJudged};
 pub use infer::power_law::PowerLaw;
-pub use infer::random_effects::{FarthestRecord, RandomEffects};
+pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};

@@ -1,7 +1,7 @@
 //! Recordings of one sensor together: one curve, one set of parameters, what one more recording
 //! would read, and which of them is an outlier.
 
-use imu_noise::{Interval, OctaveSum, Parameter, RandomEffects, Status, Term, holm};
+use imu_noise::{Interval, OctaveSum, Parameter, RandomEffects, Status, Term, common_bound, holm};
 use vn100_protocol::{Channel, Quantity, Register};
 
 use crate::{assessment::LEAST_EDF, comparison::ComparedRecord, sensor::sensor_of};
@@ -73,6 +73,9 @@ pub struct PooledParameter {
     pub parts: Vec<Option<Parameter>>,
     /// From three estimates on; below that they stand side by side.
     pub pooled: Option<RandomEffects>,
+    /// Where three recordings or more bound it and none estimates it: the bound of all, if it is
+    /// the same in all.
+    pub common_bound: Option<f64>,
     /// The probability of the farthest recording, corrected for all parameters of all channels too
     /// (Holm).
     pub corrected: Option<f64>,
@@ -263,7 +266,13 @@ fn parameters(
         parts.iter().any(Option::is_some).then(|| {
             let all: Vec<Parameter> =
                 parts.iter().map(|part| part.unwrap_or(Parameter::without_value(Status::NotObservable))).collect();
-            PooledParameter { term, pooled: RandomEffects::of(&all, confidence), parts, corrected: None }
+            PooledParameter {
+                term,
+                pooled: RandomEffects::of(&all, confidence),
+                common_bound: common_bound(&all, confidence),
+                parts,
+                corrected: None,
+            }
         })
     };
     TERMS.into_iter().filter_map(pooled).collect()

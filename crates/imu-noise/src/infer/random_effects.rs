@@ -76,6 +76,23 @@ impl RandomEffects {
     }
 }
 
+/// The bound on an amplitude that three records or more bound and none estimates, if it is the same
+/// in all of them: from the product of their likelihoods, in which the square of the amplitude is
+/// normal. `None` otherwise.
+#[must_use]
+pub fn common_bound(parameters: &[Parameter], confidence: f64) -> Option<f64> {
+    let z = normal_two_sided(confidence)?;
+    let records: Vec<Record> = parameters.iter().filter_map(|parameter| Record::new(parameter, z)).collect();
+    let (mut weights, mut weighted) = (0.0, 0.0);
+    for record in &records {
+        let Record::Bound { log_upper, found, reach } = *record else { return None };
+        let deviation = (2.0 * log_upper).exp() / reach;
+        weights += deviation.powi(-2);
+        weighted += found / deviation;
+    }
+    (records.len() >= LEAST_ESTIMATES).then(|| (weighted / weights + z / weights.sqrt()).sqrt())
+}
+
 /// What one record says of the logarithm η of the amplitude.
 #[derive(Clone, Copy, Debug)]
 enum Record {
@@ -398,6 +415,37 @@ mod tests {
                     return a * (-2.0 * square.ln() / square).sqrt();
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_common_bound_is_tighter_than_each_and_seldom_too_tight() {
+        const TRIALS: usize = 4000;
+        let z = normal_two_sided(0.95).unwrap();
+        let bounded = |square: f64| {
+            // as a fit with squares not below zero bounds it
+            let upper = if square > 0.0 { square + z } else { square + (square * square + z * z).sqrt() };
+            let p = super::super::chi_squared::normal_above(square.max(0.0));
+            Parameter { p: Some(p), ..Parameter::bounded(upper.sqrt()) }
+        };
+        let equal = common_bound(&[bounded(0.0); 4], 0.95).unwrap();
+        assert_near(equal / z.sqrt(), 0.5_f64.sqrt(), 1e-9);
+        assert_eq!(common_bound(&[bounded(0.0); 2], 0.95), None);
+        assert_eq!(common_bound(&[bounded(0.0), bounded(0.0), bounded(0.0), estimate(0.0, 0.01)], 0.95), None);
+        let mut noise = Noise(7);
+        for truth in [0.0, 0.25, 0.5, 1.0, 2.0] {
+            let mut too_tight = 0;
+            for _ in 0..TRIALS {
+                let squares: Vec<f64> = (0..4).map(|_| truth + noise.normal()).collect();
+                // others are estimated, and pooled
+                if squares.iter().all(|square| *square < 1.96) {
+                    let records: Vec<Parameter> = squares.iter().map(|square| bounded(*square)).collect();
+                    too_tight += usize::from(common_bound(&records, 0.95).unwrap().powi(2) < truth);
+                }
+            }
+            let percent = 100.0 * too_tight as f64 / TRIALS as f64;
+            println!("square of the truth {truth}: {percent} % too tight");
+            assert!(percent < 5.0, "{truth}: {percent} %");
         }
     }
 

@@ -111,6 +111,13 @@ fn write_parameters(out: &mut String, pool: &Pool, group: &[PooledChannel]) -> f
                 })?;
             }
         }
+        let common: Vec<Option<f64>> =
+            axes.iter().map(|axis| axis.and_then(|parameter| parameter.common_bound)).collect();
+        if common.iter().any(Option::is_some) {
+            row(out, "  all, if alike", &common, |bound| {
+                bound.map_or("-".into(), |bound| format!("<= {}", four_digits(bound)))
+            })?;
+        }
         for (pooled, parameter) in group.iter().zip(&axes).filter_map(|(pooled, axis)| Some((pooled, (*axis)?))) {
             let farthest = parameter.pooled.and_then(|found| found.farthest);
             if let Some((part, farthest)) = parameter.outlier().zip(farthest) {

@@ -67,6 +67,8 @@ struct ParameterDocument {
     unit: &'static str,
     /// `null` below three estimates: see the parts.
     pooled: Option<PooledDocument>,
+    /// Where all of three parts or more are bounded: the bound of all, if they share one value.
+    common_upper: Option<f64>,
     parts: Vec<PartParameter>,
 }
 
@@ -191,6 +193,7 @@ impl ParameterDocument {
             parameter: term_name(parameter.term),
             unit: si_unit(sensor, parameter.term),
             pooled,
+            common_upper: parameter.common_bound,
             parts: parameter.parts.iter().enumerate().filter_map(part).collect(),
         }
     }
