@@ -79,8 +79,9 @@ pub use infer::comparison::{Spread, VarianceEstimate, f_test, holm};
 pub use infer::confidence::{Interval, edf};
 pub use infer::convention::{Convention, STANDARD_GRAVITY_M_S2, Sensor, conventions};
 pub use infer::disturbance::Disturbance;
-pub use infer::level_change::{LevelChange, LevelShape};
+pub use infer::level_change::{LevelChange, LevelFindings, LevelSearch, LevelShape};
 pub use infer::narrow_bands::NarrowBand;
+pub use infer::noise_change::{Frozen, NoiseChange, NoiseChanges};
 pub use infer::noise_model::{
     Aim, BoxcarWindow, ChannelCurve, ClassicalReading, FitQuality, GaussMarkovFit, GaussMarkovProcess, NoiseFit,
     NoiseModel, OverBound, Parameter, Status, Term, Terms, Wanted, classical_reading, curve_minimum, over_bound,
@@ -91,5 +92,6 @@ pub use infer::power_law::PowerLaw;
 pub use infer::random_effects::{FarthestRecord, RandomEffects, common_bound};
 pub use infer::roll_off::RollOff;
 pub use infer::spectral_lines::SpectralLine;
+pub use infer::spikes::Spikes;
 pub use infer::verdict::{Claim, Grade, StreamFactor, Verdict};
 pub use timebase::{Arrivals, GapDetector, GapEvent, NominalRate, Refusal, TimebaseSummary};

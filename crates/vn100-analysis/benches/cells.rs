@@ -1,8 +1,8 @@
 //! How often the intervals of N, B and K hold: records of known noise, read as a stream is.
 //!
 //! `cargo bench -p vn100-analysis --bench cells -- --records 50 --minutes 10,60 --family lines`;
-//! with `--seed 1` and `--threads 2`, and `--disturbances` for what is found in disturbed and clean
-//! records instead. Families: model-class, lines, correlated, filters, tails, mixtures, gaps,
+//! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records instead
+//! and `--clean` for what is found in clean ones. Families: model-class, lines, correlated, filters, tails, mixtures, gaps,
 //! quantised; all of them, ten minutes and an hour, unless the arguments say otherwise.
 //!
 //! A record is a `Batch` of `$VNIMU` at 40 Hz through `Analysis`, `Snapshot` and `Assessment`; its
@@ -25,6 +25,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the terminal")]
 
 mod cells {
+    pub(super) mod clean;
     pub(super) mod disturbances;
     pub(super) mod families;
     pub(super) mod generators;
@@ -39,7 +40,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use cells::{disturbances, families, generators::Flicker, printing, random::Random, scoring::RecordScore};
+use cells::{clean, disturbances, families, generators::Flicker, printing, random::Random, scoring::RecordScore};
 
 /// Of the records in the table of families.
 const RATE_HZ: f64 = 40.0;
@@ -51,15 +52,20 @@ struct Arguments {
     seed: u64,
     threads: usize,
     disturbances: bool,
+    clean: bool,
 }
 
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
-        println!("--records N, --minutes M,M, --family NAME, --seed S, --threads T, --disturbances");
+        println!("--records N, --minutes M,M, --family NAME, --seed S, --threads T, --disturbances, --clean");
         return ExitCode::from(2);
     };
     if arguments.disturbances {
         disturbances::measure(&arguments);
+        return ExitCode::SUCCESS;
+    }
+    if arguments.clean {
+        clean::measure(&arguments);
         return ExitCode::SUCCESS;
     }
     let mut was_found = false;
@@ -91,12 +97,21 @@ impl Arguments {
     /// `None` for arguments that are none of these.
     fn read(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
-        let mut read = Self { records: 50, minutes: vec![10, 60], family: None, seed: 1, threads, disturbances: false };
+        let mut read = Self {
+            records: 50,
+            minutes: vec![10, 60],
+            family: None,
+            seed: 1,
+            threads,
+            disturbances: false,
+            clean: false,
+        };
         while let Some(name) = arguments.next() {
             match name.as_str() {
                 // cargo's own
                 "--bench" => {}
                 "--disturbances" => read.disturbances = true,
+                "--clean" => read.clean = true,
                 "--family" => read.family = Some(arguments.next()?),
                 "--records" => read.records = arguments.next()?.parse().ok()?,
                 "--seed" => read.seed = arguments.next()?.parse().ok()?,

@@ -1,5 +1,6 @@
 //! What a snapshot says of the sensor, channel by channel.
 
+mod disturbed;
 mod noise;
 mod points;
 mod rest;
@@ -8,14 +9,15 @@ mod stream;
 mod white_budget;
 
 use imu_noise::{
-    ChannelCurve, Interval, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape, counts_to_unit, edf,
+    ChannelCurve, Interval, LevelSearch, Normality, NotJudged, Octave, OctaveSum, PowerLaw, RecordShape,
+    counts_to_unit, edf,
 };
 use vn100_protocol::Channel;
 
+pub use disturbed::Disturbed;
 pub(crate) use noise::BEFORE_FILTER_S;
 pub use noise::{ChannelNoise, DetectableRrw, FilterModels, LongTauValidity, NoGrade};
 pub use rest::Motion;
-pub use stationary::Disturbed;
 pub(crate) use stream::is_rounded_away;
 pub use stream::{Onboard, WindowFrom};
 pub use white_budget::{Aliasing, RateShare, WhiteBudget};
@@ -87,13 +89,17 @@ impl Assessment {
         let curve = |(channel, results)| Curve::new(channel, results, snapshot.shape());
         let curves: Vec<_> = snapshot.measured().map(curve).collect();
         let models = Models::of(snapshot, &curves);
+        let signals = snapshot.channels.iter().filter_map(|results| results.signal.as_ref());
+        let levels = LevelSearch::of(signals.filter(|_| motion.is_none()));
         let mut channels = in_parallel(snapshot.measured().zip(&curves), |((channel, results), curve)| {
-            ChannelAssessment::new(channel, results, curve, snapshot, motion.is_some(), confidence, &models)
+            let levels = motion.is_none().then_some(&levels);
+            ChannelAssessment::new(channel, results, curve, snapshot, levels, confidence, &models)
         });
         let mut known_edf = KnownEdf::new(snapshot.shape());
         for (((_, results), curve), channel) in snapshot.measured().zip(&curves).zip(&mut channels) {
             channel.points = known_edf.points(results, curve, &channel.octaves, confidence);
         }
+        noise::withhold_changes_of_level(&mut channels);
         noise::withhold_unproved(&mut channels);
         noise::add_detectable_rrw(&mut channels, &curves, &models);
         let mut warnings = stream::warnings(snapshot, &channels);
@@ -114,17 +120,17 @@ impl ChannelAssessment {
         results: &ChannelSnapshot,
         curve: &Curve,
         snapshot: &Snapshot,
-        was_moved: bool,
+        levels: Option<&LevelSearch>,
         confidence: f64,
         models: &Models,
     ) -> Self {
         let onboard = Onboard::of(channel, snapshot);
-        let disturbed = match was_moved {
-            true => Disturbed::default(),
-            false => Disturbed::of(channel, results, curve.shape.interval_s),
-        };
         let signal = results.signal.as_ref();
         let bands = signal.map_or_else(Vec::new, |signal| signal.narrow_bands(channel.in_unit(1.0)));
+        let disturbed = match levels {
+            None => Disturbed::default(),
+            Some(levels) => Disturbed::of(channel, results, curve.shape.interval_s, &bands, levels),
+        };
         let evidence = ChannelCurve {
             bands: &bands,
             roll_off: signal.and_then(|signal| signal.roll_off(&bands)),
@@ -132,7 +138,7 @@ impl ChannelAssessment {
             ..ChannelCurve::default()
         };
         let mut noise = ChannelNoise::new(channel, curve, snapshot, onboard, &evidence, confidence, models);
-        if let Some(noise) = noise.as_mut().filter(|_| was_moved) {
+        if let Some(noise) = noise.as_mut().filter(|_| levels.is_none()) {
             noise.was_moved();
         }
         let mut last_law = None;

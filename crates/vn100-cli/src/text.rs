@@ -22,7 +22,7 @@ use crate::words::remedy_words;
 pub(crate) use pool::write_pool;
 
 use noise::{write_filter_models, write_noise, write_verdicts};
-use statistics::{write_deviations, write_distribution, write_parts, write_statistics};
+use statistics::{write_detectable, write_deviations, write_distribution, write_parts, write_statistics};
 
 /// Columns a line may take; what every terminal has.
 pub(crate) const WIDTH: usize = 80;
@@ -74,6 +74,7 @@ fn write_result(out: &mut String, measured: &Measured) -> fmt::Result {
         write_statistics(out, snapshot, &channels)?;
         write_distribution(out, &channels)?;
         write_parts(out, &channels)?;
+        write_detectable(out, &channels)?;
         write_deviations(out, snapshot, &channels, assessment.confidence)?;
         write_noise(out, &channels, assessment, (snapshot.deviation, snapshot.timing.rate_hz))?;
         write_filter_models(out, &channels, filter_models)?;

@@ -5,11 +5,12 @@ pub(crate) mod noise;
 pub(crate) mod plan;
 pub(crate) mod pool;
 pub(crate) mod source;
+mod stationarity;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use vn100_analysis::noise::{Deviation, Estimator, LevelChange, LevelShape, Normality, NotJudged};
+use vn100_analysis::noise::{Deviation, Estimator, Normality, NotJudged};
 use vn100_analysis::protocol::{Quantity, RejectedCounts};
 use vn100_analysis::{RemedyWords, Snapshot};
 
@@ -20,6 +21,7 @@ use crate::{
 };
 use noise::{GradeDocument, NoiseDocument, VerdictDocument};
 use source::SourceDocument;
+use stationarity::StationarityDocument;
 
 /// The JSON document of one source.
 #[derive(Debug, Serialize)]
@@ -150,34 +152,6 @@ struct LineDocument {
     frequency_hz: f64,
     amplitude: f64,
     share_of_variance: f64,
-}
-
-/// What happened in the middle of the record, in seconds of data since its first sample, those
-/// skipped included.
-#[derive(Debug, Serialize)]
-struct StationarityDocument {
-    disturbances: Vec<Disturbance>,
-    level_change: Option<LevelChangeDocument>,
-}
-
-#[derive(Debug, Serialize)]
-struct Disturbance {
-    start_s: f64,
-    end_s: f64,
-    sigmas: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct LevelChangeDocument {
-    shape: &'static str,
-    amplitude: f64,
-    /// Of a step.
-    start_s: Option<f64>,
-    /// Of a warm-up.
-    time_constant_s: Option<f64>,
-    /// The skip that leaves it out.
-    skip_s: Option<f64>,
-    sigmas: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -320,7 +294,7 @@ fn channel(place: usize, values: ChannelValues, measured: &Measured, ended: bool
             let models = filter_models.get(place).and_then(Option::as_ref);
             NoiseDocument::new(noise, assessment.samples, models)
         }),
-        stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(signal, skipped_s)),
+        stationarity: values.signal.as_ref().map(|signal| StationarityDocument::new(&signal.disturbed, skipped_s)),
         spectrum: signal_at_end.map(SpectrumDocument::new),
         blocks: signal_at_end.map(|signal| signal.blocks.clone()),
         verdict,
@@ -358,34 +332,5 @@ impl SpectrumDocument {
                 })
                 .collect(),
         }
-    }
-}
-
-impl StationarityDocument {
-    fn new(signal: &SignalValues, skipped_s: f64) -> Self {
-        Self {
-            disturbances: (signal.disturbed.disturbances.iter())
-                .map(|found| Disturbance {
-                    start_s: skipped_s + found.start_s,
-                    end_s: skipped_s + found.end_s,
-                    sigmas: found.sigmas,
-                })
-                .collect(),
-            level_change: signal.disturbed.level_change.map(|change| LevelChangeDocument::new(change, skipped_s)),
-        }
-    }
-}
-
-impl LevelChangeDocument {
-    fn new(change: LevelChange, skipped_s: f64) -> Self {
-        let (shape, amplitude, start_s, time_constant_s, skip_s) = match change.shape {
-            LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
-                ("warm-up", amplitude, None, Some(time_constant_s), skip_s)
-            }
-            LevelShape::Step { start_s, amplitude } => ("step", amplitude, Some(start_s), None, None),
-        };
-        let of_record = |time_s: Option<f64>| time_s.map(|time_s| skipped_s + time_s);
-        let (start_s, skip_s) = (of_record(start_s), of_record(skip_s));
-        Self { shape, amplitude, start_s, time_constant_s, skip_s, sigmas: change.sigmas }
     }
 }

@@ -1,6 +1,8 @@
 //! What a report concludes from: the few facts of a record that its sentences are made of.
 
-use vn100_analysis::noise::{FitQuality, LevelShape, Parameter, Sensor, SpectralLine, Status, Term, Verdict};
+use vn100_analysis::noise::{
+    FitQuality, LevelShape, NoiseChanges, Parameter, Sensor, SpectralLine, Status, Term, Verdict,
+};
 use vn100_analysis::{
     FigureVerdict, LongTauValidity, Motion, Onboard, Outages, SENSORS, Timing, WarningKind, sensor_name,
 };
@@ -55,6 +57,11 @@ pub(crate) struct AxisFindings {
     pub(crate) lines: Vec<(f64, f64)>,
     pub(crate) disturbances: usize,
     pub(crate) steps: bool,
+    pub(crate) cycles: bool,
+    /// The noise changes, comes in bursts, freezes or has spikes.
+    pub(crate) noise_changes: bool,
+    /// The factor of the noise from the middle on that would have shown.
+    pub(crate) detectable_factor: Option<f64>,
     /// What to exclude at the start, in seconds of data.
     pub(crate) warm_up_s: Option<f64>,
     pub(crate) std: Option<f64>,
@@ -193,6 +200,7 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
     let known = channel.octaves.iter().filter(|point| point.is_known());
     let disturbed = channel.signal.as_ref().map(|signal| &signal.disturbed);
     let change = disturbed.and_then(|disturbed| disturbed.level_change);
+    let noise_changes = disturbed.map(|disturbed| &disturbed.noise);
     let sensor = channel.noise.as_ref().map(|noise| noise.sensor);
     let said = |verdict: &FigureVerdict| Some((verdict.figure.term, verdict.verdict, sentence(sensor?, verdict)));
     AxisFindings {
@@ -208,9 +216,12 @@ fn axis(record: &Record<'_>, channel: &ChannelValues) -> AxisFindings {
         lines: disturbed.map_or_else(Vec::new, |disturbed| shakes(&disturbed.lines)),
         disturbances: disturbed.map_or(0, |disturbed| disturbed.disturbances.len()),
         steps: change.is_some_and(|change| matches!(change.shape, LevelShape::Step { .. })),
+        cycles: change.is_some_and(|change| matches!(change.shape, LevelShape::Cycle { .. })),
+        noise_changes: noise_changes.is_some_and(NoiseChanges::any),
+        detectable_factor: noise_changes.and_then(|changes| changes.detectable_factor),
         warm_up_s: change.and_then(|change| match change.shape {
             LevelShape::WarmUp { skip_s, .. } => skip_s,
-            LevelShape::Step { .. } => None,
+            LevelShape::Step { .. } | LevelShape::Cycle { .. } => None,
         }),
         std: channel.std,
         verdicts: record.verdicts(channel).iter().filter_map(said).collect(),

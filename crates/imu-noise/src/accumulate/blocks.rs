@@ -46,6 +46,19 @@ pub(crate) struct Sums {
     count: u64,
     min: i32,
     max: i32,
+    pub(crate) spreads: Spreads,
+}
+
+/// The spreads within the full windows of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Spreads {
+    /// Windows whose samples differ.
+    pub(crate) windows: u64,
+    /// Windows of one value.
+    pub(crate) constant: u64,
+    /// Sum of the logarithms of the spreads that are not 0, see [`log2_spread`].
+    logs: u64,
+    log_squares: u64,
 }
 
 impl Blocks {
@@ -71,6 +84,13 @@ impl Blocks {
         present.map(move |(sums, block)| sums.block(block * length, length))
     }
 
+    /// First sample, length in samples and spreads of the blocks with full windows, in time order.
+    pub(crate) fn spreads(&self) -> impl Iterator<Item = (u64, u64, &Spreads)> {
+        let length = 1_u64 << self.length_log2;
+        let all = self.sums.iter().zip(0_u64..).map(move |(sums, block)| (block * length, length, &sums.spreads));
+        all.filter(|(.., spreads)| spreads.windows + spreads.constant > 0)
+    }
+
     fn merge_pairs(&mut self) {
         for pair in 0..self.sums.len().div_ceil(2) {
             let mut merged = self.sums[2 * pair];
@@ -85,7 +105,14 @@ impl Blocks {
 }
 
 impl Sums {
-    const EMPTY: Self = Self { squares: 0, sum: 0, count: 0, min: i32::MAX, max: i32::MIN };
+    const EMPTY: Self = Self {
+        squares: 0,
+        sum: 0,
+        count: 0,
+        min: i32::MAX,
+        max: i32::MIN,
+        spreads: Spreads { windows: 0, constant: 0, logs: 0, log_squares: 0 },
+    };
 
     /// The sums of at most [`WINDOW`] samples, and n Σd² - (Σd)² = n (n - 1) variance.
     #[inline]
@@ -99,6 +126,7 @@ impl Sums {
         let second_exact =
             if second < counts::EXACT_BELOW { i128::from(second as i64) } else { squares_about(window, pivot) };
         let (p, n) = (i64::from(pivot), window.len() as i64);
+        let spread = second * window.len() as f64 - first * first;
         let sums = Self {
             // Not negative: a sum of squares.
             squares: (second_exact + i128::from(p) * i128::from(2 * first_exact + n * p)) as u128,
@@ -106,12 +134,24 @@ impl Sums {
             count: window.len() as u64,
             min: window.iter().fold(pivot, |min, &count| min.min(count)),
             max: window.iter().fold(pivot, |max, &count| max.max(count)),
+            spreads: if window.len() == WINDOW { Spreads::of(spread) } else { Spreads::default() },
         };
-        (sums, second * window.len() as f64 - first * first)
+        (sums, spread)
+    }
+
+    /// The spread of a window without the sample farthest from its mean; 0 for fewer than two.
+    pub(crate) fn spread_without_farthest(&self, spread: f64) -> f64 {
+        let n = self.count as f64;
+        if n < 2.0 {
+            return 0.0;
+        }
+        let mean = self.sum as f64 / n;
+        let farthest = (f64::from(self.max) - mean).max(mean - f64::from(self.min));
+        (spread - n * n / (n - 1.0) * farthest * farthest).max(0.0)
     }
 
     fn block(&self, first_sample: u64, length: u64) -> Block {
-        let Self { squares, sum, count, min, max } = *self;
+        let Self { squares, sum, count, min, max, .. } = *self;
         let n = count as f64;
         let numerator = I256::from(squares) * I256::from(count) - I256::from(sum) * I256::from(sum);
         let std_counts = (count > 1).then(|| (numerator.as_f64() / (n * (n - 1.0))).sqrt());
@@ -124,7 +164,49 @@ impl Sums {
         self.count += other.count;
         self.min = self.min.min(other.min);
         self.max = self.max.max(other.max);
+        self.spreads.add(&other.spreads);
     }
+}
+
+impl Spreads {
+    /// Units of [`log2_spread`] in an octave.
+    const OCTAVE: f64 = 4096.0;
+
+    fn of(spread: f64) -> Self {
+        if spread < 1.0 {
+            return Self { constant: 1, ..Self::default() };
+        }
+        let log = log2_spread(spread);
+        Self { windows: 1, constant: 0, logs: log, log_squares: log * log }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.windows += other.windows;
+        self.constant += other.constant;
+        self.logs += other.logs;
+        self.log_squares += other.log_squares;
+    }
+
+    /// Mean binary logarithm of the spreads that are not 0; `None` without any.
+    pub(crate) fn mean_log2(&self) -> Option<f64> {
+        (self.windows > 0).then(|| self.logs as f64 / self.windows as f64 / Self::OCTAVE)
+    }
+
+    /// Sum of the squared deviations of the binary logarithms from their mean.
+    pub(crate) fn log2_squares(&self) -> f64 {
+        let (windows, logs) = (self.windows as f64, self.logs as f64);
+        let squares = self.log_squares as f64 - if windows > 0.0 { logs * logs / windows } else { 0.0 };
+        squares.max(0.0) / Self::OCTAVE.powi(2)
+    }
+}
+
+/// Binary logarithm of a spread from 1 to 2^75, within 0.01, in 4096ths, rounded down: exponent and
+/// fraction of the float, and a parabola for what the logarithm of the fraction has more.
+fn log2_spread(spread: f64) -> u64 {
+    const BIAS: u64 = 1023 << 12;
+    let bits = (spread.to_bits() >> 40) - BIAS;
+    let fraction = bits & 0xFFF;
+    bits + (fraction * (4096 - fraction) * 1409 >> 24)
 }
 
 #[cold]
@@ -132,4 +214,45 @@ impl Sums {
 fn squares_about(window: &[i32], pivot: i32) -> i128 {
     let deviations = window.iter().map(|&count| i128::from(count) - i128::from(pivot));
     deviations.map(|d| d * d).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithms_of_spreads_are_within_a_hundredth_and_rise() {
+        let mut before = 0;
+        for i in 0..20_000 {
+            let spread = (f64::from(i) * 74.0 / 20_000.0).exp2();
+            let log = log2_spread(spread);
+            assert!((log as f64 / Spreads::OCTAVE - spread.log2()).abs() < 0.01, "{spread}");
+            assert!(log >= before);
+            before = log;
+        }
+    }
+
+    #[test]
+    fn spreads_count_full_windows_and_those_of_one_value() {
+        let noisy: Vec<i32> = (0..32).map(|i| i * 7919 % 13).collect();
+        let mut blocks = Blocks::new();
+        for (window, samples) in [&noisy[..], &[5; 32], &noisy[..31]].into_iter().enumerate() {
+            blocks.add(32 * window as u64, &Sums::of(samples).0);
+        }
+        let of: Vec<_> =
+            blocks.spreads().map(|(first, _, spreads)| (first, spreads.windows, spreads.constant)).collect();
+        assert_eq!(of, [(0, 1, 0), (32, 0, 1)]);
+    }
+
+    #[test]
+    fn the_farthest_sample_is_excluded_from_the_spread() {
+        let mut window: Vec<i32> = (0..32).map(|i| i * 7919 % 13).collect();
+        window[9] = 1000;
+        let (sums, spread) = Sums::of(&window);
+        window.remove(9);
+        let (_, rest) = Sums::of(&window);
+        let without = sums.spread_without_farthest(spread);
+        // n of them are in the one, n - 1 in the other
+        assert!((without - rest * 32.0 / 31.0).abs() < 1e-6 * spread, "{without} {rest}");
+    }
 }

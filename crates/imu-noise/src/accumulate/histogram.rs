@@ -117,6 +117,35 @@ impl Histogram {
         (steps >= 2 && widest - narrowest <= 1).then_some((core[0], step))
     }
 
+    /// The count that the share `p` of the samples does not exceed, in the middle of its bin; `None`
+    /// without samples.
+    pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
+        let mut missing = p * self.total() as f64;
+        let middle = (self.bin_width_counts() - 1) as f64 / 2.0;
+        let place = self.bins().find(|&(_, frequency)| {
+            missing -= frequency as f64;
+            missing <= 0.0
+        });
+        Some(place?.0 as f64 + middle)
+    }
+
+    /// Mean distance of the values that occur in the middle half of the samples: the step of the
+    /// channel, or more where few samples lie far apart; infinite where they have one value.
+    pub(crate) fn spacing_counts(&self) -> f64 {
+        let quarter = self.total() as f64 / 4.0;
+        let mut before = 0.0;
+        let middle = self.bins().filter(|&(_, frequency)| {
+            let reaches = before + frequency as f64 > quarter && before < 3.0 * quarter;
+            before += frequency as f64;
+            reaches
+        });
+        let occupied: Vec<i64> = middle.map(|(lowest, _)| lowest).collect();
+        match (occupied.first(), occupied.last()) {
+            (Some(first), Some(last)) if first < last => (last - first) as f64 / (occupied.len() - 1) as f64,
+            _ => f64::INFINITY,
+        }
+    }
+
     /// The same in at most `most` bars for a drawing, empty ones between included: the narrowest
     /// with which that is so, each of as many real steps. `None` without samples, and for no bars.
     #[must_use]

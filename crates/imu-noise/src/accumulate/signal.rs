@@ -1,6 +1,6 @@
 //! Spectra, blocks and windows of one channel: what may invalidate its deviation.
 
-use super::blocks::{Block, Blocks, Sums, WINDOW};
+use super::blocks::{Block, Blocks, Spreads, Sums, WINDOW};
 use super::spectrum::{Spectrum, SpectrumPlan};
 use super::window_statistics::WindowStatistics;
 
@@ -100,6 +100,11 @@ impl ChannelSignal {
             blocks.add(sample, &Sums::of(&self.window).0);
         }
         blocks.iter().collect()
+    }
+
+    /// First sample, length and spreads of the blocks that have full windows.
+    pub(crate) fn spreads(&self) -> Vec<(u64, u64, Spreads)> {
+        self.blocks.spreads().map(|(first, length, spreads)| (first, length, *spreads)).collect()
     }
 
     fn end_window(&mut self) {

@@ -15,9 +15,13 @@ pub(crate) struct WindowStatistics {
     pub(crate) changes: Magnitudes,
     /// n Σd² - (Σd)² of each window.
     pub(crate) spreads: Magnitudes,
-    /// The last full window and its sum.
-    last: Option<(u64, i64)>,
+    /// The last full window, its sum and its spread.
+    last: Option<(u64, i64, f64)>,
 }
+
+/// A change of mean below this share of the standard deviation in its windows is no peak: one
+/// sample far out moves the mean of 32 by a fifth of the deviation that it gives them.
+const LEAST_CHANGE: f64 = 0.5;
 
 impl WindowStatistics {
     pub(crate) const fn new() -> Self {
@@ -25,13 +29,16 @@ impl WindowStatistics {
     }
 
     pub(crate) fn push(&mut self, window: u64, sums: &Sums, spread: f64) {
-        if let Some((last, sum)) = self.last
+        if let Some((last, sum, spread_before)) = self.last
             && last + 1 == window
         {
-            self.changes.push(window, (sums.sum - sum).unsigned_abs() as f64);
+            let change = (sums.sum - sum).unsigned_abs() as f64;
+            let least = LEAST_CHANGE * LEAST_CHANGE * spread.max(spread_before);
+            self.changes.push(window, change, || if change * change < least { 0.0 } else { change });
         }
-        self.last = Some((window, sums.sum));
-        self.spreads.push(window, spread);
+        self.last = Some((window, sums.sum, spread));
+        // One sample far out is a matter of the tails: a disturbance has more.
+        self.spreads.push(window, spread, || sums.spread_without_farthest(spread));
     }
 
     pub(crate) const fn gap(&mut self) {
@@ -66,12 +73,13 @@ impl Magnitudes {
         Self { first: 0, frequencies: Vec::new(), total: 0, current: None, highest: Vec::new(), least: 0.0 }
     }
 
-    /// Adds the number of one window: not negative, and finite.
-    pub(crate) fn push(&mut self, window: u64, number: f64) {
+    /// Adds the number of one window: not negative, and finite. `peak`, at most as high, is what it
+    /// counts for among the highest.
+    pub(crate) fn push(&mut self, window: u64, number: f64, peak: impl FnOnce() -> f64) {
         self.count(number);
         // Most numbers are part of no stretch that would be kept.
         if number >= self.least || self.current.is_some() {
-            self.stretch(window, number);
+            self.stretch(window, peak());
         }
     }
 
@@ -170,7 +178,7 @@ mod tests {
 
     fn of(numbers: &[f64]) -> Magnitudes {
         let mut magnitudes = Magnitudes::new();
-        (0..).zip(numbers).for_each(|(window, &number)| magnitudes.push(window, number));
+        (0..).zip(numbers).for_each(|(window, &number)| magnitudes.push(window, number, || number));
         magnitudes
     }
 

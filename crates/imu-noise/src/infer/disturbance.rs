@@ -24,6 +24,14 @@ const NINE_TENTHS: (f64, f64) = (0.9, 1.644_854);
 const ONE_ABOVE: f64 = 0.841_345;
 const TWO_ABOVE: f64 = 0.977_250;
 
+/// What the logarithm of the spread grows from one to two standard deviations above its median in
+/// normal noise.
+const NORMAL_GROWTH: f64 = 0.23;
+
+/// By how much of what it grows more, times the logarithm of the number of windows over the false
+/// alarms, a disturbance must stand higher.
+const HEAVY_TAIL: f64 = 0.22;
+
 /// A short interval that the rest of the record does not explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
@@ -78,10 +86,14 @@ impl WindowStatistics {
     fn changed_spreads(&self) -> impl Iterator<Item = (PeakWindows, f64)> {
         // The cube root of a variance is nearly normal (Wilson and Hilferty, 1931).
         let root = |p: f64| self.spreads.quantile(p).map(f64::cbrt);
+        let tests = f64::from(self.spreads.total) * chi_squared::CHANNELS;
         let usual = root(0.5).zip(root(ONE_ABOVE)).zip(root(TWO_ABOVE)).map(|((median, one), two)| {
             // That of independent samples; correlated ones vary more.
             let least = median * (2.0 / (9.0 * (WINDOW - 1) as f64)).sqrt();
-            (median, (one - median).max((two - median) / 2.0).max(least))
+            let deviation = (one - median).max((two - median) / 2.0).max(least);
+            // Heavy tails go on as an exponential of the logarithm.
+            let growth = 3.0 * (two / one).ln() - NORMAL_GROWTH;
+            (median, deviation * (HEAVY_TAIL * growth.max(0.0) * (tests / FALSE_ALARM).ln()).exp())
         });
         outliers(&self.spreads, threshold(self.spreads.total, FALSE_ALARM), move |spread| {
             let (median, deviation) = usual?;

@@ -6,6 +6,7 @@ mod coverage;
 #[path = "../synthetic/disturbed.rs"]
 mod disturbed;
 mod histogram;
+mod noise_changes;
 mod noise_model;
 mod normality;
 mod octaves;

@@ -1,6 +1,6 @@
 //! Where a disturbance, a step and a warm-up are said to be, and how large.
 
-use imu_noise::{ChannelSignal, LevelShape, SpectrumPlan};
+use imu_noise::{ChannelSignal, LevelSearch, LevelShape, SpectrumPlan};
 
 use crate::synthetic::Synthesis;
 
@@ -58,18 +58,37 @@ fn a_warm_up_has_its_size_its_time_constant_and_a_skip() {
     let skip_s = skip_s.unwrap();
     assert!((skip_s - 51.2 * 64_f64.ln()).abs() < 15.0, "{change:?}");
     let rest = &record(warm_up)[(skip_s / INTERVAL_S) as usize..];
-    assert_eq!(signal(rest, &[]).level_change(INTERVAL_S, 2), None);
+    assert_eq!(LevelSearch::new().find(&signal(rest, &[]), INTERVAL_S, 2).change, None);
+}
+
+#[test]
+fn a_cycle_has_its_period_and_size() {
+    let change = level_change(&|i| 0.4 * (std::f64::consts::TAU * i as f64 * INTERVAL_S / 90.0).sin()).unwrap();
+    let LevelShape::Cycle { period_s, amplitude } = change.shape else { panic!("{change:?}") };
+    assert!((period_s - 90.0).abs() < 7.0 && (amplitude - 0.4).abs() < 0.06, "{change:?}");
+    assert!(!change.is_ramp);
+}
+
+#[test]
+fn the_level_is_judged_between_long_gaps() {
+    let counts = record(|i| if i < 15_000 { 0.0 } else { -0.8 });
+    // the longer part holds the step, and has its place behind the gap
+    let find = |gap: usize| LevelSearch::new().find(&signal(&counts, &[(gap, Some(4000))]), INTERVAL_S, 2).change;
+    let change = find(4000).unwrap();
+    let LevelShape::Step { start_s, .. } = change.shape else { panic!("{change:?}") };
+    assert!((start_s - 475.0).abs() < 13.0, "{change:?}");
+    assert_eq!(find(15_000), None, "the step is in the gap");
 }
 
 #[test]
 fn a_drift_without_end_has_no_skip() {
     let change = level_change(&|i| 4.0 * i as f64 / SAMPLES as f64).unwrap();
     let LevelShape::WarmUp { amplitude, time_constant_s, skip_s: None } = change.shape else { panic!("{change:?}") };
-    assert!(amplitude < -4.0 && time_constant_s > 300.0, "{change:?}");
+    assert!(amplitude < -4.0 && time_constant_s > 300.0 && change.is_ramp, "{change:?}");
 }
 
 fn level_change(change: &dyn Fn(usize) -> f64) -> Option<imu_noise::LevelChange> {
-    signal(&record(change), &[]).level_change(INTERVAL_S, 2)
+    LevelSearch::new().find(&signal(&record(change), &[]), INTERVAL_S, 2).change
 }
 
 /// White noise with standard deviation 1, and what is added.

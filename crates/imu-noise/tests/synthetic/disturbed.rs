@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use imu_noise::{ChannelSignal, LevelChange, LevelShape, SpectrumPlan};
+use imu_noise::{ChannelSignal, LevelChange, LevelSearch, LevelShape, SpectrumPlan};
 
 use crate::synthetic::Random;
 
@@ -59,7 +59,7 @@ impl Findings {
         Self {
             lines_hz: signal.spectrum().lines(INTERVAL_S, 0).iter().map(|line| line.frequency_hz).collect(),
             disturbances_s: signal.disturbances(INTERVAL_S).iter().map(|found| (found.start_s, found.end_s)).collect(),
-            change: signal.level_change(INTERVAL_S, 0),
+            change: LevelSearch::new().find(&signal, INTERVAL_S, 0).change,
         }
     }
 
@@ -67,7 +67,7 @@ impl Findings {
     pub(crate) fn warm_up_skip_s(&self) -> Option<Option<f64>> {
         match self.change?.shape {
             LevelShape::WarmUp { skip_s, .. } => Some(skip_s),
-            LevelShape::Step { .. } => None,
+            LevelShape::Step { .. } | LevelShape::Cycle { .. } => None,
         }
     }
 

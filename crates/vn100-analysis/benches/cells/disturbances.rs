@@ -1,23 +1,23 @@
-//! What is found where a record is disturbed, and where it is not.
+//! What is found where a record is disturbed, and what its noise is then said to be.
 
 use std::collections::BTreeMap;
 
+use imu_noise::{Parameter, Status, Term};
 use vn100_analysis::WarningKind;
 
 use super::{
-    families,
-    generators::{Flicker, Part, White},
+    clean, families,
+    generators::{Flicker, Part},
     random::Random,
     record::{self, Assessed, Record},
+    scoring::limits,
 };
 use crate::{Arguments, in_parallel};
 
 /// What a clean record of this stream shows too.
-const OF_THE_STREAM: [WarningKind; 1] = [WarningKind::DecimatedStream];
+const OF_THE_STREAM: [&str; 1] = ["decimated-stream"];
 
-/// Minutes of the disturbed records, and of the clean ones.
 const DISTURBED_MIN: usize = 60;
-const CLEAN_MIN: usize = 10;
 
 #[derive(Clone, Copy)]
 enum Disturbance {
@@ -60,8 +60,13 @@ const DISTURBANCES: [(&str, Disturbance); 7] = [
     ("warm-up of 3 sd, 300 s", Disturbance::WarmUp { height: 3.0, time_s: 300.0 }),
 ];
 
-const TAILS: [(&str, White); 3] =
-    [("Gaussian", White::Gaussian), ("Student t5", White::Student5), ("Laplace", White::Laplace)];
+/// What was found, and which parameters were called estimated that the noise does not have.
+struct Found {
+    kinds: Vec<&'static str>,
+    false_walk: bool,
+    /// A bias instability whose interval does not hold the true one.
+    wrong_bias_instability: bool,
+}
 
 pub(crate) fn measure(arguments: &Arguments) {
     let records = arguments.records;
@@ -69,10 +74,10 @@ pub(crate) fn measure(arguments: &Arguments) {
         "### Disturbed records, {DISTURBED_MIN} min, white noise and flicker noise crossing at 5 s, {records} records\n"
     );
     println!("One of six channels is disturbed.\n");
-    println!("| disturbance | found % | as, records |");
-    println!("|---|---:|---|");
-    let seconds = |minutes: usize| 60.0 * minutes as f64;
-    let mut cell = families::disturbed(seconds(DISTURBED_MIN));
+    println!("| disturbance | found % | 95 % limits | K estimated % | B missed % | as, records |");
+    println!("|---|---:|---:|---:|---:|---|");
+    let cell = families::disturbed(60.0 * DISTURBED_MIN as f64);
+    let truth = cell.truth().bias_instability / (cell.step * record::counts_per_unit());
     let flicker = Flicker::new(cell.samples());
     for (name, disturbance) in DISTURBANCES {
         let found = in_parallel(arguments.threads, records, |number| {
@@ -80,60 +85,59 @@ pub(crate) fn measure(arguments: &Arguments) {
             let mut record = Record::of(&cell, &flicker, &mut random);
             let (place, channel) = record::scored().nth(number % record::SCORED).unwrap();
             record.series[number % record::SCORED] = disturbance.series(&cell, &flicker, &mut random);
-            findings(&record.assess(&cell, &mut random), |name| name == channel, &[place])
+            let assessed = record.assess(&cell, &mut random);
+            let parameter = |term| {
+                let noise = assessed.assessment.channels[place].noise.as_ref()?;
+                noise.parameter(term).filter(|parameter| parameter.status == Status::Estimated)
+            };
+            let misses = |parameter: Parameter| {
+                parameter.lower.is_some_and(|lower| lower > truth) || parameter.upper.is_some_and(|upper| upper < truth)
+            };
+            Found {
+                kinds: findings(&assessed, channel, place),
+                false_walk: parameter(Term::RateRandomWalk).is_some(),
+                wrong_bias_instability: parameter(Term::BiasInstability).is_some_and(misses),
+            }
         });
-        row(name, &found);
-    }
-    println!("\n### Clean records, {CLEAN_MIN} min, {records} records\n");
-    println!("Findings in any of six channels.\n");
-    println!("| noise | found % | as, records |");
-    println!("|---|---:|---|");
-    cell.duration_s = seconds(CLEAN_MIN);
-    let flicker = Flicker::new(cell.samples());
-    for (name, white) in TAILS {
-        for (with, parts) in [("", Vec::new()), (" and flicker", cell.parts.clone())] {
-            let name = format!("{name}{with}");
-            let cell = families::Cell { white, parts, ..cell.clone() };
-            let found = in_parallel(arguments.threads, records, |number| {
-                let mut random = Random::of_record(arguments.seed, &name, cell.samples(), number);
-                let assessed = Record::of(&cell, &flicker, &mut random).assess(&cell, &mut random);
-                let places: Vec<usize> = record::scored().map(|(place, _)| place).collect();
-                findings(&assessed, |name| record::scored().any(|(_, scored)| scored == name), &places)
-            });
-            row(&name, &found);
-        }
+        let share = |of: fn(&Found) -> bool| found.iter().filter(|found| of(found)).count();
+        let percent = |count: usize| 100.0 * count as f64 / records as f64;
+        let seen = share(|found| !found.kinds.is_empty());
+        let (lower, upper) = limits(seen, records);
+        println!(
+            "| {name} | {:.1} | {:.1}-{:.1} | {:.1} | {:.1} | {} |",
+            percent(seen),
+            100.0 * lower,
+            100.0 * upper,
+            percent(share(|found| found.false_walk)),
+            percent(share(|found| found.wrong_bias_instability)),
+            kinds(found.iter().flat_map(|found| &found.kinds))
+        );
     }
 }
 
-/// The names of what is found in the channels that are meant, each once.
-fn findings(assessed: &Assessed, is_meant: impl Fn(&str) -> bool, places: &[usize]) -> Vec<&'static str> {
-    let mut found = Vec::new();
+/// The names of what is found in the channel at `place`, each once.
+fn findings(assessed: &Assessed, channel: &str, place: usize) -> Vec<&'static str> {
+    let mut found = clean::names(&assessed.assessment.channels[place].disturbed);
     for warning in assessed.snapshot.warnings.iter().chain(&assessed.assessment.warnings) {
-        if warning.channels.iter().any(|name| is_meant(name)) && !OF_THE_STREAM.contains(&warning.kind) {
+        let of_disturbance =
+            [WarningKind::NotStationary, WarningKind::WarmUp, WarningKind::VibrationLine].contains(&warning.kind);
+        if !of_disturbance && warning.channels.iter().any(|name| name == channel) {
             found.push(warning.kind.name());
         }
     }
-    let disturbed = |place: &usize| {
-        let disturbed = &assessed.assessment.channels[*place].disturbed;
-        !disturbed.disturbances.is_empty() || disturbed.level_change.is_some()
-    };
-    // reported nowhere
-    if found.is_empty() && places.iter().any(disturbed) {
-        found.push("no warning");
-    }
-    found.sort_unstable();
+    found.retain(|name| !OF_THE_STREAM.contains(name));
     found.dedup();
     found
 }
 
-fn row(name: &str, found: &[Vec<&'static str>]) {
-    let share = found.iter().filter(|found| !found.is_empty()).count() as f64 / found.len() as f64;
+/// How many records show each.
+pub(crate) fn kinds<'a>(found: impl Iterator<Item = &'a &'static str>) -> String {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    for kind in found.iter().flatten() {
+    for kind in found {
         *kinds.entry(kind).or_default() += 1;
     }
     let kinds: Vec<String> = kinds.into_iter().map(|(kind, records)| format!("{kind} {records}")).collect();
-    println!("| {name} | {:.1} | {} |", 100.0 * share, kinds.join(", "));
+    kinds.join(", ")
 }
 
 impl Disturbance {

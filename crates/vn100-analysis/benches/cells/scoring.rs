@@ -135,14 +135,19 @@ impl Tally {
         mean(self.half_widths.iter().copied())
     }
 
-    /// Of the share that holds, at 95 % (Clopper and Pearson, 1934).
+    /// Of the share that holds.
     pub(crate) fn held_limits(&self) -> (f64, f64) {
-        let (held, failed) = (self.held as f64, (self.of - self.held) as f64);
-        let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).unwrap().inverse_cdf(p);
-        let lower = if held == 0.0 { 0.0 } else { quantile(held, failed + 1.0, 0.025) };
-        let upper = if failed == 0.0 { 1.0 } else { quantile(held + 1.0, failed, 0.975) };
-        (lower, upper)
+        limits(self.held, self.of)
     }
+}
+
+/// Of the probability of what happened `count` times of `all`, at 95 % (Clopper and Pearson, 1934).
+pub(crate) fn limits(count: usize, all: usize) -> (f64, f64) {
+    let (count, others) = (count as f64, (all - count) as f64);
+    let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).unwrap().inverse_cdf(p);
+    let lower = if count == 0.0 { 0.0 } else { quantile(count, others + 1.0, 0.025) };
+    let upper = if others == 0.0 { 1.0 } else { quantile(count + 1.0, others, 0.975) };
+    (lower, upper)
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> Option<f64> {

@@ -37,6 +37,9 @@ pub struct ChannelNoise {
     pub long_taus: LongTauValidity,
     /// What N is uncertain by.
     pub white_budget: WhiteBudget,
+    /// The level has a step, a cycle or a warm-up, which bias instability, random walk and ramp
+    /// would be fitted to: they are no more than bounded.
+    pub level_changes: bool,
 }
 
 /// Why a gyroscope has no grade.
@@ -129,7 +132,16 @@ impl ChannelNoise {
             Deviation::Hadamard => classical_reading(&[], &[]),
         };
         let white_budget = WhiteBudget::new(fit.parameter(Term::White), snapshot, onboard);
-        Some(Self { sensor, fit, window, classical, detectable_rrw: None, long_taus, white_budget })
+        Some(Self {
+            sensor,
+            fit,
+            window,
+            classical,
+            detectable_rrw: None,
+            long_taus,
+            white_budget,
+            level_changes: false,
+        })
     }
 
     /// A parameter of the sensor; `None` for one that was not asked for. Where long averaging times
@@ -195,9 +207,22 @@ impl ChannelNoise {
 /// ramp on any axis.
 const FALSE_TERM: f64 = 0.05;
 
+const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
+
+/// Bounds the slow terms where a step, a cycle or a warm-up of the level would be fitted by them.
+pub(super) fn withhold_changes_of_level(channels: &mut [ChannelAssessment]) {
+    for ChannelAssessment { noise, disturbed, .. } in channels {
+        if let Some(noise) = noise.as_mut().filter(|_| disturbed.level_poses_as_noise()) {
+            let is_estimated = |term: &Term| noise.fit.parameter(*term).is_some_and(|p| p.status == Status::Estimated);
+            let estimated: Vec<Term> = SLOW.into_iter().filter(is_estimated).collect();
+            estimated.into_iter().for_each(|term| noise.fit.not_proved(term));
+            noise.level_changes = true;
+        }
+    }
+}
+
 /// Bounds the terms that the record, all axes and slow terms together (Holm), does not prove.
 pub(super) fn withhold_unproved(channels: &mut [ChannelAssessment]) {
-    const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
     let mut tests = Vec::new();
     for (channel, assessment) in channels.iter().enumerate() {
         let noise = assessment.noise.as_ref().filter(|noise| noise.long_taus == LongTauValidity::Sensor);

@@ -1,12 +1,12 @@
-//! Whether the record is stationary: spectral peaks, disturbances, steps, a warm-up.
+//! Warnings of what is not stationary: spectral peaks, disturbances, changes of noise and level.
 
-use imu_noise::{Disturbance, LevelChange, LevelShape, SpectralLine};
-use vn100_protocol::{Channel, Quantity};
+use imu_noise::{Disturbance, Frozen, LevelShape, NoiseChange, NoiseChanges, SpectralLine, Spikes};
+use vn100_protocol::Channel;
 
-use super::ChannelAssessment;
+use super::{ChannelAssessment, Disturbed};
 use crate::{
     remedy::{Remedy, Text},
-    snapshot::{ChannelSnapshot, Snapshot},
+    snapshot::Snapshot,
     warning::{Warning, WarningKind},
 };
 
@@ -15,42 +15,6 @@ const MOST_NAMED: usize = 4;
 
 /// The highest frequency that a peak of the stream may really have: half the sensor's own rate.
 const HIGHEST_HZ: f64 = 400.0;
-
-/// What disturbs one channel.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Disturbed {
-    /// Lines in its spectrum, in rising frequency.
-    pub lines: Vec<SpectralLine>,
-    /// In time order, in seconds of data behind those skipped.
-    pub disturbances: Vec<Disturbance>,
-    /// A warm-up or a step of the level.
-    pub level_change: Option<LevelChange>,
-}
-
-impl Disturbed {
-    /// Nothing disturbs temperature and pressure, and of a foreign series nothing is known that
-    /// would.
-    pub(super) fn of(channel: &Channel, results: &ChannelSnapshot, interval_s: f64) -> Self {
-        // ambient changes are no disturbances
-        let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
-        let Some(signal) = results.signal.as_ref().filter(|_| !ambient) else {
-            return Self::default();
-        };
-        let mut lines = signal.spectrum().lines(interval_s, channel.decimals);
-        lines.iter_mut().for_each(|line| line.amplitude *= channel.scale.abs());
-        // an attitude follows what turns the sensor: nothing in it warms up
-        let mut level_change = (signal.level_change(interval_s, channel.decimals))
-            .filter(|change| !channel.quantity.is_attitude() || matches!(change.shape, LevelShape::Step { .. }));
-        if let Some(LevelChange {
-            shape: LevelShape::WarmUp { amplitude, .. } | LevelShape::Step { amplitude, .. },
-            ..
-        }) = &mut level_change
-        {
-            *amplitude *= channel.scale;
-        }
-        Self { lines, disturbances: signal.disturbances(interval_s), level_change }
-    }
-}
 
 pub(super) fn warnings(snapshot: &Snapshot, assessed: &[ChannelAssessment]) -> Vec<Warning> {
     let axes = snapshot.assessed(assessed);
@@ -163,56 +127,95 @@ impl<'a> Shake<'a> {
     }
 }
 
+/// Something that happened on one channel, from and to seconds of data where it has a place.
+struct Event {
+    channel: String,
+    span_s: Option<(f64, f64)>,
+    what: String,
+}
+
 fn disturbances(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
-    let short = |(channel, found): &Of<'_>| -> Vec<(String, f64, f64, String)> {
-        let times = |disturbance: &Disturbance| {
-            let text = format!("{:.0} sigma", disturbance.sigmas);
-            (channel.name.to_string(), disturbance.start_s, disturbance.end_s, text)
-        };
-        let step = match found.level_change {
-            Some(LevelChange { shape: LevelShape::Step { start_s, amplitude }, .. }) => Some((
-                channel.name.to_string(),
-                start_s,
-                start_s,
-                format!("a step of {amplitude:+.2e} {}", channel.unit),
-            )),
-            _ => None,
-        };
-        found.disturbances.iter().map(times).chain(step).collect()
-    };
-    let mut found: Vec<_> = channels.iter().flat_map(short).collect();
-    found.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.cmp(&b.0)));
+    let mut found: Vec<Event> = channels.iter().flat_map(|(channel, found)| events(channel, found)).collect();
+    let start = |event: &Event| event.span_s.map_or(f64::INFINITY, |(start_s, _)| start_s);
+    found.sort_by(|a, b| start(a).total_cmp(&start(b)).then_with(|| a.channel.cmp(&b.channel)));
     if found.is_empty() {
         return None;
     }
     let skipped_s = snapshot.skipped.as_secs_f64();
-    let list = list(&found, |(channel, start_s, end_s, what)| {
-        let (start_s, end_s) = (start_s + skipped_s, end_s + skipped_s);
-        if start_s == end_s {
-            format!("{channel} {what} at {}", clock(start_s.floor()))
-        } else {
+    let list = list(&found, |Event { channel, span_s, what }| {
+        let span_s = span_s.map(|(start_s, end_s)| (start_s + skipped_s, end_s + skipped_s));
+        match span_s {
+            None => format!("{channel} {what}"),
+            Some((start_s, end_s)) if start_s == end_s => format!("{channel} {what} at {}", clock(start_s.floor())),
             // of whole seconds, those that hold all of it
-            format!("{channel} {what} from {} to {}", clock(start_s.floor()), clock(end_s.ceil()))
+            Some((start_s, end_s)) => {
+                format!("{channel} {what} from {} to {}", clock(start_s.floor()), clock(end_s.ceil()))
+            }
         }
     });
     let text = format!(
         "the record is not of one piece: {list}, in hours, minutes and seconds of data, those skipped included. A door, steps, a \
-         bumped table or motion: one of them spoils every tau longer than itself. Measure again undisturbed, or cut the record there"
+         bumped table or motion, machines that are switched, air conditioning: one of them spoils every tau longer than itself. Measure \
+         again undisturbed, or cut the record there{}",
+        withheld(channels.iter().filter(|(_, found)| !found.is_warming_up()))
     );
-    let mut axes: Vec<String> = found.into_iter().map(|(channel, ..)| channel).collect();
+    let mut axes: Vec<String> = found.into_iter().map(|event| event.channel).collect();
     axes.sort();
     axes.dedup();
     Some(Warning::new(WarningKind::NotStationary, axes, text))
 }
 
-fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
-    let warm_ups: Vec<_> = channels
+/// All but a warm-up.
+fn events(channel: &Channel, found: &Disturbed) -> Vec<Event> {
+    let event = |span_s, what| Event { channel: channel.name.to_string(), span_s, what };
+    let NoiseChanges { change, bursts, frozen, spikes, .. } = &found.noise;
+    let short = found
+        .disturbances
+        .iter()
+        .map(|Disturbance { start_s, end_s, sigmas }| event(Some((*start_s, *end_s)), format!("{sigmas:.0} sigma")));
+    let level = found.level_change.and_then(|change| match change.shape {
+        LevelShape::Step { start_s, amplitude } => {
+            Some(event(Some((start_s, start_s)), format!("a step of {amplitude:+.2e} {}", channel.unit)))
+        }
+        LevelShape::Cycle { period_s, amplitude } => {
+            Some(event(None, format!("a cycle of {period_s:.0} s and {amplitude:.2e} {} up and down", channel.unit)))
+        }
+        LevelShape::WarmUp { .. } => None,
+    });
+    let change = change.map(|NoiseChange { start_s, end_s, factor, .. }| {
+        event(Some((start_s, end_s)), format!("{factor:.2} times the noise of the rest"))
+    });
+    let bursts = bursts.map(|ratio| {
+        event(None, format!("noise in bursts, which varies {ratio:.1} times as much from time to time as even noise"))
+    });
+    let frozen = frozen.map(|Frozen { start_s, end_s, duration_s }| {
+        event(Some((start_s, end_s)), format!("frozen for {duration_s:.1} s"))
+    });
+    let spikes = spikes.map(|Spikes { count, sigmas }| {
+        event(None, format!("{count} single samples far out, up to {sigmas:.0} sigma"))
+    });
+    short.chain([level, change, bursts, frozen, spikes].into_iter().flatten()).collect()
+}
+
+/// The axes whose slow terms are bounds only, as the rest of a sentence.
+fn withheld<'a>(channels: impl Iterator<Item = &'a Of<'a>>) -> String {
+    let names = names(channels.filter(|(_, found)| found.level_poses_as_noise()).map(|(channel, _)| *channel));
+    match names.is_empty() {
+        true => String::new(),
+        false => {
+            format!(". The level of {} changes as no noise does: B, K and ramp are bounds only there", names.join(" "))
+        }
+    }
+}
+
+fn warm_up(axes: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
+    let warm_ups: Vec<_> = axes
         .iter()
         .filter_map(|(channel, found)| match found.level_change?.shape {
             LevelShape::WarmUp { amplitude, time_constant_s, skip_s } => {
                 Some((*channel, amplitude, time_constant_s, skip_s))
             }
-            LevelShape::Step { .. } => None,
+            LevelShape::Step { .. } | LevelShape::Cycle { .. } => None,
         })
         .collect();
     if warm_ups.is_empty() {
@@ -232,7 +235,8 @@ fn warm_up(channels: &[Of<'_>], snapshot: &Snapshot) -> Option<Warning> {
     let text =
         format!("the sensor was still warming up: {list}. At long tau a drift poses as rate random walk or ramp; ");
     let channels = names(warm_ups.iter().map(|(channel, ..)| *channel));
-    Some(Warning::new(WarningKind::WarmUp, channels, Text::from(text).append(cure)))
+    let withheld = withheld(axes.iter().filter(|(_, found)| found.is_warming_up()));
+    Some(Warning::new(WarningKind::WarmUp, channels, Text::from(text).append(cure).then(&withheld)))
 }
 
 /// A level that does not settle within the record has no time constant that the record shows.

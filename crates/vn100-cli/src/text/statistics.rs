@@ -116,6 +116,26 @@ pub(super) fn write_parts(out: &mut String, channels: &[ChannelValues]) -> fmt::
     Ok(())
 }
 
+/// What would have been found, had it happened in the middle of the record.
+pub(super) fn write_detectable(out: &mut String, channels: &[ChannelValues]) -> fmt::Result {
+    let found = |channel: &ChannelValues| {
+        let disturbed = &channel.signal.as_ref()?.disturbed;
+        let (noise, step) = (disturbed.noise.detectable_factor, disturbed.detectable_step);
+        (noise.is_some() || step.is_some()).then_some((noise, step))
+    };
+    let rows: Vec<_> = channels.iter().filter_map(|channel| Some((channel, found(channel)?))).collect();
+    if rows.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nsmallest changes in the middle that nine of ten such records show: noise, step")?;
+    for (channel, (noise, step)) in rows {
+        let noise = noise.map_or("-".into(), |factor| format!("x{factor:.3}"));
+        let step = step.map_or("-".into(), |step| format!("{step:.2e} {}", channel.unit));
+        writeln!(out, "{:<13}{noise:>8}  {step}", channel.name)?;
+    }
+    Ok(())
+}
+
 /// So many blocks of equal length, of those of a record in time order; fewer where it has fewer.
 fn parts(blocks: &[BlockValues]) -> Vec<BlockValues> {
     let (Some(first), Some(last)) = (blocks.first(), blocks.last()) else { return Vec::new() };

@@ -30,6 +30,9 @@ fn axis(name: &str) -> AxisFindings {
         lines: Vec::new(),
         disturbances: 0,
         steps: false,
+        cycles: false,
+        noise_changes: false,
+        detectable_factor: Some(1.03),
         warm_up_s: None,
         std: Some(6.4e-4),
         verdicts: Vec::new(),
@@ -99,7 +102,7 @@ fn a_flawless_record_is_not_talked_down() {
         "gyro_x: white noise N = 1.000 (0.980 to 1.020)·10⁻⁴ rad/s/√Hz, 0.344 °/√h",
         "bias instability B of the gyroscope, in rad/s: gyro_x 2.000",
         "No sample is missing",
-        "of one piece",
+        "of one piece. Noise 1.03 times as high",
         "Nothing in this record calls for another one",
     ] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
@@ -195,9 +198,14 @@ fn each_disturbance_of_the_record_is_named_with_its_remedy() {
         |findings| {
             findings.sensors[0].axes[0].disturbances = 2;
             findings.sensors[0].axes[1].steps = true;
+            findings.sensors[0].axes[0].cycles = true;
+            findings.sensors[0].axes[1].noise_changes = true;
             findings.warnings.push(WarningKind::NotStationary);
         },
-        &["disturbed for moments: gyro_x; with a change of level: gyro_y", "nobody walks"],
+        &[
+            "disturbed for moments: gyro_x; with noise that changes: gyro_y; with a change of level: gyro_y; with a cycle of the level: gyro_x",
+            "nobody walks",
+        ],
     );
     changes(
         |findings| findings.sensors[0].axes[0].warm_up_s = Some(601.0),

@@ -140,15 +140,27 @@ fn stationarity(findings: &Findings) -> Option<String> {
     };
     let disturbed = of(|axis| axis.disturbances > 0);
     let stepped = of(|axis| axis.steps);
+    let cycling = of(|axis| axis.cycles);
+    let changing = of(|axis| axis.noise_changes);
     let warming = of(|axis| axis.warm_up_s.is_some());
-    if disturbed.is_empty() && stepped.is_empty() && warming.is_empty() {
+    let parts = [
+        ("disturbed for moments", disturbed),
+        ("with noise that changes", changing),
+        ("with a change of level", stepped),
+        ("with a cycle of the level", cycling),
+        ("still warming up", warming),
+    ];
+    if parts.iter().all(|(_, names)| names.is_empty()) {
         // two samples have no pieces
         let long_enough = findings.axes().any(|axis| axis.known_to_s.is_some());
         let judged = long_enough && !findings.warns(WarningKind::NotStationary);
-        return judged.then(|| "No disturbance, step or warm-up was found: the record is of one piece.".into());
+        let shown =
+            findings.axes().filter_map(|axis| axis.detectable_factor).reduce(f64::max).map(|factor| {
+                format!(" Noise {factor:.2} times as high from the middle on would have shown on any axis.")
+            });
+        let sentence = "No disturbance, step, cycle or warm-up was found: the record is of one piece.";
+        return judged.then(|| sentence.to_owned() + &shown.unwrap_or_default());
     }
-    let parts =
-        [("disturbed for moments", disturbed), ("with a change of level", stepped), ("still warming up", warming)];
     let changes: Vec<String> = (parts.into_iter())
         .filter(|(_, names)| !names.is_empty())
         .map(|(what, names)| format!("{what}: {}", listed(&names)))

@@ -158,8 +158,10 @@ impl Parameter {
 
     /// The same, known to be no more than bounded: it may be absent after all.
     #[must_use]
-    pub const fn not_proved(self) -> Self {
-        Self { status: Status::Bounded, value: None, lower: None, ..self }
+    pub fn not_proved(self) -> Self {
+        // of a ramp that falls the lower end is the larger magnitude
+        let upper = self.lower.into_iter().chain(self.upper).map(f64::abs).reduce(f64::max);
+        Self { status: Status::Bounded, value: None, lower: None, upper, ..self }
     }
 
     /// Half the width of the interval over the value; `None` without a value other than zero.

@@ -1,0 +1,307 @@
+//! The noise of the means of consecutive blocks, and shapes of their level, by cosine coefficients.
+//!
+//! The discrete cosine transform (DCT-II) of the means of a series of blocks makes white noise,
+//! flicker noise and a random walk with a free level independent, the second but nearly: a noise is
+//! a spectrum, a shape a vector, and a least-squares fit a sum of products.
+
+use core::f64::consts::{PI, TAU};
+
+/// Amplitudes of flicker noise and random walk over the white noise of a block mean, in variance.
+const FLICKER: [f64; 6] = [0.0, 0.05, 0.3, 2.0, 12.0, 70.0];
+const WALK: [f64; 5] = [0.0, 0.01, 0.08, 0.6, 4.0];
+
+/// Walks over flicker noise, without white noise.
+const WALK_OVER_FLICKER: [f64; 3] = [0.0, 0.05, 0.5];
+
+/// Blocks at either end in which a step is not sought: a few blocks do not make a level.
+const STEP_MARGIN: usize = 4;
+
+/// Cycles of a record from one to the next examined; the fewest; and the most per block.
+const CYCLE_SPACING: f64 = 0.5;
+const FEWEST_CYCLES: f64 = 2.0;
+const MOST_PER_BLOCK: f64 = 0.4;
+
+/// A shape of the level, in blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// exp(-t/time constant) from the start of the first block on.
+    Relaxation(f64),
+    /// 0 before this time, 1 from it on.
+    Step(f64),
+    /// A straight line, from 0 to 1.
+    Ramp,
+    /// A sine of this frequency in cycles per block, with amplitude 1 and any phase.
+    Cycle(f64),
+}
+
+/// The likeliest fit of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fit {
+    pub(super) shape: Shape,
+    /// Least-squares multiple under the noise that makes the series likeliest; not negative for a
+    /// cycle.
+    pub(super) amplitude: f64,
+    /// Its standard error.
+    pub(super) error: f64,
+    /// Twice the log-likelihood ratio with and without the shape, each with the noise that suits it
+    /// best.
+    pub(super) evidence: f64,
+    /// Standard deviation of a block mean, the shape removed, by the noise at the highest frequency.
+    pub(super) short_std: f64,
+}
+
+/// Everything that a search in series of one length has in common.
+#[derive(Clone, Debug)]
+pub(super) struct LevelNoise {
+    /// By coefficient and block.
+    cosines: Vec<Vec<f64>>,
+    shapes: Vec<Shaped>,
+    noises: Vec<Noise>,
+}
+
+#[derive(Clone, Debug)]
+struct Shaped {
+    shape: Shape,
+    /// Cosine coefficients; of a cycle those of a cosine and of a sine.
+    first: Vec<f64>,
+    second: Option<Vec<f64>>,
+}
+
+#[derive(Clone, Debug)]
+struct Noise {
+    /// By coefficient: 1 over the variance.
+    weights: Vec<f64>,
+    /// Geometric mean of the variances.
+    mean_variance: f64,
+    /// Variance of the highest coefficient.
+    last: f64,
+    /// By shape: the weighted squares of the coefficients and their product.
+    squares: Vec<[f64; 3]>,
+}
+
+impl LevelNoise {
+    /// For series of so many means, 16 or more.
+    pub(super) fn new(blocks: usize) -> Self {
+        // cos(πk(2i + 1)/2n) repeats after 4n
+        let table: Vec<f64> = (0..4 * blocks).map(|i| (PI * i as f64 / (2 * blocks) as f64).cos()).collect();
+        let scale = (2.0 / blocks as f64).sqrt();
+        let cosine = |k: usize, i: usize| scale * table[k * (2 * i + 1) % (4 * blocks)];
+        let cosines: Vec<Vec<f64>> = (1..blocks).map(|k| (0..blocks).map(|i| cosine(k, i)).collect()).collect();
+        let shapes = shapes(blocks, &cosines);
+        let noises = spectra(blocks).into_iter().map(|variances| Noise::new(&variances, &shapes)).collect();
+        Self { cosines, shapes, noises }
+    }
+
+    pub(super) fn blocks(&self) -> usize {
+        self.cosines.len() + 1
+    }
+
+    /// For every shape its likeliest fit; nothing where a shape is all there is.
+    pub(super) fn fits(&self, means: &[f64]) -> Vec<Fit> {
+        let series: Vec<f64> = self.cosines.iter().map(|cosines| dot(cosines, means)).collect();
+        let count = series.len() as f64;
+        // By noise: the profile likelihood is a falling function of the residual times the mean variance.
+        let mut without = f64::INFINITY;
+        let mut best = vec![(f64::INFINITY, 0, 0.0, 0.0); self.shapes.len()];
+        let mut weighted = vec![0.0; series.len()];
+        for (place, noise) in self.noises.iter().enumerate() {
+            for ((weighted, value), weight) in weighted.iter_mut().zip(&series).zip(&noise.weights) {
+                *weighted = value * weight;
+            }
+            let residual = dot(&weighted, &series);
+            without = without.min(residual * noise.mean_variance);
+            for ((shaped, squares), best) in self.shapes.iter().zip(&noise.squares).zip(&mut best) {
+                let (gain, amplitude) = shaped.gain(&weighted, squares);
+                let with = (residual - gain) * noise.mean_variance;
+                if with < best.0 {
+                    *best = (with, place, amplitude, residual - gain);
+                }
+            }
+        }
+        let fit = |(shaped, (with, place, amplitude, residual)): (&Shaped, (f64, usize, f64, f64))| {
+            let noise: &Noise = self.noises.get(place)?;
+            let own = noise.squares[self.shapes.iter().position(|other| core::ptr::eq(other, shaped))?];
+            let variance = residual / count;
+            (with > 0.0 && without.is_finite() && variance > 0.0).then(|| Fit {
+                shape: shaped.shape,
+                amplitude,
+                error: (variance / own[0]).sqrt(),
+                evidence: count * (without / with).ln(),
+                short_std: (variance * noise.last).sqrt(),
+            })
+        };
+        self.shapes.iter().zip(best).filter_map(fit).collect()
+    }
+}
+
+impl Noise {
+    fn new(variances: &[f64], shapes: &[Shaped]) -> Self {
+        let weights: Vec<f64> = variances.iter().map(|variance| 1.0 / variance).collect();
+        let product =
+            |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).zip(&weights).map(|((a, b), w)| a * b * w).sum() };
+        let squares = shapes.iter().map(|Shaped { first, second, .. }| match second {
+            None => [product(first, first), 0.0, 0.0],
+            Some(second) => [product(first, first), product(second, second), product(first, second)],
+        });
+        Self {
+            squares: squares.collect(),
+            mean_variance: (variances.iter().map(|variance| variance.ln()).sum::<f64>() / variances.len() as f64).exp(),
+            last: variances.last().copied().unwrap_or(1.0),
+            weights,
+        }
+    }
+}
+
+impl Shaped {
+    /// By how much the weighted squares fall with the shape, and its amplitude.
+    fn gain(&self, weighted: &[f64], squares: &[f64; 3]) -> (f64, f64) {
+        let a = dot(&self.first, weighted);
+        let [aa, bb, ab] = *squares;
+        match &self.second {
+            None => (a * a / aa, a / aa),
+            Some(second) => {
+                let b = dot(second, weighted);
+                let determinant = aa * bb - ab * ab;
+                let (x, y) = ((bb * a - ab * b) / determinant, (aa * b - ab * a) / determinant);
+                (a * x + b * y, x.hypot(y))
+            }
+        }
+    }
+}
+
+fn shapes(blocks: usize, cosines: &[Vec<f64>]) -> Vec<Shaped> {
+    let transform = |values: &[f64]| -> Vec<f64> { cosines.iter().map(|cosines| dot(cosines, values)).collect() };
+    let of = |value: &dyn Fn(f64) -> f64| transform(&(0..blocks).map(|i| value(i as f64)).collect::<Vec<_>>());
+    let mut shapes = Vec::new();
+    // means over blocks
+    let relaxation = |time: f64| of(&|i| (-i / time).exp() * time * -(-1.0 / time).exp_m1());
+    let times = (0..).map(|k| f64::from(1 << k)).take_while(|time| *time <= blocks as f64);
+    shapes.extend(times.map(|time| Shaped { shape: Shape::Relaxation(time), first: relaxation(time), second: None }));
+    let ramp = of(&|i| i / blocks as f64);
+    shapes.push(Shaped { shape: Shape::Ramp, first: ramp, second: None });
+    // from one half of a block to the next, by what a step at the end of each block adds to that at its beginning
+    let mut behind = vec![0.0; cosines.len()];
+    for block in (STEP_MARGIN..blocks).rev() {
+        let half: Vec<f64> = behind.iter().zip(cosines).map(|(sum, cosines)| sum + 0.5 * cosines[block]).collect();
+        behind.iter_mut().zip(cosines).for_each(|(sum, cosines)| *sum += cosines[block]);
+        if block <= blocks - STEP_MARGIN {
+            let step = |at, first| Shaped { shape: Shape::Step(at), first, second: None };
+            shapes.push(step(block as f64 + 0.5, half));
+            shapes.push(step(block as f64, behind.clone()));
+        }
+    }
+    let mut cycles = FEWEST_CYCLES;
+    while cycles <= MOST_PER_BLOCK * blocks as f64 {
+        let frequency = cycles / blocks as f64;
+        let first = of(&|i| (TAU * frequency * i).cos());
+        let second = Some(of(&|i| (TAU * frequency * i).sin()));
+        shapes.push(Shaped { shape: Shape::Cycle(frequency), first, second });
+        cycles += CYCLE_SPACING;
+    }
+    shapes
+}
+
+/// Variances of the coefficients 1 to n - 1 in every noise.
+fn spectra(blocks: usize) -> Vec<Vec<f64>> {
+    // Of block means of noise with the spectrum 1/ω and 1/ω², folded at half a cycle per block.
+    let flicker = |k: usize| {
+        let omega = PI * k as f64 / blocks as f64;
+        let folded = |m: i32| (TAU * f64::from(m) + omega).abs().powi(-3);
+        4.0 * (omega / 2.0).sin().powi(2) * (-20..=20).map(folded).sum::<f64>()
+    };
+    let walk = |k: usize| {
+        let square = (PI * k as f64 / (2 * blocks) as f64).sin().powi(2);
+        (3.0 - 2.0 * square) / (12.0 * square)
+    };
+    let flicker: Vec<f64> = (1..blocks).map(flicker).collect();
+    let walk: Vec<f64> = (1..blocks).map(walk).collect();
+    let mixed = |white: f64, f: f64, w: f64| -> Vec<f64> {
+        flicker.iter().zip(&walk).map(|(flicker, walk)| white + f * flicker + w * walk).collect()
+    };
+    let with_white = FLICKER.iter().flat_map(|f| WALK.iter().map(|w| mixed(1.0, *f, *w)));
+    let without = WALK_OVER_FLICKER.iter().map(|w| mixed(0.0, 1.0, *w)).chain([walk.clone()]);
+    with_white.chain(without).collect()
+}
+
+/// In lanes of four, whatever the order of a plain sum.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 4];
+    let (a, a_rest) = a.as_chunks::<4>();
+    let (b, b_rest) = b.as_chunks::<4>();
+    for (a, b) in a.iter().zip(b) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += a * b;
+        }
+    }
+    lanes.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// White noise, by a generator of congruences.
+    fn noise(blocks: usize, seed: u64) -> Vec<f64> {
+        let mut state = seed;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..blocks).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
+    }
+
+    fn best(fits: &[Fit], is_meant: impl Fn(Shape) -> bool) -> Fit {
+        let meant = fits.iter().filter(|fit| is_meant(fit.shape));
+        *meant.max_by(|a, b| a.evidence.total_cmp(&b.evidence)).unwrap()
+    }
+
+    #[test]
+    fn the_fit_is_that_of_the_whole_covariance_matrix() {
+        // White noise with a walk of 0.6: the coefficients are independent, so that generalised least squares
+        // with the matrix of the means says the same.
+        let blocks = 20;
+        let search = LevelNoise::new(blocks);
+        let variances = &spectra(blocks)[3];
+        let covariance = |i: usize, j: usize| -> f64 {
+            let all = search.cosines.iter().zip(variances);
+            all.map(|(cosines, variance)| cosines[i] * cosines[j] * variance).sum()
+        };
+        // a walk through the middles of the blocks has a step variance of 0.6, and differences 2/3 and 1/6 of it
+        let difference = |i: usize, j: usize| {
+            covariance(i + 1, j + 1) - covariance(i + 1, j) - covariance(i, j + 1) + covariance(i, j)
+        };
+        assert!((difference(9, 9) - (2.0 + 0.6 * 2.0 / 3.0)).abs() < 0.02, "{}", difference(9, 9));
+        assert!((difference(9, 10) - (-1.0 + 0.6 / 6.0)).abs() < 0.02, "{}", difference(9, 10));
+    }
+
+    #[test]
+    fn shapes_are_found_where_and_as_large_as_they_are() {
+        let blocks = 70;
+        let search = LevelNoise::new(blocks);
+        let with = |seed: u64, added: &dyn Fn(f64) -> f64| -> Vec<Fit> {
+            let means: Vec<f64> = noise(blocks, seed).iter().zip(0..).map(|(x, i)| x + added(f64::from(i))).collect();
+            search.fits(&means)
+        };
+        let step = best(&with(1, &|i| if i < 30.0 { 0.0 } else { -5.0 }), |shape| matches!(shape, Shape::Step(_)));
+        assert!(step.shape == Shape::Step(30.0) && (step.amplitude + 5.0).abs() < 3.0 * step.error, "{step:?}");
+        let cycle = best(&with(2, &|i| 3.0 * (TAU * 0.1707 * i + 1.0).sin()), |shape| matches!(shape, Shape::Cycle(_)));
+        let Shape::Cycle(frequency) = cycle.shape else { panic!("{cycle:?}") };
+        assert!((frequency - 0.1707).abs() < 0.004 && (cycle.amplitude - 3.0).abs() < 0.8, "{cycle:?}");
+        let warm_up =
+            best(&with(3, &|i| 20.0 * (-(i + 0.5) / 8.0).exp()), |shape| matches!(shape, Shape::Relaxation(_)));
+        assert!(warm_up.shape == Shape::Relaxation(8.0) && (warm_up.amplitude - 20.0).abs() < 3.0, "{warm_up:?}");
+        for fit in [step, cycle, warm_up] {
+            assert!(fit.evidence > 40.0 && (fit.short_std - 1.0).abs() < 0.3, "{fit:?}");
+        }
+    }
+
+    #[test]
+    fn noise_alone_is_no_evidence_and_no_noise_says_nothing() {
+        let search = LevelNoise::new(24);
+        for seed in 0..20 {
+            let fits = search.fits(&noise(24, seed));
+            assert!(fits.iter().all(|fit| fit.evidence < 20.0), "{seed}");
+        }
+        assert_eq!(search.fits(&[0.0; 24]).len(), 0);
+    }
+}

@@ -1,0 +1,276 @@
+//! Noise that is not the same throughout a record: louder or quieter from a time on or for a while,
+//! in bursts, or frozen.
+//!
+//! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are
+//! nearly normal whatever the tails of the samples. How much they vary is taken from the
+//! differences of neighbouring blocks, so that neither tails nor correlated noise pass for a change.
+
+use super::chi_squared::{self, CHANNELS};
+use super::spikes::Spikes;
+use crate::accumulate::blocks::{Spreads, WINDOW};
+use crate::accumulate::histogram::Histogram;
+use crate::accumulate::signal::ChannelSignal;
+
+/// Probability that a clean record of twelve channels shows one of these, for each of them.
+pub(super) const FALSE_ALARM: f64 = 1e-3;
+
+const MIN_BLOCKS: usize = 16;
+
+/// Fewest windows in a stretch, and outside it: the logarithms of fewer are far from normal.
+const MIN_WINDOWS: f64 = 8.0;
+
+/// Smallest change of the binary logarithm of the variance, 2 % of the deviation: a smaller one
+/// makes no result wrong, and any sensor changes as much with time.
+const LEAST_CHANGE: f64 = 0.06;
+
+/// Fewest windows of one value in neighbouring blocks that are a frozen channel.
+const FROZEN_WINDOWS: u64 = 3;
+
+/// Smallest standard deviation within a window over the step of the channel: a coarser channel has
+/// windows of one value, and its noise depends on where in a step the level lies.
+const LEAST_STEPS: f64 = 0.5;
+
+/// Share of the records that show the smallest detectable change.
+const POWER_SIGMAS: f64 = 1.2816;
+
+/// What is not the same throughout in the noise of a channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NoiseChanges {
+    /// The stretch whose noise differs most from that of the rest.
+    pub change: Option<NoiseChange>,
+    /// The noise varies more from block to block than within one, as clustered tails do: the
+    /// variance of the blocks over what independent windows have.
+    pub bursts: Option<f64>,
+    /// One value for longer than the noise allows.
+    pub frozen: Option<Frozen>,
+    /// Single samples far out.
+    pub spikes: Option<Spikes>,
+    /// The factor of the standard deviation from the middle of the record on that nine of ten such
+    /// records would show; `None` where none would.
+    pub detectable_factor: Option<f64>,
+}
+
+/// A stretch with more or less noise than the rest of the record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseChange {
+    /// Start in seconds of data from the first sample, to a block.
+    pub start_s: f64,
+    /// End, likewise.
+    pub end_s: f64,
+    /// Standard deviation of the samples within, over that of the rest.
+    pub factor: f64,
+    /// How many standard errors the logarithm of that is.
+    pub sigmas: f64,
+}
+
+/// A stretch with windows of one value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frozen {
+    /// Start in seconds of data of the block in which it begins.
+    pub start_s: f64,
+    /// End of the block in which it ends.
+    pub end_s: f64,
+    /// Length of its windows of one value in seconds.
+    pub duration_s: f64,
+}
+
+impl NoiseChanges {
+    /// Whether anything changes.
+    #[must_use]
+    pub const fn any(&self) -> bool {
+        self.change.is_some() || self.bursts.is_some() || self.frozen.is_some() || self.spikes.is_some()
+    }
+}
+
+impl ChannelSignal {
+    /// What changes in the noise of the record, by the `histogram` of the same samples; nothing
+    /// below 16 blocks of 32 samples, and where the noise is less than half a step of the channel.
+    #[must_use]
+    pub fn noise_changes(&self, histogram: &Histogram, interval_s: f64) -> NoiseChanges {
+        let blocks = self.spreads();
+        let Some(std_counts) = self.std_within_windows(&blocks) else { return NoiseChanges::default() };
+        if blocks.len() < MIN_BLOCKS || std_counts < LEAST_STEPS * histogram.spacing_counts() {
+            return NoiseChanges::default();
+        }
+        let noise = BlockNoise::new(&blocks);
+        let change = noise.as_ref().and_then(BlockNoise::change);
+        let bursts = noise.as_ref().and_then(|noise| noise.bursts(change.as_ref()));
+        let disturbed = change.is_some() || bursts.is_some();
+        let span = |first: usize, behind: usize| {
+            let (start, length) = (blocks[first].0, blocks[first].1);
+            (start as f64 * interval_s, (blocks[behind - 1].0 + length) as f64 * interval_s)
+        };
+        NoiseChanges {
+            change: change.map(|Stretch { first, behind, change, sigmas }| {
+                let (start_s, end_s) = span(first, behind);
+                NoiseChange { start_s, end_s, factor: (change / 2.0).exp2(), sigmas }
+            }),
+            bursts,
+            frozen: frozen(&blocks).map(|(first, behind, windows)| {
+                let (start_s, end_s) = span(first, behind);
+                Frozen { start_s, end_s, duration_s: windows as f64 * WINDOW as f64 * interval_s }
+            }),
+            spikes: if disturbed { None } else { Spikes::find(histogram, std_counts) },
+            detectable_factor: noise.as_ref().and_then(BlockNoise::detectable),
+        }
+    }
+
+    /// Of the median window among those whose samples differ.
+    fn std_within_windows(&self, blocks: &[Block]) -> Option<f64> {
+        let sum = |of: fn(&Spreads) -> u64| blocks.iter().map(|(.., spreads)| of(spreads)).sum::<u64>() as f64;
+        let (windows, constant) = (sum(|spreads| spreads.windows), sum(|spreads| spreads.constant));
+        let median = self.windows.spreads.quantile((constant + windows / 2.0) / (windows + constant))?;
+        Some((median / (WINDOW * (WINDOW - 1)) as f64).sqrt())
+    }
+}
+
+/// First sample, length in samples, spreads.
+type Block = (u64, u64, Spreads);
+
+/// The longest series of neighbouring blocks with windows of one value: its first block, the one
+/// behind it, and the windows.
+fn frozen(blocks: &[Block]) -> Option<(usize, usize, u64)> {
+    let mut longest: Option<(usize, usize, u64)> = None;
+    let mut first = 0;
+    for series in blocks.chunk_by(|a, b| (a.2.constant > 0) == (b.2.constant > 0)) {
+        let windows: u64 = series.iter().map(|(.., spreads)| spreads.constant).sum();
+        if windows >= FROZEN_WINDOWS && longest.is_none_or(|(.., most)| windows > most) {
+            longest = Some((first, first + series.len(), windows));
+        }
+        first += series.len();
+    }
+    longest
+}
+
+/// Mean logarithms of the spreads of the blocks.
+struct BlockNoise {
+    /// Windows of each block, and their mean binary logarithm from that of the record.
+    means: Vec<(f64, f64)>,
+    /// Places of these among the blocks.
+    places: Vec<usize>,
+    windows: f64,
+    /// Of one window, from windows in the same block; 0 where blocks have too few.
+    variance_within: f64,
+    /// Of one window, from each pair of neighbouring blocks.
+    pairs: Vec<f64>,
+}
+
+/// Blocks that differ from the rest.
+#[derive(Clone, Copy)]
+struct Stretch {
+    first: usize,
+    behind: usize,
+    /// Of the binary logarithm of the variance.
+    change: f64,
+    sigmas: f64,
+}
+
+impl BlockNoise {
+    /// `None` for too few blocks with windows.
+    fn new(blocks: &[Block]) -> Option<Self> {
+        let (places, mut means): (Vec<usize>, Vec<(f64, f64)>) = (blocks.iter().enumerate())
+            .filter_map(|(place, (.., spreads))| Some((place, (spreads.windows as f64, spreads.mean_log2()?))))
+            .unzip();
+        if means.len() < MIN_BLOCKS {
+            return None;
+        }
+        let windows: f64 = means.iter().map(|(windows, _)| windows).sum();
+        let mean = means.iter().map(|(windows, log)| windows * log).sum::<f64>() / windows;
+        means.iter_mut().for_each(|(_, log)| *log -= mean);
+        let squares: f64 = blocks.iter().map(|(.., spreads)| spreads.log2_squares()).sum();
+        let free = windows - means.len() as f64;
+        let pair = |pair: &[(f64, f64)]| (pair[0].1 - pair[1].1).powi(2) / (1.0 / pair[0].0 + 1.0 / pair[1].0);
+        Some(Self {
+            pairs: means.windows(2).map(pair).collect(),
+            variance_within: if free > windows / 2.0 { squares / free } else { 0.0 },
+            means,
+            places,
+            windows,
+        })
+    }
+
+    /// Standard errors that no stretch of a clean record reaches, by Student's distribution, over
+    /// all stretches.
+    fn threshold(&self) -> Option<f64> {
+        let blocks = self.means.len() as f64;
+        let stretches = blocks * (blocks - 1.0) / 2.0;
+        // Differences of neighbours share a block.
+        let freedom = self.pairs.len() as f64 * 2.0 / 3.0;
+        chi_squared::student_two_sided(1.0 - FALSE_ALARM / CHANNELS / stretches, freedom)
+    }
+
+    /// Without `without` of the pairs, whose values are `excluded` together.
+    fn variance(&self, without: usize, excluded: f64) -> f64 {
+        let sum: f64 = self.pairs.iter().sum();
+        ((sum - excluded).max(0.0) / (self.pairs.len() - without) as f64).max(self.variance_within)
+    }
+
+    /// The stretch that differs most.
+    fn change(&self) -> Option<Stretch> {
+        let threshold = self.threshold()?;
+        let blocks = self.means.len();
+        let mut sums = vec![(0.0, 0.0)];
+        for (windows, log) in &self.means {
+            let (all, sum) = sums[sums.len() - 1];
+            sums.push((all + windows, sum + windows * log));
+        }
+        let total = sums[blocks].1;
+        let mut most: Option<Stretch> = None;
+        // One from the start on is told by the rest behind it.
+        for first in 1..blocks {
+            for behind in first + 1..=blocks {
+                let (windows, sum) = (sums[behind].0 - sums[first].0, sums[behind].1 - sums[first].1);
+                let rest = self.windows - windows;
+                if windows.min(rest) < MIN_WINDOWS {
+                    continue;
+                }
+                let change = sum / windows - (total - sum) / rest;
+                let edges = [Some(first - 1), (behind < blocks).then_some(behind - 1)].into_iter().flatten();
+                let (without, excluded) =
+                    edges.fold((0, 0.0), |(count, sum), edge| (count + 1, sum + self.pairs[edge]));
+                let error = (self.variance(without, excluded) * (1.0 / windows + 1.0 / rest)).sqrt();
+                let sigmas = change.abs() / error;
+                if most.is_none_or(|most| sigmas > most.sigmas) {
+                    most = Some(Stretch { first, behind, change, sigmas });
+                }
+            }
+        }
+        let found = most.filter(|found| found.sigmas > threshold && found.change.abs() >= LEAST_CHANGE)?;
+        Some(Stretch { first: self.places[found.first], behind: self.places[found.behind - 1] + 1, ..found })
+    }
+
+    /// Beside the `change` that was found.
+    fn bursts(&self, change: Option<&Stretch>) -> Option<f64> {
+        /// For the tails of the logarithms.
+        const MARGIN: f64 = 1.15;
+        const LEAST: f64 = 1.5;
+        if self.variance_within == 0.0 {
+            return None;
+        }
+        let is_within = |place: usize| change.is_some_and(|change| (change.first..change.behind).contains(&place));
+        let part = |within: bool| {
+            let all = self.places.iter().zip(&self.means).filter(|(place, _)| is_within(**place) == within);
+            let means: Vec<_> = all.map(|(_, mean)| *mean).collect();
+            let windows: f64 = means.iter().map(|(windows, _)| windows).sum();
+            let mean = means.iter().map(|(windows, log)| windows * log).sum::<f64>() / windows;
+            let squares: f64 = means.iter().map(|(windows, log)| windows * (log - mean).powi(2)).sum();
+            (squares, means.len().saturating_sub(1))
+        };
+        let (squares, free) = match change {
+            None => part(false),
+            Some(_) => {
+                let ((a, free_a), (b, free_b)) = (part(false), part(true));
+                (a + b, free_a + free_b)
+            }
+        };
+        let ratio = squares / free as f64 / self.variance_within;
+        let p = chi_squared::probability_above(ratio / MARGIN * free as f64, free as f64)?;
+        (p < FALSE_ALARM / CHANNELS && ratio > LEAST).then_some(ratio)
+    }
+
+    fn detectable(&self) -> Option<f64> {
+        let error = (self.variance(0, 0.0) * 4.0 / self.windows).sqrt();
+        let change = (self.threshold()? + POWER_SIGMAS) * error;
+        Some((change.max(LEAST_CHANGE) / 2.0).exp2())
+    }
+}

@@ -1,0 +1,98 @@
+//! What is found where nothing disturbs a record.
+
+use imu_noise::{ChannelSignal, Histogram, LevelSearch, LevelShape, SpectrumPlan};
+use vn100_analysis::Disturbed;
+
+use super::{
+    disturbances::kinds,
+    families,
+    generators::{Flicker, White},
+    random::Random,
+    record::SCORED,
+    scoring::limits,
+};
+use crate::{Arguments, in_parallel};
+
+/// Minutes of the records.
+const MINUTES: usize = 10;
+
+const TAILS: [(&str, White); 3] =
+    [("Gaussian", White::Gaussian), ("Student t5", White::Student5), ("Laplace", White::Laplace)];
+
+/// Findings in any of six channels, by the accumulators and searches alone.
+pub(crate) fn measure(arguments: &Arguments) {
+    let records = arguments.records;
+    println!("### Clean records of six channels, {MINUTES} min, {records} records\n");
+    println!("| noise | disturbed % | 95 % limits | as, records |");
+    println!("|---|---:|---:|---|");
+    let cell = families::disturbed(60.0 * MINUTES as f64);
+    let flicker = Flicker::new(cell.samples());
+    let plan = SpectrumPlan::new();
+    for (name, white) in TAILS {
+        for (with, parts) in [("", &[][..]), (" and flicker", &cell.parts)] {
+            let name = format!("{name}{with}");
+            let found = in_parallel(arguments.threads, records, |number| {
+                let mut random = Random::of_record(arguments.seed, &name, cell.samples(), number);
+                let mut search = LevelSearch::new();
+                let mut found = Vec::new();
+                for _ in 0..SCORED {
+                    let mut series = white.series(cell.samples(), &mut random);
+                    for part in parts {
+                        part.add_to(&mut series, cell.rate_hz, &flicker, 0.0, &mut random);
+                    }
+                    let counts: Vec<i32> = series.iter().map(|value| (value / cell.step).round() as i32).collect();
+                    found.extend(names(&disturbed(&counts, cell.rate_hz, &plan, &mut search)));
+                }
+                found.sort_unstable();
+                found.dedup();
+                found
+            });
+            let disturbed = found.iter().filter(|found| !found.is_empty()).count();
+            let (lower, upper) = limits(disturbed, records);
+            println!(
+                "| {name} | {:.2} | {:.2}-{:.2} | {} |",
+                100.0 * disturbed as f64 / records as f64,
+                100.0 * lower,
+                100.0 * upper,
+                kinds(found.iter().flatten())
+            );
+        }
+    }
+}
+
+fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &mut LevelSearch) -> Disturbed {
+    let mut signal = ChannelSignal::new(plan);
+    let mut histogram = Histogram::new();
+    signal.push(counts);
+    histogram.push(counts);
+    let interval_s = 1.0 / rate_hz;
+    let level = search.find(&signal, interval_s, 0);
+    Disturbed {
+        lines: signal.spectrum().lines(interval_s, 0),
+        disturbances: signal.disturbances(interval_s),
+        noise: signal.noise_changes(&histogram, interval_s),
+        level_change: level.change,
+        detectable_step: level.detectable_step,
+    }
+}
+
+/// Of what disturbs a channel, each once.
+pub(crate) fn names(disturbed: &Disturbed) -> Vec<&'static str> {
+    let noise = &disturbed.noise;
+    let level = disturbed.level_change.map(|change| match change.shape {
+        LevelShape::WarmUp { .. } => "warm-up",
+        LevelShape::Step { .. } => "step",
+        LevelShape::Cycle { .. } => "cycle",
+    });
+    let named = |is_found: bool, name| is_found.then_some(name);
+    let all = [
+        named(!disturbed.lines.is_empty(), "line"),
+        named(!disturbed.disturbances.is_empty(), "disturbance"),
+        named(noise.change.is_some(), "noise change"),
+        named(noise.bursts.is_some(), "bursts"),
+        named(noise.frozen.is_some(), "frozen"),
+        named(noise.spikes.is_some(), "spikes"),
+        level,
+    ];
+    all.into_iter().flatten().collect()
+}
