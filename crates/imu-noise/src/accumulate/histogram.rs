@@ -117,8 +117,8 @@ impl Histogram {
         (steps >= 2 && widest - narrowest <= 1).then_some((core[0], step))
     }
 
-    /// The count that the share `p` of the samples does not exceed, in the middle of its bin; `None`
-    /// without samples.
+    /// The count that the share `p` of the samples does not exceed, in the middle of its bin;
+    /// `None` without samples.
     pub(crate) fn quantile_counts(&self, p: f64) -> Option<f64> {
         let mut missing = p * self.total() as f64;
         let middle = (self.bin_width_counts() - 1) as f64 / 2.0;

@@ -91,7 +91,7 @@ impl WindowStatistics {
             // That of independent samples; correlated ones vary more.
             let least = median * (2.0 / (9.0 * (WINDOW - 1) as f64)).sqrt();
             let deviation = (one - median).max((two - median) / 2.0).max(least);
-            // Heavy tails go on as an exponential of the logarithm.
+            // Heavy tails fall exponentially with the logarithm.
             let growth = 3.0 * (two / one).ln() - NORMAL_GROWTH;
             (median, deviation * (HEAVY_TAIL * growth.max(0.0) * (tests / FALSE_ALARM).ln()).exp())
         });

@@ -41,12 +41,13 @@ pub(super) struct Fit {
     /// Least-squares multiple under the noise that makes the series likeliest; not negative for a
     /// cycle.
     pub(super) amplitude: f64,
-    /// Its standard error.
-    pub(super) error: f64,
+    /// The noise beneath the shape: its place, and the variance that its spectrum is a multiple of.
+    pub(super) noise: (usize, f64),
     /// Twice the log-likelihood ratio with and without the shape, each with the noise that suits it
     /// best.
     pub(super) evidence: f64,
-    /// Standard deviation of a block mean, the shape removed, by the noise at the highest frequency.
+    /// Standard deviation of a block mean, the shape removed, by the noise at the highest
+    /// frequency.
     pub(super) short_std: f64,
 }
 
@@ -120,17 +121,46 @@ impl LevelNoise {
         }
         let fit = |(shaped, (with, place, amplitude, residual)): (&Shaped, (f64, usize, f64, f64))| {
             let noise: &Noise = self.noises.get(place)?;
-            let own = noise.squares[self.shapes.iter().position(|other| core::ptr::eq(other, shaped))?];
             let variance = residual / count;
             (with > 0.0 && without.is_finite() && variance > 0.0).then(|| Fit {
                 shape: shaped.shape,
                 amplitude,
-                error: (variance / own[0]).sqrt(),
+                noise: (place, variance),
                 evidence: count * (without / with).ln(),
                 short_std: (variance * noise.last).sqrt(),
             })
         };
         self.shapes.iter().zip(best).filter_map(fit).collect()
+    }
+}
+
+impl LevelNoise {
+    /// The multiple of a shape in the noise of `fit` at which the evidence, were every coefficient
+    /// as large as is expected of it, reaches `evidence`; `None` for a shape that is not examined.
+    pub(super) fn detectable(&self, shape: Shape, fit: &Fit, evidence: f64) -> Option<f64> {
+        let shaped = self.shapes.iter().find(|shaped| shaped.shape == shape)?;
+        let (noise, variance) = (self.noises.get(fit.noise.0)?, fit.noise.1);
+        let count = shaped.first.len() as f64;
+        let expected = |amplitude: f64| {
+            let power = |(weight, x): (&f64, &f64)| variance / weight + (amplitude * x).powi(2);
+            let powers: Vec<f64> = noise.weights.iter().zip(&shaped.first).map(power).collect();
+            let residuals = self.noises.iter().map(|other| dot(&other.weights, &powers) * other.mean_variance);
+            let without = residuals.fold(f64::INFINITY, f64::min);
+            count * (without / (count * variance * noise.mean_variance)).ln()
+        };
+        let mut low = 0.0;
+        let mut high = fit.short_std;
+        while expected(high) < evidence {
+            (low, high) = (high, 2.0 * high);
+            if !high.is_finite() {
+                return None;
+            }
+        }
+        for _ in 0..10 {
+            let middle = f64::midpoint(low, high);
+            if expected(middle) < evidence { low = middle } else { high = middle }
+        }
+        Some(high)
     }
 }
 
@@ -283,7 +313,7 @@ mod tests {
             search.fits(&means)
         };
         let step = best(&with(1, &|i| if i < 30.0 { 0.0 } else { -5.0 }), |shape| matches!(shape, Shape::Step(_)));
-        assert!(step.shape == Shape::Step(30.0) && (step.amplitude + 5.0).abs() < 3.0 * step.error, "{step:?}");
+        assert!(step.shape == Shape::Step(30.0) && (step.amplitude + 5.0).abs() < 1.0, "{step:?}");
         let cycle = best(&with(2, &|i| 3.0 * (TAU * 0.1707 * i + 1.0).sin()), |shape| matches!(shape, Shape::Cycle(_)));
         let Shape::Cycle(frequency) = cycle.shape else { panic!("{cycle:?}") };
         assert!((frequency - 0.1707).abs() < 0.004 && (cycle.amplitude - 3.0).abs() < 0.8, "{cycle:?}");

@@ -3,7 +3,8 @@
 //!
 //! By the logarithms of the spreads within windows of 32 samples, whose means over blocks are
 //! nearly normal whatever the tails of the samples. How much they vary is taken from the
-//! differences of neighbouring blocks, so that neither tails nor correlated noise pass for a change.
+//! differences of neighbouring blocks, so that neither tails nor correlated noise pass for a
+//! change.
 
 use super::chi_squared::{self, CHANNELS};
 use super::spikes::Spikes;
@@ -216,7 +217,7 @@ impl BlockNoise {
         }
         let total = sums[blocks].1;
         let mut most: Option<Stretch> = None;
-        // One from the start on is told by the rest behind it.
+        // One from the start on is that of the rest behind it.
         for first in 1..blocks {
             for behind in first + 1..=blocks {
                 let (windows, sum) = (sums[behind].0 - sums[first].0, sums[behind].1 - sums[first].1);

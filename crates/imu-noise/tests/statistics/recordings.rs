@@ -51,7 +51,7 @@ fn the_vibration_line_is_found_and_nothing_else_is_said_of_a_record_at_rest() {
     for field in INERTIAL {
         let signal = signal(&counts(&text, field));
         assert_eq!(signal.disturbances(0.025), [], "field {field}");
-        assert_eq!(LevelSearch::new().find(&signal, 0.025, 0).change, None, "field {field}");
+        assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 0).change, None, "field {field}");
     }
     let lines = signal(&counts(&text, 11)).spectrum().lines(0.025, 6);
     let strongest = lines.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)).unwrap();
@@ -65,7 +65,7 @@ fn a_record_shaken_by_hand_is_not_of_one_piece() {
     let Some(text) = recording("vn100-shake-iwale-153s.vnymr") else { return };
     let disturbed = INERTIAL.filter(|&field| {
         let signal = signal(&counts(&text, field));
-        !signal.disturbances(0.025).is_empty() || LevelSearch::new().find(&signal, 0.025, 0).change.is_some()
+        !signal.disturbances(0.025).is_empty() || LevelSearch::of([&signal]).find(&signal, 0.025, 0).change.is_some()
     });
     assert!(disturbed.count() >= 2);
 }

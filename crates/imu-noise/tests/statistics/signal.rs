@@ -36,7 +36,7 @@ proptest! {
         prop_assert_eq!(whole.spectrum().lines(0.025, 3), parts.spectrum().lines(0.025, 3));
         prop_assert_eq!(whole.blocks(), parts.blocks());
         prop_assert_eq!(whole.disturbances(0.025), parts.disturbances(0.025));
-        let level = |signal: &ChannelSignal| LevelSearch::new().find(signal, 0.025, 3);
+        let level = |signal: &ChannelSignal| LevelSearch::of([signal]).find(signal, 0.025, 3);
         prop_assert_eq!(level(&whole), level(&parts));
         let noise = |signal: &ChannelSignal| signal.noise_changes(&Histogram::new(), 0.025);
         prop_assert_eq!(noise(&whole), noise(&parts));
@@ -81,7 +81,7 @@ proptest! {
         signal.push(&[i32::MIN; 1000]);
         signal.gap(Some(u64::MAX));
         signal.push(&[i32::MAX; 1000]);
-        let _ = (signal.blocks(), signal.disturbances(1.0), LevelSearch::new().find(&signal, 1.0, 0), signal.spectrum().lines(1.0, 0));
+        let _ = (signal.blocks(), signal.disturbances(1.0), LevelSearch::of([&signal]).find(&signal, 1.0, 0), signal.spectrum().lines(1.0, 0));
     }
 }
 
@@ -109,12 +109,12 @@ fn blocks_double_as_the_record_grows() {
 fn nothing_is_said_of_nothing() {
     let signal = ChannelSignal::new(&SpectrumPlan::new());
     assert!(signal.disturbances(0.025).is_empty());
-    assert_eq!(LevelSearch::new().find(&signal, 0.025, 3), LevelFindings::default());
+    assert_eq!(LevelSearch::of([&signal]).find(&signal, 0.025, 3), LevelFindings::default());
     assert_eq!(signal.noise_changes(&Histogram::new(), 0.025), NoiseChanges::default());
     assert!(signal.normality(&Moments::new()).is_err());
     let mut constant = ChannelSignal::new(&SpectrumPlan::new());
     constant.push(&[-9813; 10_000]);
     assert!(constant.disturbances(0.025).is_empty());
-    assert_eq!(LevelSearch::new().find(&constant, 0.025, 3), LevelFindings::default());
+    assert_eq!(LevelSearch::of([&constant]).find(&constant, 0.025, 3), LevelFindings::default());
     assert_eq!(constant.noise_changes(&Histogram::new(), 0.025), NoiseChanges::default());
 }

@@ -58,7 +58,7 @@ fn a_warm_up_has_its_size_its_time_constant_and_a_skip() {
     let skip_s = skip_s.unwrap();
     assert!((skip_s - 51.2 * 64_f64.ln()).abs() < 15.0, "{change:?}");
     let rest = &record(warm_up)[(skip_s / INTERVAL_S) as usize..];
-    assert_eq!(LevelSearch::new().find(&signal(rest, &[]), INTERVAL_S, 2).change, None);
+    assert_eq!(change_in(&signal(rest, &[])), None);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_cycle_has_its_period_and_size() {
 fn the_level_is_judged_between_long_gaps() {
     let counts = record(|i| if i < 15_000 { 0.0 } else { -0.8 });
     // the longer part holds the step, and has its place behind the gap
-    let find = |gap: usize| LevelSearch::new().find(&signal(&counts, &[(gap, Some(4000))]), INTERVAL_S, 2).change;
+    let find = |gap: usize| change_in(&signal(&counts, &[(gap, Some(4000))]));
     let change = find(4000).unwrap();
     let LevelShape::Step { start_s, .. } = change.shape else { panic!("{change:?}") };
     assert!((start_s - 475.0).abs() < 13.0, "{change:?}");
@@ -88,7 +88,11 @@ fn a_drift_without_end_has_no_skip() {
 }
 
 fn level_change(change: &dyn Fn(usize) -> f64) -> Option<imu_noise::LevelChange> {
-    LevelSearch::new().find(&signal(&record(change), &[]), INTERVAL_S, 2).change
+    change_in(&signal(&record(change), &[]))
+}
+
+fn change_in(signal: &ChannelSignal) -> Option<imu_noise::LevelChange> {
+    LevelSearch::of([signal]).find(signal, INTERVAL_S, 2).change
 }
 
 /// White noise with standard deviation 1, and what is added.

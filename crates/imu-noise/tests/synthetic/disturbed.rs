@@ -59,7 +59,7 @@ impl Findings {
         Self {
             lines_hz: signal.spectrum().lines(INTERVAL_S, 0).iter().map(|line| line.frequency_hz).collect(),
             disturbances_s: signal.disturbances(INTERVAL_S).iter().map(|found| (found.start_s, found.end_s)).collect(),
-            change: LevelSearch::new().find(&signal, INTERVAL_S, 0).change,
+            change: LevelSearch::of([&signal]).find(&signal, INTERVAL_S, 0).change,
         }
     }
 

@@ -28,12 +28,14 @@ pub(crate) fn measure(arguments: &Arguments) {
     let cell = families::disturbed(60.0 * MINUTES as f64);
     let flicker = Flicker::new(cell.samples());
     let plan = SpectrumPlan::new();
+    let mut of_this_length = ChannelSignal::new(&plan);
+    of_this_length.push(&vec![0; cell.samples()]);
+    let search = LevelSearch::of([&of_this_length]);
     for (name, white) in TAILS {
         for (with, parts) in [("", &[][..]), (" and flicker", &cell.parts)] {
             let name = format!("{name}{with}");
             let found = in_parallel(arguments.threads, records, |number| {
                 let mut random = Random::of_record(arguments.seed, &name, cell.samples(), number);
-                let mut search = LevelSearch::new();
                 let mut found = Vec::new();
                 for _ in 0..SCORED {
                     let mut series = white.series(cell.samples(), &mut random);
@@ -41,7 +43,7 @@ pub(crate) fn measure(arguments: &Arguments) {
                         part.add_to(&mut series, cell.rate_hz, &flicker, 0.0, &mut random);
                     }
                     let counts: Vec<i32> = series.iter().map(|value| (value / cell.step).round() as i32).collect();
-                    found.extend(names(&disturbed(&counts, cell.rate_hz, &plan, &mut search)));
+                    found.extend(names(&disturbed(&counts, cell.rate_hz, &plan, &search)));
                 }
                 found.sort_unstable();
                 found.dedup();
@@ -60,7 +62,7 @@ pub(crate) fn measure(arguments: &Arguments) {
     }
 }
 
-fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &mut LevelSearch) -> Disturbed {
+fn disturbed(counts: &[i32], rate_hz: f64, plan: &SpectrumPlan, search: &LevelSearch) -> Disturbed {
     let mut signal = ChannelSignal::new(plan);
     let mut histogram = Histogram::new();
     signal.push(counts);

@@ -31,7 +31,7 @@ impl Disturbed {
         results: &ChannelSnapshot,
         interval_s: f64,
         bands: &[NarrowBand],
-        search: &mut LevelSearch,
+        search: &LevelSearch,
     ) -> Self {
         // ambient changes are no disturbances
         let ambient = matches!(channel.quantity, Quantity::Temperature | Quantity::Pressure | Quantity::Value);
@@ -85,8 +85,8 @@ fn scaled(shape: LevelShape, scale: f64) -> LevelShape {
     }
 }
 
-/// Whether a cycle in the means of blocks of so many samples, its frequency in cycles per sample, is
-/// the line of `band`, itself or folded.
+/// Whether a cycle in the means of blocks of so many samples, its frequency in cycles per sample,
+/// is the line of `band`, itself or folded.
 fn is_line(band: &NarrowBand, frequency: f64, amplitude: f64, block: u64) -> bool {
     let phase = std::f64::consts::PI * band.frequency();
     let left = (phase * block as f64).sin() / (block as f64 * phase.sin());
