@@ -128,7 +128,11 @@ fn nothing_is_found_in_noise_of_any_tails() {
             let changes = channel.changes();
             assert!(!changes.any(), "{tails:?} {seed} {changes:?}");
             assert_eq!(channel.signal.disturbances(INTERVAL_S), [], "{tails:?} {seed}");
-            assert_eq!(LevelSearch::of([&channel.signal]).find(&channel.signal, INTERVAL_S, 2).change, None, "{tails:?} {seed}");
+            assert_eq!(
+                LevelSearch::of([&channel.signal]).find(&channel.signal, INTERVAL_S, 2).change,
+                None,
+                "{tails:?} {seed}"
+            );
         }
     }
 }
