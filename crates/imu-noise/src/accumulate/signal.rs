@@ -10,8 +10,8 @@ const FARTHEST: u64 = 1 << 62;
 /// Spectrum, block statistics and watch for disturbances of one channel.
 ///
 /// The same, bit by bit, for any division of the samples over calls of [`push`](Self::push). Holds
-/// 16 KiB of a sensor at rest (blocks 4.5 KiB, spectra 8.7 KiB, watch the rest), for any length of
-/// record; below 19 KiB whatever the counts.
+/// 19 KiB of a sensor at rest (blocks 7.5 KiB, spectra 8.7 KiB, watch the rest), for any length of
+/// record; below 22 KiB whatever the counts.
 ///
 /// ```
 /// use imu_noise::{ChannelSignal, Sides, SpectrumPlan};

@@ -24,6 +24,8 @@ pub(crate) struct NoiseDocument {
     quantization: Option<ParameterDocument>,
     /// Where the record is too short for a random walk: the smallest a longer one would show.
     rate_random_walk_seen_later: Option<SeenLater>,
+    /// Why bias instability, random walk and ramp are no more than bounded: `level-change`.
+    withheld: Option<&'static str>,
     correlations: Vec<Correlation>,
     classical: Classical,
     /// Only where asked for.
@@ -200,6 +202,7 @@ impl NoiseDocument {
             rate_random_walk_seen_later: noise
                 .detectable_rrw
                 .map(|later| SeenLater { duration_s: later.duration_s, at_least: later.at_least }),
+            withheld: noise.level_changes.then_some("level-change"),
             correlations,
             classical: Classical {
                 white: noise.classical.white,
