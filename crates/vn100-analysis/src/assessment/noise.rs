@@ -203,9 +203,9 @@ impl ChannelNoise {
     }
 }
 
-/// Probability that a record of noise without them shows a bias instability, a random walk or a
-/// ramp on any axis.
-const FALSE_TERM: f64 = 0.05;
+/// Corrected probability up to which a bias instability, a random walk or a ramp is proved: where a
+/// random walk dominates, up to twice as many records without one show another on any axis.
+const FALSE_TERM: f64 = 0.03;
 
 const SLOW: [Term; 3] = [Term::BiasInstability, Term::RateRandomWalk, Term::RateRamp];
 

@@ -227,11 +227,19 @@ impl Search<'_> {
         Some((solution.score(self.term)?, solution.parameters))
     }
 
+    /// The root of what χ² rises from the best fit to `value` below it, and the fit there. With few
+    /// degrees of freedom that finds a weak term more often than the score does, which weighs by the
+    /// covariance without it.
+    fn rise(&self, value: f64, near: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let solution = self.regression.fit_with(self.term, value, near)?;
+        Some(((solution.chi2 - self.solution.chi2).max(0.0).sqrt(), solution.parameters))
+    }
+
     /// Standard deviations by which the data lie above zero, and the fit there: without the term
     /// there may be nothing left that could explain the data.
     fn at_zero(&self) -> (f64, Vec<f64>) {
         let near = &self.solution.parameters;
-        self.score(0.0, near).unwrap_or((f64::INFINITY, near.clone()))
+        self.rise(0.0, near).unwrap_or((f64::INFINITY, near.clone()))
     }
 
     /// The largest value less than `z` standard deviations above the data. Where the best fit is
@@ -248,7 +256,7 @@ impl Search<'_> {
             near = parameters;
             if score + z < 0.0 {
                 let low_score = if low == self.best() { at_best + z } else { self.score(low, &near)?.0 + z };
-                return Some(self.root((low, low_score), (high, score + z), z, &near));
+                return Some(self.root(Self::score, (low, low_score), (high, score + z), z, &near));
             }
             low = high;
             step *= 2.0;
@@ -272,9 +280,9 @@ impl Search<'_> {
         // Far from zero the bound is near the normal one.
         let mut low = best - (z + 1.0) * deviation;
         if low > 0.0 {
-            while let Some((score, _)) = self.score(low, near) {
-                if score > z {
-                    return (self.root((low, score - z), (best, -z), -z, near), at_zero);
+            while let Some((rise, _)) = self.rise(low, near) {
+                if rise > z {
+                    return (self.root(Self::rise, (low, rise - z), (best, -z), -z, near), at_zero);
                 }
                 low = 2.0 * low - best;
                 if low <= 0.0 {
@@ -283,12 +291,19 @@ impl Search<'_> {
             }
         }
         let finite = at_zero.min(100.0);
-        (self.root((0.0, finite - z), (best, -z), -z, &parameters), at_zero)
+        (self.root(Self::rise, (0.0, finite - z), (best, -z), -z, &parameters), at_zero)
     }
 
-    /// Where score + `offset` falls through zero, by false position with halving of a stale end
+    /// Where `distance` + `offset` falls through zero, by false position with halving of a stale end
     /// (Dowell and Jarratt, 1971).
-    fn root(&self, low: (f64, f64), high: (f64, f64), offset: f64, near: &[f64]) -> f64 {
+    fn root(
+        &self,
+        distance: impl Fn(&Self, f64, &[f64]) -> Option<(f64, Vec<f64>)>,
+        low: (f64, f64),
+        high: (f64, f64),
+        offset: f64,
+        near: &[f64],
+    ) -> f64 {
         let ((mut low, mut at_low), (mut high, mut at_high)) = (low, high);
         let mut near = near.to_vec();
         let mut middle = high;
@@ -302,9 +317,9 @@ impl Search<'_> {
             if (middle - before).abs() <= tolerance || high - low <= tolerance {
                 break;
             }
-            let Some((score, parameters)) = self.score(middle, &near) else { break };
+            let Some((found, parameters)) = distance(self, middle, &near) else { break };
             near = parameters;
-            let value = score + offset;
+            let value = found + offset;
             if value > 0.0 {
                 (low, at_low) = (middle, value);
                 at_high /= 2.0;
