@@ -1,8 +1,9 @@
 //! How often the intervals of N, B and K hold: records of known noise, read as a stream is.
 //!
-//! `cargo bench -p vn100-analysis --bench cells -- --records 50 --minutes 10,60 --family lines`;
-//! with `--seed 1` and `--threads 2`; `--disturbances` for what is found in disturbed records instead
-//! and `--clean` for what is found in clean ones. Families: model-class, lines, correlated, filters, tails, mixtures, gaps,
+//! `cargo bench -p vn100-analysis --bench cells -- --records 50 --minutes 10,60 --family lines`, or
+//! `--cell "0.53 Hz"` for cells by a part of their name; with `--seed 1` and `--threads 2`. Instead,
+//! `--disturbances` for what is found in disturbed records, `--clean` for what is found in clean
+//! ones, `--efficiency` for errors beside those of maximum likelihood. Families: model-class, lines, correlated, filters, tails, mixtures, gaps,
 //! quantised; all of them, ten minutes and an hour, unless the arguments say otherwise.
 //!
 //! A record is a `Batch` of `$VNIMU` at 40 Hz through `Analysis`, `Snapshot` and `Assessment`; its
@@ -27,6 +28,7 @@
 mod cells {
     pub(super) mod clean;
     pub(super) mod disturbances;
+    pub(super) mod efficiency;
     pub(super) mod families;
     pub(super) mod generators;
     pub(super) mod printing;
@@ -40,7 +42,9 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use cells::{clean, disturbances, families, generators::Flicker, printing, random::Random, scoring::RecordScore};
+use cells::{
+    clean, disturbances, efficiency, families, generators::Flicker, printing, random::Random, scoring::RecordScore,
+};
 
 /// Of the records in the table of families.
 const RATE_HZ: f64 = 40.0;
@@ -49,19 +53,26 @@ struct Arguments {
     records: usize,
     minutes: Vec<usize>,
     family: Option<String>,
+    cell: Option<String>,
     seed: u64,
     threads: usize,
     disturbances: bool,
     clean: bool,
+    efficiency: bool,
 }
 
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args().skip(1)) else {
-        println!("--records N, --minutes M,M, --family NAME, --seed S, --threads T, --disturbances, --clean");
+        println!("--records N, --minutes M,M, --family NAME, --cell PART, --seed S, --threads T");
+        println!("--disturbances, --clean, --efficiency");
         return ExitCode::from(2);
     };
     if arguments.disturbances {
         disturbances::measure(&arguments);
+        return ExitCode::SUCCESS;
+    }
+    if arguments.efficiency {
+        efficiency::measure(&arguments);
         return ExitCode::SUCCESS;
     }
     if arguments.clean {
@@ -72,7 +83,12 @@ fn main() -> ExitCode {
     for minutes in &arguments.minutes {
         let samples = minutes * 60 * RATE_HZ as usize;
         let flicker = Flicker::new(samples);
-        let families = families::all(*minutes as f64 * 60.0);
+        let mut families = families::all(*minutes as f64 * 60.0);
+        for family in &mut families {
+            let is_meant = |name: &str| arguments.cell.as_deref().is_none_or(|part| name.contains(part));
+            family.cells.retain(|cell| is_meant(&cell.name));
+        }
+        families.retain(|family| !family.cells.is_empty());
         for family in
             families.iter().filter(|family| arguments.family.as_deref().is_none_or(|name| family.name == name))
         {
@@ -87,7 +103,7 @@ fn main() -> ExitCode {
         }
     }
     if !was_found {
-        println!("no such family");
+        println!("no such family or cell");
         return ExitCode::from(2);
     }
     ExitCode::SUCCESS
@@ -105,6 +121,8 @@ impl Arguments {
             threads,
             disturbances: false,
             clean: false,
+            cell: None,
+            efficiency: false,
         };
         while let Some(name) = arguments.next() {
             match name.as_str() {
@@ -112,6 +130,8 @@ impl Arguments {
                 "--bench" => {}
                 "--disturbances" => read.disturbances = true,
                 "--clean" => read.clean = true,
+                "--cell" => read.cell = Some(arguments.next()?),
+                "--efficiency" => read.efficiency = true,
                 "--family" => read.family = Some(arguments.next()?),
                 "--records" => read.records = arguments.next()?.parse().ok()?,
                 "--seed" => read.seed = arguments.next()?.parse().ok()?,
